@@ -15,9 +15,6 @@
 namespace connect_bridge {
 namespace {
 
-// What so many seconds allow begins at once.
-constexpr int kHandshakeSecondsAtOnce = 3;
-
 // Makes a Config, check by check; every check adds its problems and goes on.
 class ConfigMaker {
  public:
@@ -43,9 +40,6 @@ class ConfigMaker {
       add("audit.required", "true", "audit.file too, else no call can be recorded");
     read_names();
     derive_limits();
-    if (config_.limits.retry_min > config_.limits.retry_max) {
-      add("retry_min", to_text(values_.number("retry_min")), "at most retry_max");
-    }
     // A link that is alone has a third (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
     if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)
@@ -155,25 +149,11 @@ class ConfigMaker {
   // Limits that follow from those that are stored as they are.
   void derive_limits() {
     SideOptions& limits = config_.limits;
-    constexpr Duration kSecond = std::chrono::seconds(1);
-    constexpr Duration kMinute = std::chrono::minutes(1);
-    if (!values_.given("retry_max"))
-      limits.retry_max = std::max(limits.retry_max, limits.retry_min);
     auto& all_mirrors = limits.account.mirrors_max;  // of which one that is alone has half
     all_mirrors = std::max(all_mirrors, 2 * std::uint64_t{limits.mirrors_max});
-    limits.account.mirror_period = kSecond / values_.whole("mirrors_per_second");
-    limits.account.offence_period = kMinute / values_.whole("limits.offences_per_minute");
-    // What a minute allows is answered at once.
-    limits.wrong_login_period = kMinute / limits.wrong_logins_at_once;
-    limits.address_wrong_login_period = kMinute / limits.address_wrong_logins_at_once;
-    ListenOptions& listen = config_.listen;
-    const auto all = static_cast<int>(values_.whole("limits.handshakes_per_second"));
-    listen.handshakes_at_once = kHandshakeSecondsAtOnce * all;
-    listen.handshake_period = kSecond / all;
-    const auto own = static_cast<int>(values_.whole("limits.address_handshakes_per_second"));
-    listen.address_handshakes_at_once = kHandshakeSecondsAtOnce * own;
-    listen.address_handshake_period = kSecond / own;
-    limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
+    limits.account.offence_period =
+        Duration(std::chrono::minutes(1)) / values_.whole("limits.offences_per_minute");
+    limits.mirror_bytes_max = limits.account.memory_bytes_max / 2;
     // As many large messages may be unfinished at a time as with the core's defaults, and not fewer
     // if they are small: a peer sends parts of all topics in turn.
     const ReassemblyOptions normal;

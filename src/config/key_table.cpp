@@ -2,7 +2,6 @@
 
 #include "config/http_proxy.hpp"
 #include "config/key_rows.hpp"
-#include "config/limit_rows.hpp"
 #include "config/rule_rows.hpp"
 
 namespace connect_bridge {
@@ -210,7 +209,6 @@ void add_audit(Rows& rows) {
 
 void add_connection(Rows& rows) {
   const auto add = row_adder(rows, "Connection");
-  const auto of_client = row_adder(rows, "Connection", UsedBy::kClient);
   add("dead_after", {0.2, 300}, "s", "A peer that was silent for this time counts as gone.",
       [](Config& c) { return &c.limits.dead_after; });
   add({.key = "resume.seconds",
@@ -224,15 +222,6 @@ void add_connection(Rows& rows) {
       "How many bytes of them are kept for one peer. Beyond that the topic "
       "with the most bytes loses its oldest message.",
       [](Config& c) { return &c.limits.resume_bytes_max; });
-  of_client("retry_min", {0.05, 600}, "s",
-            "First wait before dialing again; it doubles with each failure.",
-            [](Config& c) { return &c.limits.retry_min; });
-  of_client("retry_max", {0.05, 600}, "s",
-            "Longest wait before dialing again; after a refused login it is longer.",
-            [](Config& c) { return &c.limits.retry_max; });
-  of_client("dial_timeout", {1, 300}, "s",
-            "Time for name look-up, TCP, TLS and WebSocket together.",
-            [](Config& c) { return &c.limits.dial_timeout; });
   add("login_timeout", {1, 60}, "s",
       "Server: time that a connection has to log in. Client: how long it waits for the "
       "answer to its login: no less than its server's.",
@@ -243,15 +232,6 @@ void add_connection(Rows& rows) {
       "messages count and are never held back. 0: no limit; values below 1000 mean "
       "1000 (see \"A connection that is paid by the megabyte\").",
       [](Config& c) { return &c.limits.outbox.bytes_per_second_max; });
-  add("not_sent_bytes", {0, 16777216}, "bytes",
-      "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
-      "small value keeps urgent messages fast; 0 leaves it to the host.",
-      [](Config& c) { return &c.socket.unsent_bytes_max; });
-  add("queue_delay_target", {0, 1}, "s",
-      "Delay that data which is not urgent may cause in the queues on the path: it "
-      "is sent as fast as the link delivers, no faster (docs/flow.md). "
-      "0 sends as fast as TCP takes it.",
-      [](Config& c) { return &c.limits.outbox.queue_delay_target; });
   add({.key = "congestion_control",
        .fallback = "auto",
        .syntax = check_word,
@@ -259,6 +239,52 @@ void add_connection(Rows& rows) {
                "it, while the network loses packets all the time; "
                "`host` leaves the host's, any other word is the algorithm to use."},
       [](Config& c) { return &c.socket.congestion_control; });
+}
+
+// Of a link, of what peers have together, and of strangers. What nobody would set is a default of
+// the options of each part (core/*/options.hpp, core/link/account.hpp, core/ports/net_options.hpp).
+void add_limits(Rows& rows) {
+  const auto add = row_adder(rows, "Limits");
+  const auto of_server = row_adder(rows, "Limits", UsedBy::kServer);
+  add("max_message_size", {1024, kGiB}, "bytes", "Largest message accepted from a peer.",
+      [](Config& c) { return &c.limits.reassembly.message_bytes_max; });
+  add("memory_max", {1 << 20, 1024 * kGiB}, "bytes",
+      "Memory that all peers together may use at this side: unfinished messages, "
+      "queues, calls, bases, histories. An identity that is alone can use half; with n "
+      "greedy identities each gets 1/(n+1). The links of an identity share its part in "
+      "the same way: a single link can use a third. What does not fit is dropped "
+      "(`memory` in the status) or refused. In the middleware a peer's transient-local samples may "
+      "take half as much again.",
+      [](Config& c) { return &c.limits.account.memory_bytes_max; });
+  add("latched_depth", {1, 100000}, "messages",
+      "Queue depth of a transient-local topic whose publishers show none in the graph (see "
+      "\"Latched topics\").",
+      [](Config& c) { return &c.limits.latched_depth; });
+  add("mirrors_max", {1, 16384}, "",
+      "Publishers of one peer that may exist here. Each takes some 25 kB at this side and in "
+      "the processes that subscribe to it; further ones are left out and logged.",
+      [](Config& c) { return &c.limits.mirrors_max; });
+  add("peer_bytes_per_second", {0, 1024 * kGiB}, "bytes",
+      "What is read from a peer; beyond that reading pauses, and the peer has to wait "
+      "(`reading_held` in the status). A burst of 4 seconds' worth passes at once. 0: no limit.",
+      [](Config& c) { return &c.socket.receive_bytes_per_second; });
+  of_server("connections_max", {1, 10000}, "",
+            "Clients at the same time, including lost ones that may return.",
+            [](Config& c) { return &c.limits.links_max; });
+  of_server("connections_per_identity_max", {0, 10000}, "",
+            "The same for one identity, so that one token cannot take all places. 0: "
+            "half of connections_max, but at least 8.",
+            [](Config& c) { return &c.limits.identity_links_max; });
+  const AccountOptions account;
+  of_server({.key = "limits.offences_per_minute",
+             .fallback = 60 * Duration(std::chrono::seconds(1)) / account.offence_period,
+             .range = NumberRange{1, 1'000'000},
+             .help = "How many links of one identity may be ended in a minute for what no peer may "
+                     "do (4002, 4006, 4009, 4010); " +
+                     std::to_string(account.offences_at_once) +
+                     " of them at once. After more, its next login waits, or is refused, for at "
+                     "most a minute. Its links that have not offended go on after a break all the "
+                     "same."});
 }
 
 }  // namespace
@@ -275,7 +301,7 @@ const std::vector<KeySpec>& key_table() {
     add_operation(rows);
     add_audit(rows);
     add_connection(rows);
-    add_limit_rows(rows);
+    add_limits(rows);
     add_rule_rows(rows);
     return rows;
   }();

@@ -97,9 +97,8 @@ void add_rule_treatment(Rows& rows) {
       [](Rule& r) { return &r.treatment.max_age; });
   add("queue_bytes_max", {1024, kGiB}, "bytes",
       "What may wait to be sent of one topic; one message always fits. Of a transient-local "
-      "topic at least history_bytes_max may. Unset: a quarter of the link's queue_bytes_max, "
-      "but "
-      "1 MiB while the oldest waits for more than 0.25 s: the link is too slow then.",
+      "topic at least 64 MiB may. Unset: 16 MiB, but 1 MiB while the oldest waits for more than "
+      "0.25 s: the link is too slow then.",
       [](Rule& r) { return &r.treatment.queue_bytes_max; });
 }
 

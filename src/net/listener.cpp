@@ -201,9 +201,8 @@ bool Listener::take_handshake(const ConnectionOpened& from) {
     paces_->give_back(from.address);
   }
   ++counts_.handshakes_dropped;
-  log_limit(dropped_, from.peer +
-                          ": dropped, its address or its network begins too many TLS handshakes "
-                          "(limits.address_handshakes_per_second)");
+  log_limit(dropped_,
+            from.peer + ": dropped, its address or its network begins too many TLS handshakes");
   return false;
 }
 
@@ -211,7 +210,7 @@ bool Listener::take_handshake(const ConnectionOpened& from) {
 void Listener::line_up(const std::shared_ptr<Acceptance>& acceptance, const Visitor& visitor) {
   if (!options_->tls || (line_.empty() && pace_.take(steady_now()))) return acceptance->begin();
   ++counts_.handshakes_waited;
-  log_limit(waited_, "TLS handshakes wait for their turn (limits.handshakes_per_second)");
+  log_limit(waited_, "TLS handshakes wait for their turn");
   if (const auto left_out = line_.add(visitor.from.customer, acceptance)) {
     ++counts_.handshakes_dropped;
     abandon(*left_out);
@@ -333,12 +332,9 @@ void Listener::on_gave_way(Admission::Limit limit) {
   ++counts_.gave_way;
   const bool of_address = limit == Admission::Limit::kPendingOfAddress;
   const std::string oldest = "the oldest connection without a login gave way: ";
-  if (of_address)
-    return log_limit(gave_way_of_address_, oldest +
-                                               "its address has too many "
-                                               "(limits.address_strangers_max)");
+  if (of_address) return log_limit(gave_way_of_address_, oldest + "its address has too many");
   log_limit(gave_way_, oldest + (limit == Admission::Limit::kPending
-                                     ? "there are too many (limits.strangers_max)"
+                                     ? "there are too many"
                                      : "all places for connections are taken"));
 }
 

@@ -87,7 +87,7 @@ std::string Bridge::open() {
   if (const std::string refused = network_.refused_options(); !refused.empty())
     node_.log(LogLevel::kWarn, "this host refuses socket options: " + refused +
                                    "; the bridge runs, but urgent messages may be slower "
-                                   "(not_sent_bytes, congestion_control)");
+                                   "(TCP_NOTSENT_LOWAT, congestion_control)");
   std::string problem = open_audit_log();
   const bool server = parts_.side.role == Role::kServer;
   if (problem.empty()) problem = server ? listen() : network_.dial_problem(parts_.dial);

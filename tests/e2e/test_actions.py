@@ -186,7 +186,7 @@ def works(goal, timeout=1.0):
 @pytest.mark.parametrize("which", ["server", "client"])
 def test_a_side_is_killed_during_goals(make_pair, which):
     """The goals run on at the robot; a new goal works as soon as the bridge is back."""
-    pair = make_pair(server=OPEN_CALLS, client={"retry_min": 0.05, "retry_max": 0.3})
+    pair = make_pair(server=OPEN_CALLS)
     robot = servers_graph(pair, 8)
     try:
         server = FibonacciServer(robot, "/a/killed")

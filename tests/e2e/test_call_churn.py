@@ -25,7 +25,6 @@ from relay import Relay
 PARTS = 3  # that run side by side
 TIMES = 50
 LEASE = 30.0  # Fast DDS forgets a silent process after 20 s
-FAST = {"retry_min": 0.05, "retry_max": 0.3}
 
 
 @pytest.fixture
@@ -34,7 +33,7 @@ def make(make_pair):
     open_ones = []
 
     def made(relayed=False, **options):
-        pair = make_pair(server=OPEN_CALLS, client=FAST, start=False, **options)
+        pair = make_pair(server=OPEN_CALLS, start=False, **options)
         relay = None
         if relayed:
             relay = Relay(pair.bridge.port)

@@ -77,7 +77,7 @@ def test_a_name_of_which_most_addresses_are_dead(make_pair, topic, tmp_path):
     own = [*OWN_HOSTS, str(hosts)]
     if subprocess.run([*own, "true"], capture_output=True).returncode != 0:
         pytest.skip("no mount namespaces on this machine")
-    client = {"url": f"ws://robot.test:{port}", "dial_timeout": 4.0, "allow_plaintext": True}
+    client = {"url": f"ws://robot.test:{port}", "allow_plaintext": True}
     pair = make_pair(within=([], own), client=client, start=False)
     listen = {"listen": {"address": good, "port": port}}
     pair.server.set_parameters({**pair.server.parameters, **listen})

@@ -11,7 +11,6 @@ from graph import qos, until
 
 PARTS = 3  # that run side by side
 TIMES = 20
-FAST = {"retry_min": 0.05, "retry_max": 0.3}  # so that 40 restarts fit in a test run
 
 
 class Ticker:
@@ -37,7 +36,7 @@ class Ticker:
 @pytest.mark.slow
 @pytest.mark.parametrize("which", ["server", "client"])
 def test_restarted_20_times_without_duplicates(make_pair, which):
-    pair = make_pair(client=FAST)
+    pair = make_pair()
     publisher = pair.robot.publisher(Blob, "/t/ticks", qos(100))
     collector = pair.operator.collector(Blob, "/t/ticks", qos(100))
     ticker = Ticker(publisher)
@@ -65,7 +64,7 @@ def test_restarted_20_times_without_duplicates(make_pair, which):
 def test_a_killed_side_leaves_no_second_mirror(make_pair):
     """The mirrors of a killed client vanish from the graph, and are not taken for real
     publishers."""
-    pair = make_pair(client=FAST)
+    pair = make_pair()
     pair.robot.publisher(Blob, "/t/ticks")
     pair.operator.wait_publishers("/t/ticks", 1)
     pair.client.kill()

@@ -37,7 +37,6 @@ def world(tmp_path_factory):
         tmp_path_factory.mktemp("world"),
         ["hostile", "calm"],
         dead_after=DEAD_AFTER,
-        topic_mirrors_max=256,
     )
     yield made
     made.close()

@@ -1,4 +1,4 @@
-// What the operator sets for links.
+// Limits of links, and what the operator sets for them.
 #pragma once
 
 #include <cstdint>

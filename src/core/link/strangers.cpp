@@ -88,9 +88,7 @@ bool Strangers::puts_off(Authenticated& answer, TimePoint not_before, const Now&
     ++counts_.wrong_logins_late;
     place.due = std::min(end, now.steady + kLateAnswer);
     answer.identity.reset();
-    answer.reason = why +
-                    "; answered late, as wrong logins come faster than "
-                    "limits.wrong_logins_per_minute or limits.address_wrong_logins_per_minute";
+    answer.reason = why + "; answered late, as there are too many wrong logins";
   }
   if (place.due <= now.steady) return false;
   if (answer.identity) ++counts_.shut_out;

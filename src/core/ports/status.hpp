@@ -83,7 +83,7 @@ struct LinkStatus {
   double rate = 0;                 // bytes per second that the path to it carries; 0: not known
   Duration path_queue{};           // how long packets wait on it
   std::uint64_t connects = 0;
-  // Publishers, services and subscriptions that had to wait for mirrors_per_second or for a place.
+  // Publishers, services and subscriptions that had to wait for their turn or for a place.
   std::uint64_t mirrors_waited = 0;
   ClockStatus clock;
   std::vector<TopicStatus> topics;

@@ -1,4 +1,4 @@
-// What the operator sets for services.
+// Limits of services.
 #pragma once
 
 #include <cstdint>

@@ -124,7 +124,7 @@ void FarListeners::admit(Key key, Listener& listener, const Now& now) {
 Duration FarListeners::wait_to_count(const OfLink& of_link, const TopicKey& topic, const Now& now) {
   Account& account = *of_link.link->account;
   const char* lacking = nullptr;
-  if (of_link.counting >= options_.listeners_max) lacking = "limits.listeners_max";
+  if (of_link.counting >= options_.listeners_max) lacking = "it has too many";
   if (account.memory.room() < kSubscriptionBytes)
     lacking = "no memory is left in its share (memory_max)";
   if (has_too_many_types(account, topic)) lacking = "a name has too many types";

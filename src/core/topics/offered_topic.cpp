@@ -58,7 +58,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
     context_.outputs.log_once(
         link_.account->told, LogLevel::kWarn,
         "no more mirrors for " + link_.label() +
-            " (mirrors_max, topic_mirrors_max, or what others leave): not all publishers of " +
+            " (mirrors_max, too many of one topic, or what others leave): not all publishers of " +
             key_.first + " exist here");
     return;
   }

@@ -1,4 +1,4 @@
-// What the operator sets for topics.
+// Limits of topics; some of them the operator sets.
 #pragma once
 
 #include <cstdint>

@@ -83,8 +83,6 @@ const Case kCases[] = {
      "rule.a.calls_max: 0 is wrong, expected a whole number from 1 to 1000"},
     {"server_queue", kServer, "{rules: [a], rule: {a: {export_services: [/a], server_queue: -1}}}",
      "rule.a.server_queue: -1 is wrong, expected a whole number from 0 to 1000"},
-    {"calls_max_of_a_link", kServer, "calls_max: 1001",
-     "calls_max: 1001 is wrong, expected a whole"},
     {"call_timeout", kServer, "{rules: [a], rule: {a: {export_services: [/a], call_timeout: 0}}}",
      "rule.a.call_timeout: 0 is wrong, expected a number from 0.01"},
     {"graph", kServer, "graph: node", "expected one of merged, nodes"},
@@ -196,9 +194,6 @@ const Case kCases[] = {
      "proxies"},
     {"proxy_header_alone", kServer, "listen: {proxy_header: forwarded}",
      "listen.proxy_header: expected listen.trusted_proxies too"},
-    {"retry", kClient, "{retry_min: 5.0, retry_max: 1.0}",
-     "retry_min: 5.0 is wrong, expected at "
-     "most retry_max"},
     {"prefix", kServer, "prefix: robot1", "expected an absolute name without a '/' at its end"},
     {"remap", kServer, "remap: ['/a:/b']", "\"/a:/b\" is wrong, expected two absolute names"},
     {"remap_twice", kServer, "remap: ['/a:=/b', '/a:=/c']", "expected /a to be remapped once only"},

@@ -23,7 +23,6 @@ TEST(Config, ServerDefaults) {
   EXPECT_EQ(config.listen_address, "127.0.0.1");
   EXPECT_EQ(config.listen.port, 9090);
   EXPECT_EQ(config.listen.path, "/");
-  EXPECT_EQ(config.socket.unsent_bytes_max, 16384U);
   EXPECT_EQ(config.socket.congestion_control, "auto");
   EXPECT_TRUE(config.carries_types_not_installed);
   EXPECT_THAT(config.policy.rules(), IsEmpty());
@@ -33,21 +32,13 @@ TEST(Config, ServerDefaults) {
   const SideOptions made = side_options(config);
   const SideOptions core;
   EXPECT_EQ(made.dead_after, core.dead_after);
-  EXPECT_EQ(made.retry_min, core.retry_min);
-  EXPECT_EQ(made.retry_max, core.retry_max);
   EXPECT_EQ(made.login_timeout, core.login_timeout);
-  EXPECT_EQ(made.outbox.fragment_bytes, core.outbox.fragment_bytes);
-  EXPECT_EQ(made.outbox.packet_bytes, core.outbox.packet_bytes);
-  EXPECT_EQ(made.outbox.data_bytes_max, core.outbox.data_bytes_max);
   EXPECT_EQ(made.reassembly.message_bytes_max, core.reassembly.message_bytes_max);
   EXPECT_EQ(made.reassembly.open_bytes_max, core.reassembly.open_bytes_max);
   EXPECT_EQ(made.links_max, core.links_max);
   EXPECT_EQ(made.identity_links_max, core.identity_links_max);
   EXPECT_EQ(made.mirrors_max, core.mirrors_max);
-  EXPECT_EQ(made.topic_mirrors_max, core.topic_mirrors_max);
-  EXPECT_EQ(made.mirror_depth_max, core.mirror_depth_max);
   EXPECT_EQ(made.mirror_bytes_max, core.mirror_bytes_max);
-  EXPECT_EQ(made.calls_max, core.calls_max);
   EXPECT_EQ(made.proxy_nodes, core.proxy_nodes);
 }
 
@@ -177,18 +168,14 @@ rule:
 
 TEST(Config, LimitsAndNamesReachTheCore) {
   const Config config = config_of(yaml(R"(
-calls_max: 7
 graph: nodes
 max_message_size: 1048576
-queue_bytes_max: 8388608
-fragment_bytes: 4096
 dead_after: 5
 connections_max: 2
 connections_per_identity_max: 1
+latched_depth: 4
+memory_max: 8388608
 mirrors_max: 3
-topic_mirrors_max: 4
-mirror_depth_max: 5
-mirror_bytes_max: 6
 prefix: /robot1
 remap: ["/scan:=/laser"]
 auth: {token: 0123456789abcdef}
@@ -197,17 +184,12 @@ auth: {token: 0123456789abcdef}
   const SideOptions options = side_options(config);
   EXPECT_EQ(options.reassembly.message_bytes_max, 1048576U);
   EXPECT_EQ(options.reassembly.open_bytes_max, 256U << 20);
-  EXPECT_EQ(options.outbox.data_bytes_max, 8388608U);
-  EXPECT_EQ(options.outbox.fragment_bytes, 4096U);
-  EXPECT_EQ(options.outbox.packet_bytes, 4096U);
   EXPECT_EQ(options.dead_after, std::chrono::seconds(5));
   EXPECT_EQ(options.links_max, 2U);
   EXPECT_EQ(options.identity_links_max, 1U);
+  EXPECT_EQ(options.latched_depth, 4U);
   EXPECT_EQ(options.mirrors_max, 3U);
-  EXPECT_EQ(options.topic_mirrors_max, 4U);
-  EXPECT_EQ(options.mirror_depth_max, 5U);
-  EXPECT_EQ(options.mirror_bytes_max, 6U);
-  EXPECT_EQ(options.calls_max, 7U);
+  EXPECT_EQ(options.mirror_bytes_max, 4U << 20);
   EXPECT_TRUE(options.proxy_nodes);
   EXPECT_EQ(options.names.to_local("/odom"), "/robot1/odom");
   EXPECT_EQ(options.names.to_local("/scan"), "/laser");

@@ -136,7 +136,7 @@ TEST(Hostile, TheOldestHandshakeOfAllGivesWay) {
   EXPECT_TRUE(peers[0]->ends(pair.loop, 1s));
   EXPECT_FALSE(peers[1]->ends(pair.loop, 20ms));
   EXPECT_EQ(pair.server.network.counts().gave_way, 1U);
-  EXPECT_TRUE(was_told(pair, "limits.strangers_max"));
+  EXPECT_TRUE(was_told(pair, "there are too many"));
 }
 
 TEST(Hostile, TheOldestConnectionWithoutALoginGivesWay) {

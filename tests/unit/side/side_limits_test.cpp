@@ -104,7 +104,7 @@ TEST(Limits, ListenersOfAPeerThatAreSubscribedFor) {
   s.say(1, listening_to(3, 0));
   EXPECT_EQ(s.did(),
             "subscribe 2 /t1 reliable volatile 100\nsubscribe 3 /t2 reliable volatile 100\n");
-  EXPECT_THAT(s.logged, HasSubstr("limits.listeners_max"));
+  EXPECT_THAT(s.logged, HasSubstr("it has too many"));
   EXPECT_EQ(s.status().links.at(0).mirrors_waited, 1U);
   s.pass(1000);
   EXPECT_EQ(s.did(), "");

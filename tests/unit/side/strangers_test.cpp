@@ -64,7 +64,7 @@ TEST(Strangers, WrongLoginsOfAnAddressAreAnsweredLateWhenTheyAreTooMany) {
   door.s.noted.clear();
   door.s.pass(1);
   EXPECT_EQ(door.s.did(), refused(3));
-  EXPECT_THAT(door.s.noted, HasSubstr("limits.address_wrong_logins_per_minute"));
+  EXPECT_THAT(door.s.noted, HasSubstr("there are too many wrong logins"));
   EXPECT_EQ(door.s.status().strangers.waiting, 0U);
   door.s.pass(17'001);
   door.s.did();
