@@ -33,11 +33,22 @@ std::string shown(const KeySpec& spec, const ParameterValue& value) {
                                   : to_text(value_to_show(spec, value));  // mutant: secret_shown
 }
 
+// Of a list that was written without its brackets.
+std::vector<std::string> entries_of(std::string_view text) {
+  std::vector<std::string> entries;
+  while (!text.empty()) {
+    const auto end = std::min(text.find_first_of(", "), text.size());
+    if (end > 0) entries.emplace_back(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return entries;
+}
+
 // What to write instead of a value of the wrong type.
 std::string fix_of(const KeySpec& spec, const ParameterValue& value) {
   if (spec.type != ParameterType::kStrings) return expected_of(spec);
   if (const auto* text = std::get_if<std::string>(&value)) {
-    return fmt::format("a list of strings: [\"{}\"]", *text);
+    return "a list of strings: " + to_text(ParameterValue{entries_of(*text)});
   }
   return "a list of strings, e.g. [\"one\", \"two\"]";
 }

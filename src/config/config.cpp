@@ -136,13 +136,14 @@ class ConfigMaker {
   }
 
   void check_files() {
-    if (!around_.readable) return;
+    if (!around_.unreadable) return;
     for (const char* key : {"auth.token_file", "auth.jwt_keys", "auth.https_ca", "auth.plugin",
                             "tls.certificate", "tls.private_key", "tls.ca"}) {
-      if (!values_.valid(key) || around_.readable(values_.text(key))) continue;
-      if (syntax::parse_http_url(values_.text(key))) continue;
+      if (!values_.valid(key) || syntax::parse_http_url(values_.text(key))) continue;
+      const std::string why = around_.unreadable(values_.text(key));
+      if (why.empty()) continue;
       add(key, to_text(value_to_show(*find_key(key), values_.text(key))),
-          "a file that this program can read");
+          "a file that this program can read: " + why);
     }
   }
 

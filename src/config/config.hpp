@@ -52,7 +52,8 @@ struct Config {
 struct Surroundings {
   bool token_in_environment = false;
   Variable variable{};                                     // empty: none is set
-  std::function<bool(const std::string& file)> readable;   // empty: not checked
+  // Why a file cannot be read, for people, or empty. Without the function files are not checked.
+  std::function<std::string(const std::string& file)> unreadable;
   std::function<bool(const std::string& type)> installed;  // a message type; empty: not checked
 };
 

@@ -15,6 +15,7 @@
 #include "net/certified.hpp"
 #include "ros/types/type_supports.hpp"
 #include "run/activation.hpp"
+#include "run/host_check.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -135,7 +136,7 @@ Surroundings surroundings() {
   const char* token = std::getenv(kTokenVariable);
   s.token_in_environment = token && *token;
   s.variable = environment();
-  s.readable = [](const std::string& file) { return access(file.c_str(), R_OK) == 0; };
+  s.unreadable = why_unreadable;
   s.installed = [types = std::make_shared<ros::TypeSupports>()](const std::string& type) {
     return !std::holds_alternative<ros::Refusal>(types->message(type, ""));
   };

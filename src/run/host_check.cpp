@@ -1,10 +1,14 @@
 #include "run/host_check.hpp"
 
+#include <fmt/format.h>
+#include <pwd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
 #include <utility>
 
 #include "net/certificate_end.hpp"
@@ -16,6 +20,28 @@ namespace {
 
 bool is_readable(const std::string& file) {
   return !file.empty() && ::access(file.c_str(), R_OK) == 0;
+}
+
+std::string name_of_user(uid_t user) {
+  const passwd* const entry = ::getpwuid(user);
+  return entry == nullptr ? std::to_string(user) : entry->pw_name;
+}
+
+// The first part of the path that this user may not use.
+std::string why_not_permitted(const std::filesystem::path& path) {
+  std::filesystem::path part;
+  for (auto name = path.begin(); name != path.end(); ++name) {
+    part /= *name;
+    const bool is_last = std::next(name) == path.end();
+    if (::access(part.c_str(), is_last ? R_OK : X_OK) == 0) continue;
+    std::string text = (is_last ? "" : "the folder ") + part.string() +
+                       " is not permitted for user " + name_of_user(::getuid());
+    struct stat found {};
+    if (::stat(part.c_str(), &found) != 0) return text;
+    return fmt::format("{}: it belongs to {} (mode {:04o})", text, name_of_user(found.st_uid),
+                       found.st_mode & 07777U);
+  }
+  return {};
 }
 
 // As the log of a program tells it.
@@ -73,6 +99,18 @@ void note(std::vector<std::string>& list, const char* key, const std::string& fi
 }
 
 }  // namespace
+
+std::string why_unreadable(const std::string& file) {
+  if (is_readable(file)) return {};
+  const int error = errno;
+  const std::filesystem::path path = std::filesystem::absolute(file);
+  if (error == EACCES) return why_not_permitted(path);
+  if (error != ENOENT && error != ENOTDIR) return path.string() + ": " + std::strerror(error);
+  const bool is_relative = std::filesystem::path(file).is_relative();
+  return path.string() + " is missing" +
+         (is_relative ? " (a relative path begins in the folder where the program was started)"
+                      : "");
+}
 
 HostFindings check_host(const ParameterMap& given) {
   HostFindings findings;

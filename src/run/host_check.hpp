@@ -20,4 +20,8 @@ struct HostFindings {
 // Files that cannot be read are left to parse_config(). Nothing is written or created.
 [[nodiscard]] HostFindings check_host(const ParameterMap& given);
 
+// Why this program cannot read a file, for people: it is missing, or not permitted, with whom it
+// belongs to; always with the whole path that was tried. Empty: it can.
+[[nodiscard]] std::string why_unreadable(const std::string& file);
+
 }  // namespace connect_bridge

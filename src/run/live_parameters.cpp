@@ -165,7 +165,7 @@ void LiveParameters::reload(bool changed) {
     return news ? refuse(unread) : void();
   }
   Surroundings around = surroundings();
-  around.readable = {};  // not checked: files of keys that need a restart
+  around.unreadable = {};  // not checked: files of keys that need a restart
   FileChanges found = file_changes(config_, again, around);
   if (found.problems.empty())
     found.problems = apply_change(config_, found.changes, around).problems;

@@ -44,16 +44,25 @@ ParameterValue value_of(const rcl_variant_t& value) {
 
 constexpr std::size_t kKeyShown = 100;  // bytes
 
-// Follows the events of a parser and reports keys that are given twice. Keys are compared by their
-// whole names, as rcl joins them: `rule.drive: {...}` and `rule: {drive: {...}}` are the same.
-class TwiceGiven : public YAML::EventHandler {
+// Follows the events of a parser and reports keys that are given twice, and those without a value.
+// Keys are compared by their whole names, as rcl joins them: `rule.drive: {...}` and
+// `rule: {drive: {...}}` are the same.
+class KeyCheck : public YAML::EventHandler {
  public:
-  TwiceGiven(std::string file, std::vector<std::string>& problems)
-      : file_(std::move(file)), problems_(problems) {}
+  explicit KeyCheck(std::string file) : file_(std::move(file)) {}
+
+  [[nodiscard]] std::vector<std::string> take_twice_given() { return std::move(twice_given_); }
+  // rcl takes no key without a value, and names the line alone.
+  [[nodiscard]] std::vector<std::string> take_without_value() { return std::move(without_value_); }
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { scalar(mark, "~"); }
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
+    if (!levels_.empty() && levels_.back().is_map && !levels_.back().at_key)
+      without_value_.push_back(at(levels_.back().line) + "\"" + levels_.back().shown +
+                               "\" has no value; a list stands in brackets: [/one, /two]");
+    scalar(mark, "~");
+  }
   void OnAlias(const YAML::Mark&, YAML::anchor_t) override { end_node(); }
   void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
                 const std::string& value) override {
@@ -76,6 +85,8 @@ class TwiceGiven : public YAML::EventHandler {
     bool at_key = false;  // in a map: the next node is a key
     std::string name;     // of the map itself
     std::string key;      // in a map: the whole name of its present key
+    std::string shown;    // the key as it is written there
+    int line = 0;         // where it is
   };
 
   void scalar(const YAML::Mark& mark, const std::string& text) {
@@ -85,20 +96,23 @@ class TwiceGiven : public YAML::EventHandler {
 
   void note_key(Level& level, const YAML::Mark& mark, const std::string& text) {
     level.key = level.name.empty() ? text : level.name + "." + text;
-    const auto [first, is_new] = lines_.try_emplace(level.key, mark.line + 1);
+    level.shown = to_text(text, kKeyShown);
+    level.line = mark.line + 1;
+    const auto [first, is_new] = lines_.try_emplace(level.key, level.line);
     if (is_new) return;
-    problems_.push_back(file_ + ":" + std::to_string(mark.line + 1) + ": \"" +
-                        to_text(text, kKeyShown) + "\" is given twice, first in line " +
-                        std::to_string(first->second));
+    twice_given_.push_back(at(level.line) + "\"" + level.shown +
+                           "\" is given twice, first in line " + std::to_string(first->second));
     level.key = unnamed();  // its own keys were told with it
   }
+
+  [[nodiscard]] std::string at(int line) const { return file_ + ":" + std::to_string(line) + ": "; }
 
   // What has no key of its own, an entry of a list, gets a name that no other has.
   void enter(bool is_map) {
     const bool has_key = !levels_.empty() && levels_.back().is_map && !levels_.back().at_key;
     std::string name = has_key ? levels_.back().key : "";
     if (!has_key && !levels_.empty()) name = unnamed();
-    levels_.push_back({is_map, is_map, std::move(name), {}});
+    levels_.push_back({is_map, is_map, std::move(name), {}, {}, 0});
   }
 
   std::string unnamed() { return "#" + std::to_string(++unnamed_); }
@@ -114,26 +128,33 @@ class TwiceGiven : public YAML::EventHandler {
   }
 
   const std::string file_;
-  std::vector<std::string>& problems_;
+  std::vector<std::string> twice_given_, without_value_;
   std::vector<Level> levels_;
   std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
   int unnamed_ = 0;
 };
 
-std::vector<std::string> yaml_problems(const std::string& file) {
+struct YamlProblems {
+  std::vector<std::string> certain;
+  std::vector<std::string> without_value;  // what is wrong if rcl refuses the file
+};
+
+YamlProblems yaml_problems(const std::string& file) {
   std::ifstream text(file);
-  if (!text) return {file + ": cannot be opened: " + std::strerror(errno)};
-  std::vector<std::string> problems;
-  TwiceGiven twice_given(file, problems);
+  if (!text) return {{file + ": cannot be opened: " + std::strerror(errno)}, {}};
+  KeyCheck keys(file);
+  std::string problem;
   try {
     YAML::Parser parser(text);
-    while (parser.HandleNextDocument(twice_given)) {
+    while (parser.HandleNextDocument(keys)) {
     }
   } catch (const YAML::Exception& error) {
-    problems.push_back(file + ":" + std::to_string(error.mark.line + 1) + ":" +
-                       std::to_string(error.mark.column + 1) + ": " + error.msg);
+    problem = file + ":" + std::to_string(error.mark.line + 1) + ":" +
+              std::to_string(error.mark.column + 1) + ": " + error.msg;
   }
-  return problems;
+  YamlProblems found{keys.take_twice_given(), keys.take_without_value()};
+  if (!problem.empty()) found.certain.push_back(std::move(problem));
+  return found;
 }
 
 // A pipe can be read once only, and rcl has to. A file that is missing is one that can be told.
@@ -167,14 +188,18 @@ std::string ParameterFile::problem() const {
 
 ParameterFile read_parameter_file(const std::string& file) {
   ParameterFile result;
-  if (can_be_read_twice(file)) result.problems = yaml_problems(file);
+  YamlProblems found;
+  if (can_be_read_twice(file)) found = yaml_problems(file);
+  result.problems = std::move(found.certain);
   if (!result.problems.empty()) return result;
   rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
   if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
     result.sections = take_sections(params);
     return result;
   }
-  result.problems.push_back(file + ": " + words_of_rcl());
+  const std::string words = words_of_rcl();  // also clears them
+  result.problems = std::move(found.without_value);
+  if (result.problems.empty()) result.problems.push_back(file + ": " + words);
   if (params != nullptr) rcl_yaml_node_struct_fini(params);
   return result;
 }

@@ -88,6 +88,8 @@ const Case kCases[] = {
     {"graph", kServer, "graph: node", "expected one of merged, nodes"},
     {"pattern_action", kServer, "{rules: [a], rule: {a: {import_actions: [fib]}}}",
      "rule.a.import_actions: \"fib\" is wrong"},
+    {"list_without_brackets", kServer, "{rules: [a], rule: {a: {deny: \"/a, /b\"}}}",
+     "expected a list of strings: [\"/a\", \"/b\"]"},
     {"pattern_node", kServer, "{rules: [a], rule: {a: {parameters: [/n/]}}}",
      "rule.a.parameters: \"/n/\" is wrong"},
     {"parameters_not_listed", kServer, "{rules: [a], rule: {a: {parameters: /n}}}",

@@ -236,12 +236,16 @@ rule: {drive: {import_topics: [cmd_vel], priority: fast, typs: [a]}}
 
 TEST(Config, UnreadableFilesAreNamed) {
   Surroundings around;
-  around.readable = [](const std::string& file) { return file != "/b.pem"; };
+  around.unreadable = [](const std::string& file) {
+    return file == "/b.pem" ? "it is missing" : "";
+  };
   const Parsed parsed = parse_config(
       yaml("{auth: {token_file: /t}, tls: {certificate: /a.pem, private_key: /b.pem}}"),
       Role::kServer, around);
-  EXPECT_EQ(problems_text(parsed),
-            "tls.private_key: \"/b.pem\" is wrong, expected a file that this program can read\n");
+  EXPECT_EQ(
+      problems_text(parsed),
+      "tls.private_key: \"/b.pem\" is wrong, expected a file that this program can read: it is "
+      "missing\n");
 }
 
 TEST(Config, PlaintextIsAllowedOnlyWithAWarning) {

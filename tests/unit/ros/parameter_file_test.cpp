@@ -46,6 +46,22 @@ TEST(ParameterFile, ThatIsNoYamlIsToldWithLineAndColumn) {
               ElementsAre(ContainsRegex("params.yaml:[0-9]+:[0-9]+: .")));
 }
 
+// As by a list without its brackets.
+TEST(ParameterFile, AKeyWithoutAValueIsNamed) {
+  const std::string file = file_with(
+      "/**:\n"
+      "  ros__parameters:\n"
+      "    rules:\n"
+      "    rule.a.export_topics: {/a, /b}\n");
+  const std::string cure = " has no value; a list stands in brackets: [/one, /two]";
+  EXPECT_THAT(read_parameter_file(file).problems,
+              ElementsAre(file + ":3: \"rules\"" + cure, file + ":4: \"/a\"" + cure,
+                          file + ":4: \"/b\"" + cure));
+  // rcl takes the word for a text.
+  EXPECT_THAT(read_parameter_file(file_with("/**: {ros__parameters: {a: ~}}\n")).problems,
+              IsEmpty());
+}
+
 // rcl takes the last of them, so that a rule could lose what narrows it.
 TEST(ParameterFile, ThatGivesAKeyTwiceIsRefused) {
   const std::string file = file_with(

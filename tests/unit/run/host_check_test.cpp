@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -103,6 +107,38 @@ TEST(HostCheck, MakesNoFile) {
   const std::string folder = test::scratch_folder();
   EXPECT_THAT(check_host({{"audit.file", folder.substr(0, folder.size() - 1)}}).problems,
               ElementsAre(HasSubstr("it is not a regular file")));
+}
+
+TEST(HostCheck, SaysThatAFileIsMissingAndWhereItWasLookedFor) {
+  EXPECT_EQ(why_unreadable("/nowhere/token"), "/nowhere/token is missing");
+  EXPECT_EQ(why_unreadable("no.token"),
+            (std::filesystem::current_path() / "no.token").string() +
+                " is missing (a relative path begins in the folder where the program was started)");
+  const std::string file = test::scratch_folder() + "is_there";
+  std::ofstream(file) << "x";
+  EXPECT_EQ(why_unreadable(file), "");
+}
+
+// Root may read everything, so that a process without its rights looks.
+TEST(HostCheck, SaysWhomAFileBelongsToThatIsNotPermitted) {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("connect_host_check_" + std::to_string(::getpid()));
+  std::filesystem::create_directory(folder);
+  const std::string file = folder / "token";
+  std::ofstream(file) << "x";
+  ASSERT_EQ(::chmod(file.c_str(), 0), 0);
+  const auto look = [&] {
+    if (::getuid() == 0 && ::setuid(65534) != 0) std::exit(1);
+    std::fprintf(stderr, "%s", why_unreadable(file).c_str());
+    std::exit(0);
+  };
+  EXPECT_EXIT(look(), testing::ExitedWithCode(0),
+              "^/.*/token is not permitted for user .+: it belongs to .+ .mode 0000.$");
+  ASSERT_EQ(::chmod(folder.c_str(), 0), 0);
+  EXPECT_EXIT(look(), testing::ExitedWithCode(0),
+              "^the folder /.* is not permitted for user .+: it belongs to .+ .mode 0000.$");
+  ASSERT_EQ(::chmod(folder.c_str(), 0700), 0);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace
