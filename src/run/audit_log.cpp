@@ -26,8 +26,8 @@ void shorten(std::string& text, std::size_t bytes_max) {
 AuditLog::AuditLog(std::string file, Tell tell)
     : AuditLog(
           [file = std::make_shared<AuditFile>(std::move(file))](const std::string& lines,
-                                                                bool anew) {
-            if (anew) file->close();
+                                                                bool renamed) {
+            if (renamed) file->close();
             return file->write(lines);
           },
           std::move(tell)) {}
@@ -72,7 +72,7 @@ bool AuditLog::add(Audit line, bool surely) {
 void AuditLog::reopen() {
   {
     const std::lock_guard lock(mutex_);
-    anew_ = true;
+    is_renamed_ = true;
   }
   changed_.notify_one();
 }
@@ -84,19 +84,20 @@ AuditLog::Counts AuditLog::counts() const {
 
 void AuditLog::run() {
   for (bool over = false; !over;) {
-    bool anew = false;
+    bool renamed = false;
     {
       std::unique_lock lock(mutex_);
       // What could not be written is tried again after a while.
-      changed_.wait_for(lock, kLookPeriod,
-                        [&] { return ending_ || anew_ || (text_.empty() && !waiting_.empty()); });
-      anew = std::exchange(anew_, false);
+      changed_.wait_for(lock, kLookPeriod, [&] {
+        return ending_ || is_renamed_ || (text_.empty() && !waiting_.empty());
+      });
+      renamed = std::exchange(is_renamed_, false);
       if (text_.empty()) take_batch();
       over = ending_ && waiting_.empty();
-      if (text_.empty() && !anew) continue;
+      if (text_.empty() && !renamed) continue;
       writing_since_ = steady_now();
     }
-    const std::string problem = write_(text_, anew);
+    const std::string problem = write_(text_, renamed);
     bool changed = false;
     {
       const std::lock_guard lock(mutex_);

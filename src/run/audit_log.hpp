@@ -29,8 +29,9 @@ class AuditLog {
   };
 
   using Tell = std::function<void(bool works, const std::string&)>;
-  // Writes all lines or none; `anew`: to the file that now has the name. Returns what is wrong.
-  using Write = std::function<std::string(const std::string& lines, bool anew)>;
+  // Writes all lines or none. `renamed`: the file was, so they go to a new one. Returns what is
+  // wrong.
+  using Write = std::function<std::string(const std::string& lines, bool renamed)>;
 
   // `tell` is called when writing begins to fail (with what fails, for people) or works again: from
   // the log's thread, or from that of add() when a write hangs.
@@ -69,7 +70,7 @@ class AuditLog {
   std::vector<AuditBook::Account*> batch_;  // whose lines are in it
   std::optional<TimePoint> writing_since_;  // a write is under way
   Counts counts_;
-  bool anew_ = false;
+  bool is_renamed_ = false;
   bool ending_ = false;
   std::thread thread_;  // last: it uses the others
 };

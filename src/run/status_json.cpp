@@ -103,24 +103,23 @@ OrderedJson to_value(const LinkStatus& link) {
 }  // namespace
 
 std::string to_json(const Status& status, const RunStatus& run) {
-  OrderedJson json = {
-      {"time", run.time},
-      {"running", run.running},
-      {"started", run.started},
-      {"version", run.version},
-      {"node", run.node},
-      {"role", run.role == Role::kServer ? "server" : "client"},
-      {"loop_lag_ms", run.loop_lag_ms},
-      {"memory_bytes", status.memory_bytes},
-      {"memory_max_used_bytes", status.shared_bytes},
-      {"memory_max_bytes", status.shared_bytes_max},
-      {"taken", run.ros.taken},
-      {"published", run.ros.published},
-      {"traffic", to_value(run.traffic)},
-      {"types_not_installed", run.ros.types_not_installed},
-      {"reading_held", run.network.held},
-      {"extra_frames", run.network.extra_frames},
-      {"last_failure", status.last_failure}};
+  OrderedJson json = {{"time", run.time},
+                      {"running", run.running},
+                      {"started", run.started},
+                      {"version", run.version},
+                      {"node", run.node},
+                      {"role", run.role == Role::kServer ? "server" : "client"},
+                      {"loop_lag_ms", run.loop_lag_ms},
+                      {"memory_bytes", status.memory_bytes},
+                      {"memory_max_used_bytes", status.shared_bytes},
+                      {"memory_max_bytes", status.shared_bytes_max},
+                      {"taken", run.ros.taken},
+                      {"published", run.ros.published},
+                      {"traffic", to_value(run.traffic)},
+                      {"types_not_installed", run.ros.types_not_installed},
+                      {"reading_held", run.network.held},
+                      {"extra_frames", run.network.extra_frames},
+                      {"last_failure", status.last_failure}};
   if (!run.certificate_valid_until.empty())
     json["certificate_valid_until"] = run.certificate_valid_until;
   if (run.audit) {

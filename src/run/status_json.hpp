@@ -21,7 +21,7 @@ struct RunStatus {
   double loop_lag_ms = 0;  // longest delay of the loop in the last second
   ros::GatewayCounters ros = {};
   NetworkCounts network = {};
-  Traffic traffic = {};  // since the start
+  Traffic traffic = {};                        // since the start
   std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
   std::string version = {};
   std::string started = {};                  // RFC 3339

@@ -48,7 +48,8 @@ inline ParameterMap yaml(const std::string& text) {
   return map;
 }
 
-inline const Surroundings kWithToken{.token_in_environment = true, .unreadable = {}, .installed = {}};
+inline const Surroundings kWithToken{
+    .token_in_environment = true, .unreadable = {}, .installed = {}};
 
 inline std::string problems_text(const Parsed& parsed) {
   std::string text;
