@@ -1,12 +1,16 @@
 // What the core's work costs in processor time, without sockets and ROS:
 //
-//   core_bench control    how long control messages of the worst shapes take to be read
+//   core_bench control          how long control messages of the worst shapes take to be read
+//   core_bench links [N ...]    messages of 1 kB, 50 a second in both directions on each of N links
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "bench/control_shapes.hpp"
+#include "bench/crowd.hpp"
 #include "bench/processor_time.hpp"
 #include "core/wire/control.hpp"
 
@@ -35,11 +39,46 @@ int measure_control() {
   return 0;
 }
 
+int measure_links(const std::vector<std::uint32_t>& counts) {
+  std::puts("links  us for a message from a peer  for one to a peer");
+  for (const std::uint32_t links : counts) {
+    bench::Crowd crowd(links);
+    if (crowd.flowing() != 2U * links) {
+      std::fprintf(stderr, "%zu of %u topics flow\n", crowd.flowing(), 2U * links);
+      return 1;
+    }
+    const std::uint32_t rounds = 20'000 / links + 50;
+    const auto measure = [&](void (bench::Crowd::*send)(), std::uint64_t& count) {
+      count = 0;
+      crowd.take_seconds();
+      for (std::uint32_t i = 0; i < rounds; ++i) (crowd.*send)();
+      return 1e6 * crowd.take_seconds() / static_cast<double>(count);
+    };
+    const double up = measure(&bench::Crowd::send_up, crowd.published);
+    const double down = measure(&bench::Crowd::send_down, crowd.sent);
+    std::printf("%5u %27.2f %18.2f\n", links, up, down);
+    if (crowd.published != std::uint64_t{rounds} * links ||
+        crowd.sent != std::uint64_t{rounds} * links) {
+      std::fprintf(stderr, "of %u messages %llu were published, and %llu sent\n", rounds * links,
+                   static_cast<unsigned long long>(crowd.published),
+                   static_cast<unsigned long long>(crowd.sent));
+      return 1;
+    }
+  }
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string_view what = argc == 2 ? argv[1] : "";
-  if (what == "control") return measure_control();
-  std::fputs("usage: core_bench control\n", stderr);
+  const std::string_view what = argc > 1 ? argv[1] : "";
+  if (what == "control" && argc == 2) return measure_control();
+  if (what == "links") {
+    std::vector<std::uint32_t> counts;
+    for (int i = 2; i < argc; ++i)
+      counts.push_back(static_cast<std::uint32_t>(std::strtoul(argv[i], nullptr, 10)));
+    return measure_links(counts.empty() ? std::vector<std::uint32_t>{1, 60, 300} : counts);
+  }
+  std::fputs("usage: core_bench control | links [N ...]\n", stderr);
   return 2;
 }
