@@ -74,15 +74,20 @@ class Side final : private LinksUser {
   void on(PolicyChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
-  // All others: of connections and logins, and of clients of real services.
-  template <class Other>
-  void on(Other& input, const Now& now) {
-    if constexpr (requires { links_.on(input, now); }) {
-      links_.on(input, now);
-    } else {
-      service_exports_.on(input, now);
-    }
-  }
+  // Of connections and logins.
+  void on(ConnectionOpened& input, const Now& now) { links_.on(input, now); }
+  void on(DialFailed& input, const Now& now) { links_.on(input, now); }
+  void on(PacketReceived& input, const Now& now) { links_.on(input, now); }
+  void on(ConnectionClosed& input, const Now& now) { links_.on(input, now); }
+  void on(NetworkChanged& input, const Now& now) { links_.on(input, now); }
+  void on(Authenticated& input, const Now& now) { links_.on(input, now); }
+  void on(IdentitiesChanged& input, const Now& now) { links_.on(input, now); }
+  void on(CredentialChanged& input, const Now& now) { links_.on(input, now); }
+  // Of clients of real services.
+  void on(ServiceReady& input, const Now& now) { service_exports_.on(input, now); }
+  void on(ResponseTaken& input, const Now& now) { service_exports_.on(input, now); }
+  void on(InvocationFailed& input, const Now& now) { service_exports_.on(input, now); }
+  void on(ServiceClientFailed& input, const Now& now) { service_exports_.on(input, now); }
 
   // ---- what links report
   Result<Nothing> on(Link& link, const Offer& offer, const Now& now) override;
