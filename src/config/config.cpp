@@ -40,6 +40,8 @@ class ConfigMaker {
       add("audit.required", "true", "audit.file too, else no call can be recorded");
     read_names();
     derive_limits();
+    // The client is the operator's.
+    config_.limits.resumes_by_default = is_server();
     // A link that is alone has a third (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
     if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)

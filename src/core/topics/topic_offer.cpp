@@ -142,6 +142,7 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
 // the link returns.
 bool TopicOffer::may_resume() const {
   const auto& [name, type] = topic_.key();
+  if (!treatment().resume && !context_.options.resumes_by_default) return false;
   return link_.life.keeps() && !topic_.what()->parameter_events &&
          treatment().qos.reliability != Reliability::kBestEffort &&
          connect_bridge::resumes(treatment(), name, type);

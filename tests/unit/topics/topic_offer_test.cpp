@@ -138,6 +138,23 @@ TEST(TopicOffer, TheNewestThatItsRateForbidsLeavesLater) {
   EXPECT_FALSE(s.offer.take_held(ms(9000)));
 }
 
+TEST(TopicOffer, WhatGoesToARobotIsKeptOverABreakOnlyIfARuleSaysSo) {
+  const auto resumes = [](bool by_default, std::optional<bool> rule) {
+    Rule resumed = everything();
+    resumed.treatment.resume = rule;
+    Offering s(resumed);
+    s.options.resumes_by_default = by_default;
+    OneLink lasting(2, std::make_shared<Account>(), std::chrono::minutes(1));
+    TopicOffer offer(s.context, s.subject, lasting.link);
+    EXPECT_TRUE(offer.open());
+    return offer.may_resume();
+  };
+  EXPECT_TRUE(resumes(true, {}));
+  EXPECT_FALSE(resumes(true, false));
+  EXPECT_FALSE(resumes(false, {}));
+  EXPECT_TRUE(resumes(false, true));
+}
+
 TEST(TopicOffer, EachPublisherHasItsRate) {
   Rule limited = everything();
   limited.treatment.max_rate = 1;
