@@ -22,7 +22,7 @@ def picture(number):
 
 
 def test_pictures_on_a_thin_link_are_no_older_than_two_of_them_take(make_pair):
-    """A reliable publisher, default rules: github.com/RobotWebTools/roslibpy issue 41 and others."""
+    """A reliable publisher, default rules (github.com/RobotWebTools/roslibpy issue 41)."""
     pair = make_pair(server={**OPEN, "link.bytes_per_second": CAP})
     camera, pictures = pair.opened(CompressedImage, "/t/camera", picture(0), qos(10))
     pictures.clear()

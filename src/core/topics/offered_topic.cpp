@@ -164,7 +164,7 @@ void OfferedTopic::hurry(DropReason otherwise, const Now& now, std::optional<Ori
   if (first) advance(now);
   // The last that its publisher has said: the rate counts it, but there will be no later time.
   while (const auto held = of ? held_.take(*of) : held_.take())
-    publish(held->message, held->raw, now, true);
+    publish(held->head, held->raw, now, true);
 }
 
 void OfferedTopic::lose(const Now& now) {
@@ -322,7 +322,7 @@ void OfferedTopic::advance(const Now& now) {
   }
 }
 
-void OfferedTopic::publish(const InMessage& message, const Payload& raw, const Now& now,
+void OfferedTopic::publish(const MessageHead& message, const Payload& raw, const Now& now,
                            bool was_held) {
   const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return dropped_.add(DropReason::kUnknownOrigin);
@@ -349,35 +349,31 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
   bytes_ += raw.size();
 }
 
-bool OfferedTopic::admits(const InMessage& message, const Payload& raw, const Mirror& mirror,
+bool OfferedTopic::admits(const MessageHead& message, const Payload& raw, const Mirror& mirror,
                           const Now& now) {
   RateLimit* rate = link_.rate_of(key_, mirror.origin().gid, treatment(), now);
   if (!rate) return true;
   const TopicState* topic = context_.graph.find(key_);
   const Stamp stamp = topic && topic->has_header ? header_stamp(raw.view()) : 0;
   const OriginId origin = message.subject.origin();
-  if (rate->admit(raw.size(), stamp, now.steady)) {
-    if (held_.forget(origin)) dropped_.add(DropReason::kRate);
-    return true;
-  }
-  HeldMessage held{message, out_of_packet(raw)};
-  held.message.body = {};
-  if (!held_.hold(origin, std::move(held), raw.size(), rate->leaves_at()))
-    dropped_.add(DropReason::kRate);
-  if (const auto at = held_.deadline()) held_until_ = context_.held.set(*at, this);
-  return false;
+  const bool passes = rate->admit(raw.size(), stamp, now.steady);
+  const bool lost =
+      passes ? held_.forget(origin)
+             : !held_.hold(origin, {message, out_of_packet(raw)}, raw.size(), rate->leaves_at());
+  if (lost) dropped_.add(DropReason::kRate);
+  wait_for_held();
+  return passes;
 }
 
 void OfferedTopic::publish_held(const Now& now) {
   while (const auto held = held_.take_due(now.steady)) {
-    const auto origin = origins_.find(held->message.subject.origin());
+    const auto origin = origins_.find(held->head.subject.origin());
     if (origin == origins_.end()) continue;
     if (auto* rate = link_.rate_of(key_, origin->second->origin().gid, treatment(), now))
       rate->leave(held->raw.size(), now.steady);
-    publish(held->message, held->raw, now, true);
+    publish(held->head, held->raw, now, true);
   }
-  held_until_.cancel();
-  if (const auto at = held_.deadline()) held_until_ = context_.held.set(*at, this);
+  wait_for_held();
 }
 
 void OfferedTopic::on_lost(std::uint64_t count, DropReason reason) {

@@ -98,10 +98,15 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   // Handles the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
   // `was_held`: its publisher's rate had refused it, and lets it pass now.
-  void publish(const InMessage& message, const Payload& raw, const Now& now, bool was_held = false);
+  void publish(const MessageHead& message, const Payload& raw, const Now& now,
+               bool was_held = false);
   // Whether its publisher's rate lets it pass; otherwise it is held back.
-  [[nodiscard]] bool admits(const InMessage& message, const Payload& raw, const Mirror& mirror,
+  [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw, const Mirror& mirror,
                             const Now& now);
+  void wait_for_held() {
+    const auto at = held_.deadline();
+    held_until_ = at ? context_.held.set(*at, this) : Timers<OfferedTopic*>::Timer();
+  }
   void leave_mirrors(const Now& now);
   void note_end(const Ending& why) const;
   // Whether the peer shall keep what a lost connection loses.
@@ -127,7 +132,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   std::deque<Waiting> waiting_;  // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
   struct HeldMessage {
-    InMessage message;
+    MessageHead head;
     Payload raw;
   };
   HeldBack<HeldMessage> held_;

@@ -10,7 +10,7 @@ namespace connect_bridge {
 struct TopicOptions {
   // Queue and mirror depth where the graph gives none, and the least one of reliable publishers.
   std::uint32_t default_depth = 100;
-  std::uint32_t latched_depth = 10;             // the same for transient local
+  std::uint32_t latched_depth = 10;  // the same for transient local
   // What this side exports may be kept over a break also where no rule says `resume: true`. False
   // at an operator: nothing that is older than the break moves a robot.
   bool resumes_by_default = true;

@@ -59,8 +59,7 @@ TEST(StatusJson, WhoCameToAServer) {
 
 TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   TopicStatus exported;
-  exported.topic = "/a";
-  exported.type = "p/msg/T";
+  exported.topic = "/a", exported.type = "p/msg/T";
   exported.exported = exported.demanded = true;
   exported.origins = 2;
   exported.messages = 3;
@@ -69,8 +68,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   exported.queued = 1;
   exported.dropped.add(DropReason::kRate, 4);
   exported.declined = "no such type";
-  exported.keep = Keep::kNewest;
-  exported.keep_because = "best effort";
+  exported.keep_because = "an event";
   TopicStatus imported;
   imported.topic = "/b";
   imported.type = "p/msg/T";
@@ -120,7 +118,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
-       "keep": "newest", "keep_because": "best effort", "declined": "no such type"},
+       "keep": "all", "keep_because": "an event", "declined": "no such type"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
        "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {}, "latency_ms": 2.5}],
     "services": [

@@ -79,7 +79,9 @@ TEST(ControlLimits, LimitsAreInclusiveAndBeyondThemIsTooLarge) {
   };
   EXPECT_EQ(code_of(deny(kAcceptEntriesMax)), CloseCode::kNormal);
   EXPECT_EQ(code_of(deny(kAcceptEntriesMax + 1)), CloseCode::kTooLarge);
+}
 
+TEST(ControlLimits, AcceptsHasFewAndShortWildcards) {
   // A type with a star is no pattern.
   const auto wild = [](std::size_t topics, std::size_t denied, const std::string& text) {
     const std::vector<std::string> names(topics, text);
