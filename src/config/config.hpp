@@ -51,7 +51,7 @@ struct Config {
 // What a configuration is checked against besides itself: values of the host.
 struct Surroundings {
   bool token_in_environment = false;
-  Variable variable{};                                     // empty: none is set
+  Variable variable{};  // empty: none is set
   // Why a file cannot be read, for people, or empty. Without the function files are not checked.
   std::function<std::string(const std::string& file)> unreadable;
   std::function<bool(const std::string& type)> installed;  // a message type; empty: not checked

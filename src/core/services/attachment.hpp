@@ -91,7 +91,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   [[nodiscard]] const Treatment& treatment() const { return offer_.treatment(); }
   // For the audit log, if there is one.
   [[nodiscard]] std::optional<Audit> line_of_call(AuditEvent event,
-                                                   const std::string& why = {}) const;
+                                                  const std::string& why = {}) const;
   // How an answer of this size is compressed before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
   [[nodiscard]] CallGate::Caller caller() const;
