@@ -13,7 +13,7 @@ namespace {
 
 // Above 101 their ports may be those that the system gives out.
 constexpr int kFirst = 40;
-constexpr int kCount = 62;
+constexpr int kDomains = 62;
 
 }  // namespace
 
@@ -24,8 +24,8 @@ Domain::Domain() {
   // Each test begins elsewhere: where a test has just ended, others may still believe in its nodes.
   static int first = getpid();
   ++first;
-  for (int i = 0; i < kCount; ++i) {
-    id_ = kFirst + (first + i) % kCount;
+  for (int i = 0; i < kDomains; ++i) {
+    id_ = kFirst + (first + i) % kDomains;
     lock_ = open((folder / std::to_string(id_)).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
     if (lock_ < 0) continue;
     if (flock(lock_, LOCK_EX | LOCK_NB) == 0) return;

@@ -11,7 +11,7 @@ namespace {
 #if CONNECT_TYPE_HASHES
 
 const std::string kPackage = kTestPackage;
-const std::string kOther = "RIHS01_" + std::string(64, 'a');
+const std::string kOtherHash = "RIHS01_" + std::string(64, 'a');
 
 class OtherDefinitionsTest : public RosTest {
  protected:
@@ -26,7 +26,7 @@ class OtherDefinitionsTest : public RosTest {
 TEST_F(OtherDefinitionsTest, OneOfATopicIsUsedWhereThatIsAllowed) {
   const std::string type = kPackage + "/msg/Blob";
   TestSide side("connect_client");
-  CreateMirror create{MirrorId{1}, topic("blob"), type, kOther, qos_of_depth(10)};
+  CreateMirror create{MirrorId{1}, topic("blob"), type, kOtherHash, qos_of_depth(10)};
   side.gateway.apply(create);
   const auto failed = side.next<MirrorFailed>();
   ASSERT_TRUE(failed);
@@ -43,7 +43,7 @@ TEST_F(OtherDefinitionsTest, OneOfATopicIsUsedWhereThatIsAllowed) {
 
 TEST_F(OtherDefinitionsTest, OneOfAServiceLikewise) {
   TestSide side("connect_client");
-  CreateServiceMirror create{ServiceMirrorId{1}, topic("echo"), kPackage + "/srv/Echo", kOther};
+  CreateServiceMirror create{ServiceMirrorId{1}, topic("echo"), kPackage + "/srv/Echo", kOtherHash};
   side.gateway.apply(create);
   const auto failed = side.next<ServiceMirrorFailed>();
   ASSERT_TRUE(failed);

@@ -10,14 +10,15 @@ namespace {
 
 constexpr char kUnknown[] = "made_up_lacking/msg/Thing";
 constexpr char kUnknownService[] = "made_up_lacking/srv/Do";
-const std::string kHash = "RIHS01_" + std::string(64, 'a');
+const std::string kMadeUpHash = "RIHS01_" + std::string(64, 'a');
 
 class TypeLacksTest : public RosTest {
  protected:
   // Somebody has both, and a topic and a service of installed types.
   void make_all() {
-    owner_.gateway.apply(CreateMirror{kMirror, topic("things"), kUnknown, kHash, qos_of_depth(1)});
-    owner_.gateway.apply(CreateServiceMirror{{1}, topic("do"), kUnknownService, kHash});
+    owner_.gateway.apply(
+        CreateMirror{kMirror, topic("things"), kUnknown, kMadeUpHash, qos_of_depth(1)});
+    owner_.gateway.apply(CreateServiceMirror{{1}, topic("do"), kUnknownService, kMadeUpHash});
   }
   static std::optional<ServiceState> service_of(const TestSide& side, const std::string& name) {
     for (const ServiceState& service : side.graph.services)
@@ -69,7 +70,7 @@ TEST_F(TypeLacksTest, WhatIsMadeAtRunTimeIsNotLacking) {
 TEST(TypeSupports, TellWhatTheyLackBeforeItIsTried) {
   for (const bool not_installed_too : {false, true}) {
     TypeSupports types(not_installed_too);
-    for (const std::string& hash : {std::string{}, kHash}) {
+    for (const std::string& hash : {std::string{}, kMadeUpHash}) {
       for (const char* type : {kString, kUnknown, "std_msgs/msg/NoSuchType", "no name",
                                "made_up_lacking/action/Fly_FeedbackMessage"}) {
         const bool installed = std::string(type) == kString;
