@@ -47,7 +47,7 @@ const char* word_of(OpenedBy what) {
   }
 }
 
-std::string list_text(const std::vector<std::string>& list) {
+std::string shown_list(const std::vector<std::string>& list) {
   return to_text(ParameterValue{list});
 }
 
@@ -127,9 +127,9 @@ class Explainer {
 
   [[nodiscard]] static std::string for_whom(const Rule& rule) {
     std::string text;
-    if (!rule.identities.empty()) text += "identities " + list_text(rule.identities);
+    if (!rule.identities.empty()) text += "identities " + shown_list(rule.identities);
     if (!rule.groups.empty())
-      text += (text.empty() ? "groups " : " or groups ") + list_text(rule.groups);
+      text += (text.empty() ? "groups " : " or groups ") + shown_list(rule.groups);
     return text;
   }
   // The default rules of a client are not keys of a file.
@@ -158,12 +158,12 @@ class Explainer {
       if (!said.applies) {
         line(fmt::format("{} matches, but is only for {}", at, for_whom(rule)));
       } else if (!said.type_fits && !question_.type.empty()) {
-        line(fmt::format("{} matches, but is only for the types {}", at, list_text(rule.types)));
+        line(fmt::format("{} matches, but is only for the types {}", at, shown_list(rule.types)));
       } else if (decided_ && !open_types_) {
         line(fmt::format("{} matches, too; it comes later, so its treatment is not used", at));
       } else if (!said.type_fits) {
         line(fmt::format("{} by {}, if its type is one of {}",
-                         denied ? "would be allowed" : "allowed", at, list_text(rule.types)));
+                         denied ? "would be allowed" : "allowed", at, shown_list(rule.types)));
         decided_ = open_types_ = true;
         verdict_ = "allowed for some types (--type tells which)";
       } else {

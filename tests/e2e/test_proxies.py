@@ -16,7 +16,7 @@ from connect_bridge_test_interfaces.msg import Blob
 from graph import qos, until
 from harness.domains import free_port
 from proxies import PROXIES, HaProxy, HaProxyTcp, Nginx, blocks
-from test_restarts import FAST, Ticker
+from test_restarts import Ticker
 
 PARTS = 3
 LARGE = (64 << 20) - 64  # bytes of data; the message is just within max_message_size
@@ -39,7 +39,7 @@ def behind(make_pair, authority, tmp_path):
     with contextlib.ExitStack() as stack:
 
         def make(kind, seconds=60, **both):
-            pair = make_pair(start=False, client=FAST)
+            pair = make_pair(start=False)
             proxy = kind.made(tmp_path, free_port(), pair.bridge.port, authority, seconds)
             parameters = shown_parameters(kind)
             parameters["listen"]["port"] = pair.bridge.port

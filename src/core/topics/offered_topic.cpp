@@ -55,11 +55,11 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (!mirror) {
     left_out_.add(origin, link_.memory);
     context_.look_again(now);
-    context_.outputs.log_once(
-        link_.account->told, LogLevel::kWarn,
-        "no more mirrors for " + link_.label() +
-            " (mirrors_max, too many of one topic, or what others leave): not all publishers of " +
-            key_.first + " exist here");
+    // Once for the identity: the names are the peer's, and may be thousands.
+    if (link_.account->told.first("no more mirrors"))
+      context_.outputs.log(LogLevel::kWarn,
+                           "no more mirrors for " + link_.label() + ", first on " + key_.first +
+                               " (mirrors_max, too many of a topic, or what others leave)");
     return;
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice
