@@ -92,10 +92,10 @@ def test_a_number_in_use_is_refused(world, served, peer):
 
 def test_too_many_are_refused(world, served, peer):
     mine = peer()
-    for first in range(1, 1025, 256):
+    for first in range(1, 1025, 64):
         added = [
             {"listener": n, "name": "/t/crowd", "type": STRING, "node": f"/n{n}", "qos": {}}
-            for n in range(first, first + 256)
+            for n in range(first, first + 64)
         ]
         mine.send_control(type="listeners", added=added, removed=[])
     until(lambda: subscribed(world, "/t/crowd"), "one subscription for all")

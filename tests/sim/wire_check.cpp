@@ -262,6 +262,10 @@ void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection
   if (!channel.demanded || channel.demanded_since >= it->second.at) return;
   const auto before = it->second.bytes.find(id);
   if (before == it->second.bytes.end()) return;
+  const auto treatment = treatment_of(host.policy(), Direction::kExport, channel.wire, channel.type,
+                                      identity_of(host, id));
+  // A rate may have held it back: the last message of a publisher leaves later.
+  if (treatment && (treatment->max_rate > 0 || treatment->bytes_per_second_max > 0)) return;
   ledger_.coverage().count(Judged::kUrgent);
   const auto weighted = connection.weighted_bytes - before->second.first;
   if (weighted > 0)
