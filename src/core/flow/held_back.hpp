@@ -1,6 +1,7 @@
 // Messages that a rule's rate refused and that may leave later.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <utility>
@@ -21,10 +22,10 @@ class HeldBack {
   explicit HeldBack(Budget& memory) : memory_(memory) {}
 
   // Holds the message until `at`, instead of an older one of the publisher. False: there was one,
-  // or there is no room for this one; one message is lost.
+  // or there is no room for this one, and an older one stays; one message is lost.
   bool hold(OriginId origin, Message message, std::size_t bytes, TimePoint at) {
-    const bool none = !forget(origin);
     if (bytes > memory_.room()) return false;
+    const bool none = !forget(origin);
     entries_.try_emplace(origin, std::move(message), memory_.hold(bytes), timers_.set(at, origin));
     return none;
   }
@@ -40,6 +41,7 @@ class HeldBack {
   std::optional<Message> take(OriginId origin) { return take(entries_.find(origin)); }
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
+  [[nodiscard]] std::size_t size() const { return entries_.size(); }
 
  private:
   struct Entry {

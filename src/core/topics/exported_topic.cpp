@@ -163,7 +163,9 @@ void ExportedTopic::on_time(const Now& now) {
 void ExportedTopic::keep(LinkId link, const Now& now) {
   if (backlogs_.contains(link)) return backlogs_.renew(link, now);
   const auto it = offers_.find(link);
-  if (it == offers_.end() || !it->second.resumes() || !may_resume(subscription_qos_)) return;
+  if (it == offers_.end()) return;
+  if (!it->second.resumes() || !may_resume(subscription_qos_))
+    return it->second.drop_held(DropReason::kLinkLost);
   auto on_its_way = streams_.forget(link);
   it->second.take_all_held(on_its_way);
   backlogs_.begin(it->second, link, on_its_way, now);

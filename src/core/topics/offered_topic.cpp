@@ -368,8 +368,8 @@ bool OfferedTopic::admits(const MessageHead& message, const Payload& raw, const 
 void OfferedTopic::publish_held(const Now& now) {
   while (const auto held = held_.take_due(now.steady)) {
     const auto origin = origins_.find(held->head.subject.origin());
-    if (origin == origins_.end()) continue;
-    if (auto* rate = link_.rate_of(key_, origin->second->origin().gid, treatment(), now))
+    const Gid gid = origin == origins_.end() ? Gid{} : origin->second->origin().gid;
+    if (auto* rate = link_.rate_of(key_, gid, treatment(), now))
       rate->leave(held->raw.size(), now.steady);
     publish(held->head, held->raw, now, true);
   }
@@ -391,7 +391,7 @@ void OfferedTopic::add_status(LinkStatus& status) const {
   s.messages = published_;
   s.bytes = bytes_;
   s.wire_bytes = wire_bytes_;
-  s.queued = waiting_.size();
+  s.queued = waiting_.size() + held_.size();
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
   status.topics.push_back(std::move(s));

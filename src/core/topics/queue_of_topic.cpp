@@ -67,6 +67,9 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   return queue;
 }
 
+// More than one.
+constexpr std::uint32_t kUnknownDepth = std::numeric_limits<std::uint32_t>::max();
+
 TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& treatment) {
   TopicTraits traits;
   traits.has_header = has_header;
@@ -75,8 +78,10 @@ TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& 
     const Qos qos = qos_to_offer(origin.qos, treatment.qos);
     traits.best_effort = traits.best_effort && qos.reliability == Reliability::kBestEffort;
     traits.keep_all = traits.keep_all || qos.history == History::kKeepAll;
+    // What a late subscriber would get (history_depth); 0: not known.
+    const auto kept = [](std::uint32_t depth) { return depth == 0 ? kUnknownDepth : depth; };
     if (qos.durability == Durability::kTransientLocal)
-      traits.latched = std::max(traits.latched, qos.depth);
+      traits.latched = std::max({traits.latched, kept(qos.depth), kept(origin.qos.depth)});
   }
   return traits;
 }

@@ -81,7 +81,7 @@ void TopicOffer::withdraw(const Ending& why) {
   offer_.close(why);
   queue_ = nullptr;
   demand_ = 0;
-  drop_held();
+  drop_held(DropReason::kWithdrawn);
 }
 
 void TopicOffer::add_origins(const std::vector<Gid>& added) {
@@ -124,7 +124,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   // (docs/protocol.md section 8, rule 5).
   if (!demanded()) {
     link_.outbox().clear_channel(number());
-    drop_held();
+    drop_held(DropReason::kNoDemand);
   }
   // Origins of the offer may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
@@ -232,8 +232,8 @@ void TopicOffer::take_all_held(std::vector<OutSample>& samples) {
   while (auto sample = held_.take()) samples.push_back(*std::move(sample));
 }
 
-void TopicOffer::drop_held() {
-  while (held_.take()) drop(DropReason::kNoDemand);
+void TopicOffer::drop_held(DropReason reason) {
+  while (held_.take()) drop(reason);
 }
 
 void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body, const Now& now) {
@@ -288,7 +288,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
     const ChannelCounts counts = link_.outbox().counts(number());
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;
-    s.queued = counts.queued;
+    s.queued = counts.queued + held_.size();
     for (std::size_t i = 0; i < kDropReasons; ++i)
       s.dropped.by_reason[i] += counts.dropped.by_reason[i];
   }

@@ -68,6 +68,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::optional<OutSample> take_held(const Now& now);
   // Adds those that still wait.
   void take_all_held(std::vector<OutSample>& samples);
+  void drop_held(DropReason reason);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
@@ -95,7 +96,6 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();
   void hold(const OutSample& sample, TimePoint at);
-  void drop_held();
 
   ExportContext& context_;
   ExportedTopic& topic_;

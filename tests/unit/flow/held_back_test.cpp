@@ -44,6 +44,8 @@ TEST(HeldBack, WithoutRoomNothingIsHeld) {
   HeldBack<std::string> held(memory);
   EXPECT_TRUE(held.hold({1}, "a", 10, at(50)));
   EXPECT_FALSE(held.hold({2}, "b", 10, at(50)));
+  EXPECT_FALSE(held.hold({1}, "c", 10, at(50)));
+  EXPECT_EQ(held.size(), 1U);
   EXPECT_EQ(held.take(), "a");
   EXPECT_FALSE(held.take());
 }

@@ -155,6 +155,22 @@ TEST(TopicOffer, WhatGoesToARobotIsKeptOverABreakOnlyIfARuleSaysSo) {
   EXPECT_TRUE(resumes(false, true));
 }
 
+TEST(TopicOffer, WhatARateHoldsCountsAsQueuedAndIsLostWithTheLink) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 1;
+  Offering s(limited);
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand({1}, ms(0));
+  EXPECT_TRUE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit(sized(11), TopicOffer::Age::kNew, ms(10)));
+  LinkStatus status;
+  s.offer.add_status(status);
+  EXPECT_EQ(status.topics.at(0).queued, 1U);
+  s.offer.drop_held(DropReason::kLinkLost);
+  EXPECT_EQ(s.dropped(DropReason::kLinkLost), 1U);
+  EXPECT_TRUE(s.offer.drained());
+}
+
 TEST(TopicOffer, EachPublisherHasItsRate) {
   Rule limited = everything();
   limited.treatment.max_rate = 1;
