@@ -133,10 +133,10 @@ TEST(HostCheck, SaysWhomAFileBelongsToThatIsNotPermitted) {
     std::exit(0);
   };
   EXPECT_EXIT(look(), testing::ExitedWithCode(0),
-              "^/.*/token is not permitted for user .+: it belongs to .+ .mode 0000.$");
+              "^/.*/token is not permitted for user .+: it belongs to .+ .mode 0000.");
   ASSERT_EQ(::chmod(folder.c_str(), 0), 0);
   EXPECT_EXIT(look(), testing::ExitedWithCode(0),
-              "^the folder /.* is not permitted for user .+: it belongs to .+ .mode 0000.$");
+              "^the folder /.* is not permitted for user .+: it belongs to .+ .mode 0000.");
   ASSERT_EQ(::chmod(folder.c_str(), 0700), 0);
   std::filesystem::remove_all(folder);
 }
