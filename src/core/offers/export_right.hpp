@@ -43,7 +43,8 @@ struct ExportRight {
   [[nodiscard]] bool is_allowed_here() const { return answer <= Answer::kNotAccepted; }
 };
 
-// Nobody else asks rules or `accepts` about what is exported.
+// Nobody else asks rules or `accepts` about what is exported, but for the peer's wish for /clock
+// (ClockPublisher).
 [[nodiscard]] ExportRight export_right(const SideView& side, const Link& link,
                                        const LocalInterface& what);
 // The same for any interface, whether it is here or not.
