@@ -15,23 +15,22 @@
 
 namespace {
 
-int print_document(const std::string& manual) {
-  std::string text = connect_bridge::config_tables();
-  if (!manual.empty()) {
-    std::ifstream file(manual);
-    std::ostringstream content;
-    if (!file || !(content << file.rdbuf())) {
-      std::fprintf(stderr, "%s: cannot be read\n", manual.c_str());
-      return connect_bridge::kExitConfiguration;
-    }
-    const auto document = connect_bridge::config_document(content.str());
-    if (!document) {
-      std::fprintf(stderr, "%s: expected a line @TABLES@\n", manual.c_str());
-      return connect_bridge::kExitConfiguration;
-    }
-    text = *document;
+int write_tables(const std::string& manual) {
+  if (manual.empty()) {
+    std::fputs(connect_bridge::config_tables().c_str(), stdout);
+    return 0;
   }
-  std::fputs(text.c_str(), stdout);
+  const auto complain = [&manual](const char* problem) {
+    std::fprintf(stderr, "%s: %s\n", manual.c_str(), problem);
+    return connect_bridge::kExitConfiguration;
+  };
+  std::ifstream file(manual);
+  std::ostringstream content;
+  if (!file || !(content << file.rdbuf())) return complain("cannot be read");
+  const auto document = connect_bridge::config_document(content.str());
+  if (!document) return complain("has no marks between which the table stands");
+  std::ofstream out(manual);
+  if (!(out << *document << std::flush)) return complain("cannot be written");
   return 0;
 }
 
@@ -82,7 +81,7 @@ int main(int argc, char** argv) {
   std::string manual;
   auto* document = app.add_subcommand("config-doc", "Print the table of all parameters");
   document->add_option("manual", manual,
-                       "A text to print with the table in place of its line @TABLES@");
+                       "Instead, write the table into this file, between its marks");
 
   connect_bridge::CertificateOrder order;
   const auto* certs = connect_bridge::add_certs_command(app, order);
@@ -101,5 +100,5 @@ int main(int argc, char** argv) {
   if (*certs) return connect_bridge::run_certs(order);
   if (*token) return make_token(request);
   if (*check) return connect_bridge::check_file(file, role);
-  return *document ? print_document(manual) : 0;
+  return *document ? write_tables(manual) : 0;
 }

@@ -8,8 +8,9 @@
 namespace connect_bridge {
 namespace {
 
-// The line of the manual's template that the tables replace.
-constexpr std::string_view kMark = "@TABLES@\n";
+// The lines of the manual between which the tables stand.
+constexpr std::string_view kBegin = "<!-- ctl config-doc writes from here -->\n";
+constexpr std::string_view kEnd = "<!-- to here -->\n";
 
 std::string used_by_text(UsedBy used_by) {
   if (used_by == UsedBy::kBoth) return "both";
@@ -118,10 +119,12 @@ std::string config_tables() {
 }
 
 std::optional<std::string> config_document(std::string_view manual) {
-  const std::size_t at = manual.find(kMark);
-  if (at == std::string_view::npos) return std::nullopt;
-  std::string text{manual};
-  return text.replace(at, kMark.size(), config_tables());
+  const std::size_t begin = manual.find(kBegin);
+  if (begin == std::string_view::npos) return std::nullopt;
+  const std::size_t at = begin + kBegin.size();
+  const std::size_t end = manual.find(kEnd, at);
+  if (end == std::string_view::npos) return std::nullopt;
+  return fmt::format("{}\n{}\n{}", manual.substr(0, at), config_tables(), manual.substr(end));
 }
 
 std::string help_text(Role role) {

@@ -11,7 +11,8 @@ namespace connect_bridge {
 
 // The table of all parameters as Markdown, a section for each group of them.
 [[nodiscard]] std::string config_tables();
-// docs/config.md: the text with the tables in place of its line "@TABLES@"; nullopt: it has none.
+// docs/config.md with these tables between its two marks, whatever stands there; nullopt: it has no
+// marks.
 [[nodiscard]] std::optional<std::string> config_document(std::string_view manual);
 
 // `server --help` and `client --help`.
