@@ -48,6 +48,17 @@ class Timers {
     Key key_{};
   };
 
+  // Sets deadlines for one value; a part of an owner sets the owner's with it.
+  class Of {
+   public:
+    Of(Timers& table, Value value) : table_(&table), value_(std::move(value)) {}
+    [[nodiscard]] Timer set(TimePoint at) const { return table_->set(at, value_); }
+
+   private:
+    Timers* table_;
+    Value value_;
+  };
+
   Timers() = default;
   Timers(const Timers&) = delete;
   Timers& operator=(const Timers&) = delete;

@@ -4,8 +4,6 @@
 #include <string>
 #include <utility>
 
-#include "core/topics/exported_topic.hpp"
-
 // The course of a break, for one topic and one link (docs/protocol.md section 8.10). When the
 // connection is about to be lost, begin() takes what may not have arrived out of the link's queue.
 // Then add() keeps each new reliable sample. When the link is back and the topic is offered to it
@@ -50,7 +48,7 @@ bool Backlogs::want_volatile() const {
 }
 
 ExportTimers::Timer Backlogs::timer_for(const Link& link, const Now& now) {
-  return context_.timers.set(link.life.kept_until(now), &topic_);
+  return timers_.set(link.life.kept_until(now));
 }
 
 void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
@@ -92,7 +90,7 @@ bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
   if (opened && offer.may_take_place_of(backlog->second)) return true;
   backlog->second.end(DropReason::kWithdrawn);
   // It goes with the next deadline: whether the subscription is wanted cannot be judged here.
-  backlog->second.end_at(context_.timers.set(TimePoint{}, &topic_));
+  backlog->second.end_at(timers_.set(TimePoint{}));
   return false;
 }
 
@@ -105,7 +103,7 @@ bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand
   Backlog& backlog = at->second;
   const bool goes_on = offer.resumes() && demand.after && !backlog.is_over();
   if (goes_on) {
-    TopicStatus arrived = status_of(topic_.key());  // that was not known, and is counted nowhere
+    TopicStatus arrived = status_of(what_->key);  // that was not known, and is counted nowhere
     arrived.messages = backlog.size();
     auto messages = backlog.take(*demand.after);
     arrived.messages -= messages.size();
@@ -120,7 +118,7 @@ bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand
 bool Backlogs::may_stay(LinkId link) const {
   const auto at = backlogs_.find(link);
   if (at == backlogs_.end()) return true;
-  const auto right = export_right(context_, at->second.link(), *topic_.what());
+  const auto right = export_right(context_, at->second.link(), *what_);
   return right.is_allowed_here() && right.decision.treatment == at->second.treatment();
 }
 
@@ -145,14 +143,14 @@ bool Backlogs::end_overdue(const Now& now) {
 }
 
 void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now) {
-  TopicStatus counts = status_of(topic_.key());
+  TopicStatus counts = status_of(what_->key);
   counts.dropped = backlog->second.dropped();
   Link& link = backlog->second.link();
   link.keep_counts({std::move(counts)});
   backlogs_.erase(backlog);
   // The topic may be over with that, but cannot be destroyed while it is asked: its next deadline,
   // at once, does it.
-  if (backlogs_.empty()) ended_ = context_.timers.set(now.steady, &topic_);
+  if (backlogs_.empty()) ended_ = timers_.set(now.steady);
   // One line of the log for all topics of the link, when the last of them has ended.
   const auto all = context_.kept.find(link.id);
   if (!all->second.empty()) return;
@@ -171,7 +169,7 @@ void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& no
 void Backlogs::add_status(LinkId link, LinkStatus& status) const {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return;
-  TopicStatus own = status_of(topic_.key());
+  TopicStatus own = status_of(what_->key);
   const auto is_own = [&](const TopicStatus& s) {
     return s.exported && s.topic == own.topic && s.type == own.type;
   };

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <map>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/jobs/encoder.hpp"
@@ -15,8 +17,8 @@ namespace connect_bridge {
 // demand on another one. Single-threaded.
 class Backlogs {
  public:
-  // All outlive this.
-  Backlogs(ExportContext& context, ExportedTopic& topic) : context_(context), topic_(topic) {}
+  Backlogs(ExportContext& context, std::shared_ptr<const LocalInterface> what, TopicTimers timers)
+      : context_(context), what_(std::move(what)), timers_(timers) {}
 
   [[nodiscard]] bool empty() const { return backlogs_.empty(); }
   [[nodiscard]] bool contains(LinkId link) const { return backlogs_.contains(link); }
@@ -60,7 +62,8 @@ class Backlogs {
   void remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now);
 
   ExportContext& context_;
-  ExportedTopic& topic_;
+  std::shared_ptr<const LocalInterface> what_;
+  TopicTimers timers_;
   std::map<LinkId, Backlog> backlogs_;
   ExportTimers::Timer ended_;  // set when the last backlog ended: the topic may be over
 };

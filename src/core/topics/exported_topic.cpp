@@ -7,16 +7,19 @@
 #include "core/topics/sample_content.hpp"
 
 namespace connect_bridge {
+namespace {
+
+constexpr Duration kJoinMax = std::chrono::seconds(1);  // since the first early sample
+
+}  // namespace
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),
       what_(local_interface(context, InterfaceKind::kTopic, std::move(key))),
-      origins_(context.timers, this),
-      backlogs_(context, *this),
-      turn_(context.subscriptions),
-      streams_(context, *this, offers_, subscription_qos_),
-      early_(context, *this, offers_, backlogs_),
-      parked_(context.parked, context.timers, this) {
+      origins_({context.timers, this}),
+      offers_(context, {context.timers, this}),
+      backlogs_(context, what_, {context.timers, this}),
+      parked_({context.timers, this}) {
   history_.draw_from(context.memory);
 }
 
@@ -51,11 +54,7 @@ void ExportedTopic::on_type_hash(const TopicState& state, const Now& now) {
 }
 
 void ExportedTopic::offer_closed_again() {
-  const auto closed = std::erase_if(offers_, [&](const auto& offer) {
-    if (!offer.second.is_open()) early_.forget(offer.first);
-    return !offer.second.is_open();
-  });
-  context_.offers_due = context_.offers_due || closed > 0;
+  if (offers_.erase_closed()) context_.offers_due = true;
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
@@ -70,15 +69,9 @@ void ExportedTopic::remove_vanished(const Now& now) {
       offer.remove_origins(removed);
     }
   }
-  if (origins_.empty()) end_offers();
+  // It lives on for its listeners: how its next publishers are offered is decided again.
+  if (origins_.empty()) offers_.clear();
   update_subscription(now);
-}
-
-// The topic lives on for its listeners: how its next publishers are offered is decided again.
-void ExportedTopic::end_offers() {
-  early_.clear();
-  streams_.clear();
-  offers_.clear();
 }
 
 void ExportedTopic::on_listeners(const Now& now) {
@@ -92,19 +85,16 @@ bool ExportedTopic::is_over() const {
 }
 
 bool ExportedTopic::drained() const {
-  const auto offer_drained = [](const auto& entry) { return entry.second.drained(); };
-  return parked_.empty() && early_.empty() && streams_.bytes() == 0 &&
-         std::all_of(offers_.begin(), offers_.end(), offer_drained);
+  return parked_.empty() && offers_.drained();
 }
 
 bool ExportedTopic::is_kept(OriginId origin) const {
-  const auto holds = [&](const auto& entry) { return entry.second.holds(origin); };
-  return backlogs_.hold(origin) || std::any_of(offers_.begin(), offers_.end(), holds);
+  return backlogs_.hold(origin) || offers_.hold(origin);
 }
 
 std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
   if (origins_.empty() || offers_.contains(link.id) || lacks_type_) return std::nullopt;
-  TopicOffer& offer = offers_.try_emplace(link.id, context_, *this, link).first->second;
+  TopicOffer& offer = offers_.add(*this, link);
   auto opened = offer.open();
   const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value());
   if (opened) opened->resume = resumes;
@@ -124,10 +114,7 @@ void ExportedTopic::review(const Link& link, const Now& now) {
 }
 
 void ExportedTopic::forget_offer(LinkId link, const Now& now) {
-  if (offers_.erase(link) == 0) return;
-  early_.forget(link);
-  streams_.forget(link);
-  update_subscription(now);
+  if (offers_.erase(link)) update_subscription(now);
 }
 
 void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
@@ -137,22 +124,21 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   if (offer.demanded() && std::exchange(failed_, false)) offer_closed_again();
   // What was kept over a break comes first; else what a worker has is of an ended demand.
   if (!backlogs_.go_on(offer, link, demand, now))
-    offer.drop(DropReason::kNoDemand, streams_.forget(link).size());
+    offer.drop(DropReason::kNoDemand, offers_.take_under_way(link).size());
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
-  if (offer.demanded() && subscribed) send_history(offer, link, now);             // mutant: history
+  if (offer.demanded() && subscribed) send_history(offer, now);                   // mutant: history
   const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
-  for (const auto& sample : early_.answer(link))
-    if (!kept && offer.admit(sample, TopicOffer::Age::kNew, now)) send(offer, link, sample, now);
+  for (const auto& sample : offer.take_early())
+    if (!kept && offer.admit(sample, TopicOffer::Age::kNew, now))
+      offers_.send_to(offer, sample, now);
 }
 
 void ExportedTopic::on_time(const Now& now) {
   if (!parked_.empty()) unpark(now);
-  streams_.on_time(now);
-  for (auto& [link, offer] : offers_)
-    while (const auto held = offer.take_held(now)) send(offer, link, *held, now);
+  offers_.on_time(now);
   if (backlogs_.end_overdue(now)) update_subscription(now);
-  early_.on_time(now);
+  for (auto& [link, offer] : offers_) offer.drop_late(now);
   // Last: what still waits anywhere keeps its origin (drained).
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);
@@ -166,7 +152,7 @@ void ExportedTopic::keep(LinkId link, const Now& now) {
   if (it == offers_.end()) return;
   if (!it->second.resumes() || !may_resume(subscription_qos_))
     return it->second.drop_held(DropReason::kLinkLost);
-  auto on_its_way = streams_.forget(link);
+  auto on_its_way = offers_.take_under_way(link);
   it->second.take_all_held(on_its_way);
   backlogs_.begin(it->second, link, on_its_way, now);
 }
@@ -179,7 +165,12 @@ void ExportedTopic::end_kept(LinkId link, const Now& now) {
 
 Qos ExportedTopic::wanted_qos() const {
   // A listener will demand it: to subscribe in another way then would lose a first message.
-  QosOverride weakest = early_.rules_of_awaited();
+  // One that declines it, or whose time is over, does not count.
+  QosOverride weakest = context_.listeners.rules_of(key(), [this](LinkId link) {
+    const auto offer = offers_.find(link);
+    return offer == offers_.end() || (offer->second.is_awaited() && !backlogs_.contains(link) &&
+                                      !offer->second.is_declined());
+  });
   if (is_command(key()) || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
   return qos_for(origins_, offers_, weakest, context_.options);
 }
@@ -194,12 +185,10 @@ std::uint32_t ExportedTopic::history_depth() const {
 }
 
 bool ExportedTopic::is_wanted() const {
-  const auto demanded = [](const auto& entry) { return entry.second.demanded(); };
   if (context_.listeners.listens(key()) && !context_.graph.lacks_type_of(key()))
     return !origins_.empty() ||
            (context_.names.are_free(key().first, *this) && !has_other_type(context_.graph, key()));
-  return !origins_.empty() && (context_.held.contains(key().first) ||
-                               std::any_of(offers_.begin(), offers_.end(), demanded) ||
+  return !origins_.empty() && (context_.held.contains(key().first) || offers_.demanded() ||
                                (backlogs_.want_samples() && may_resume(wanted_qos())));
 }
 
@@ -215,7 +204,7 @@ void ExportedTopic::update_subscription(const Now& now) {
     return take_name();
   }
   // What is there serves until another one may be made.
-  if (const TimePoint turn = turn_.take(now.steady); turn > now.steady) {
+  if (const TimePoint turn = turn_.take(context_.subscriptions, now.steady); turn > now.steady) {
     late_ = context_.timers.set(turn, this);
     return;
   }
@@ -223,6 +212,7 @@ void ExportedTopic::update_subscription(const Now& now) {
   take_name();
   subscription_ = context_.outputs.new_subscription();
   subscription_qos_ = qos;
+  offers_.on_subscribed(qos);
   subscribed_at_ = now.system;
   subscription_hash_ = type_hash_;
   if (qos.durability == Durability::kVolatile) history_.clear();  // it would grow stale
@@ -254,7 +244,7 @@ void ExportedTopic::unsubscribe() {
   context_.listeners.show(key(), false);
   history_.clear();
   origins_.forget_samples();
-  streams_.clear();
+  offers_.drop_under_way();
   parked_.clear();
 }
 
@@ -294,7 +284,8 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
 
 void ExportedTopic::park(MessageTaken taken, const Now& now) {
   const bool asked = parked_.has(taken.origin);
-  if (!parked_.add(std::move(taken), now)) return drop_demanded(DropReason::kUnknownOrigin);
+  if (!parked_.add(std::move(taken), context_.parked, now))
+    return offers_.drop(DropReason::kUnknownOrigin, 1);
   if (!asked) context_.outputs.push(RefreshGraph{key().first});
 }
 
@@ -303,7 +294,7 @@ void ExportedTopic::unpark(const Now& now) {
       now, [&](const Gid& gid) { return origins_.find(gid, subscription_qos_.durability); },
       [&](Origin& origin, MessageTaken taken) { forward(origin, std::move(taken), now); },
       [&](const MessageTaken& taken) {
-        if (!context_.is_of_bridge(taken.origin)) drop_demanded(DropReason::kUnknownOrigin);
+        if (!context_.is_of_bridge(taken.origin)) offers_.drop(DropReason::kUnknownOrigin, 1);
       });
 }
 
@@ -315,7 +306,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   auto age = TopicOffer::Age::kNew;
   if (origin.qos.durability == Durability::kTransientLocal) origins_.number(taken);
   if (subscription_qos_.durability == Durability::kTransientLocal) {
-    if (!Origins::is_new(origin, taken)) return drop_demanded(DropReason::kDuplicate);
+    if (!Origins::is_new(origin, taken)) return offers_.drop(DropReason::kDuplicate, 1);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
     if (Origins::was_kept(origin, taken.stamp < subscribed_at_, history_depth()))
       age = TopicOffer::Age::kKept;
@@ -325,45 +316,41 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   const bool promised =
       origin.qos.reliability == Reliability::kReliable;  // mutant: best_effort_kept
   sample.reliable = promised && may_resume(subscription_qos_);
-  std::map<Compression, std::vector<LinkId>> compressed;
-  for (auto& [link, offer] : offers_) {
-    if (!offer.admit(sample, age, now)) continue;
-    const Compression how = streams_.way_to(offer, link, sample.raw.size());
-    if (how.codec == Codec::kNone) {
-      offer.send(sample, Codec::kNone, sample.raw, now);
-    } else {
-      compressed[how].push_back(link);
-    }
-  }
-  early_.add(sample, now);
+  keep_early(sample, now);
   if (sample.reliable) {
     backlogs_.add(sample, now);
   } else if (promised) {
     backlogs_.miss();
   }
-  for (auto& [how, links] : compressed) {
-    OutSample to_links = sample;
-    // It may be one of the states of which only the newest goes to some links and each to others.
-    for (const LinkId link : links)
-      if (offers_.at(link).keep() == Keep::kAll) to_links.state.reset();
-    to_links.targets = std::move(links);
-    streams_.encode(how, std::move(to_links), now);
+  offers_.send(sample, age, now);
+}
+
+void ExportedTopic::keep_early(const OutSample& sample, const Now& now) {
+  // What is kept since a link was lost has these samples, too.
+  const auto awaits = [this](LinkId link, const TopicOffer& offer) {
+    return offer.is_awaited() && !backlogs_.contains(link);
+  };
+  // Of bridges in one graph the first that listens may give way to another one. So a link that
+  // listens a little later gets what no link has got yet, and first, so that its order is that of
+  // the others.
+  for (auto& [link, offer] : offers_) {
+    if (!awaits(link, offer) || !offer.early().empty()) continue;
+    const EarlySamples* oldest = nullptr;
+    for (const auto& [other, its_offer] : offers_)
+      if (!its_offer.early().empty() && (!oldest || its_offer.early().since() < oldest->since()))
+        oldest = &its_offer.early();
+    if (!oldest || now.steady - oldest->since() >= kJoinMax) continue;
+    for (const OutSample& early : oldest->samples()) offer.keep_early(early, oldest->since(), now);
   }
+  for (auto& [link, offer] : offers_)
+    if (awaits(link, offer)) offer.keep_early(sample, now.steady, now);
 }
 
-void ExportedTopic::send(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {
-  const Compression how = streams_.way_to(offer, link, sample.raw.size());
-  if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, sample.raw, now);
-  OutSample compressed = sample;
-  compressed.targets = {link};
-  streams_.encode(how, std::move(compressed), now);
-}
-
-void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
+void ExportedTopic::send_history(TopicOffer& offer, const Now& now) {
   for (const auto& [origin, stamp, number, raw] : history_.samples()) {
     OutSample sample{origin, stamp, number, raw, {}};
     read(sample, now);
-    if (offer.admit(sample, TopicOffer::Age::kKept, now)) send(offer, link, sample, now);
+    if (offer.admit(sample, TopicOffer::Age::kKept, now)) offers_.send_to(offer, sample, now);
   }
 }
 
@@ -373,13 +360,8 @@ void ExportedTopic::read(OutSample& sample, const Now& now) const {
   if (has_header_) sample.header = header_stamp(sample.raw.view());
 }
 
-void ExportedTopic::drop_demanded(DropReason reason, std::uint64_t count) {
-  for (auto& [link, offer] : offers_)
-    if (offer.demanded()) offer.drop(reason, count);
-}
-
 void ExportedTopic::on_lost(const MessagesLost& lost) {
-  drop_demanded(lost.too_large ? DropReason::kTooLarge : DropReason::kQueueDepth, lost.count);
+  offers_.drop(lost.too_large ? DropReason::kTooLarge : DropReason::kQueueDepth, lost.count);
   if (lost.too_large) tell_once(": messages larger than max_message_size are dropped");
 }
 
@@ -391,7 +373,7 @@ void ExportedTopic::add_status(LinkId link, LinkStatus& status) const {
 }
 
 std::uint64_t ExportedTopic::memory_bytes() const {
-  return history_.bytes() + streams_.bytes();
+  return history_.bytes() + offers_.bytes();
 }
 
 }  // namespace connect_bridge

@@ -8,19 +8,17 @@
 
 #include "core/flow/history.hpp"
 #include "core/topics/backlogs.hpp"
-#include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/parked_samples.hpp"
 #include "core/topics/subscription_turn.hpp"
-#include "core/topics/topic_offer.hpp"
-#include "core/topics/topic_streams.hpp"
+#include "core/topics/topic_offers.hpp"
 
 namespace connect_bridge {
 
 // It exists while it has a real publisher (an origin), a peer has a listener, or something is kept
 // or counted for a lost link. It is subscribed at most once, while any link demands it, a peer
-// listens, or something holds it; every sample is attributed to its origin, compressed where that
-// is wanted or pays (TopicStreams), and sent to the links whose offers admit it. Single-threaded.
+// listens, or something holds it; every sample is attributed to its origin and sent to the links
+// whose offers admit it. Single-threaded.
 class ExportedTopic {
  public:
   ExportedTopic(ExportContext& context, TopicKey key);
@@ -76,7 +74,6 @@ class ExportedTopic {
   [[nodiscard]] bool drained() const;
   // Whether samples of the origin (or, since a link has returned, of the topic) wait for that link.
   [[nodiscard]] bool is_kept(OriginId origin) const;
-  void end_offers();
 
   [[nodiscard]] bool is_wanted() const;
   [[nodiscard]] Qos wanted_qos() const;
@@ -92,9 +89,9 @@ class ExportedTopic {
   // What the sample tells of itself.
   void read(OutSample& sample, const Now& now) const;
   void forward(Origin& origin, MessageTaken taken, const Now& now);
-  void send(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now);
-  void send_history(TopicOffer& offer, LinkId link, const Now& now);
-  void drop_demanded(DropReason reason, std::uint64_t count = 1);
+  // A sample was taken: keeps it for the links that will demand it.
+  void keep_early(const OutSample& sample, const Now& now);
+  void send_history(TopicOffer& offer, const Now& now);
 
   ExportContext& context_;
   std::shared_ptr<const LocalInterface> what_;
@@ -102,7 +99,7 @@ class ExportedTopic {
   bool lacks_type_ = false;
   bool has_header_ = false;  // the type begins with one
   Origins origins_;
-  std::map<LinkId, TopicOffer> offers_;
+  TopicOffers offers_;
   Backlogs backlogs_;
   SubscriptionId subscription_;  // none: not subscribed
   Qos subscription_qos_;
@@ -112,8 +109,6 @@ class ExportedTopic {
   SubscriptionTurn turn_;
   ExportTimers::Timer late_;  // wanted, but too many subscriptions were made before
   HistoryCache history_;
-  TopicStreams streams_;
-  EarlySamples early_;
   ParkedSamples parked_;
 };
 

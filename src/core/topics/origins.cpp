@@ -35,8 +35,7 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     origin.seen = true;
   }
   for (auto& [gid, origin] : origins_) {
-    if (!origin.seen && !origin.vanishes)
-      origin.vanishes = timers_.set(now.steady + kOriginLinger, topic_);
+    if (!origin.seen && !origin.vanishes) origin.vanishes = timers_.set(now.steady + kOriginLinger);
     origin.seen = false;
   }
   return told;
@@ -54,11 +53,11 @@ std::vector<OriginId> Origins::remove_vanished(bool drained,
     if (!origin.vanishes || origin.vanishes.at() > now.steady) {
       ++it;
     } else if (is_kept(origin.id)) {
-      origin.vanishes = timers_.set(now.steady + kOriginLinger, topic_);
+      origin.vanishes = timers_.set(now.steady + kOriginLinger);
       ++it;
     } else if (!drained && !origin.lingering) {
       origin.lingering = true;
-      origin.vanishes = timers_.set(now.steady + kOriginLingerMax, topic_);
+      origin.vanishes = timers_.set(now.steady + kOriginLingerMax);
       ++it;
     } else {
       removed.push_back(origin.id);

@@ -14,6 +14,7 @@ namespace connect_bridge {
 
 class ExportedTopic;
 using ExportTimers = Timers<ExportedTopic*>;
+using TopicTimers = ExportTimers::Of;
 
 struct Origin {
   OriginId id;
@@ -31,8 +32,7 @@ struct Origin {
 // our queues.
 class Origins {
  public:
-  // `topic` is whom the timers are for.
-  Origins(ExportTimers& timers, ExportedTopic* topic) : timers_(timers), topic_(topic) {}
+  explicit Origins(TopicTimers timers) : timers_(timers) {}
 
   // Compares with the graph (null: the topic is not in it). Returns the origins to report to the
   // peers: new ones, and those whose node has got a name.
@@ -67,8 +67,7 @@ class Origins {
   [[nodiscard]] auto end() const { return origins_.end(); }
 
  private:
-  ExportTimers& timers_;
-  ExportedTopic* topic_;
+  TopicTimers timers_;
   std::map<Gid, Origin> origins_;  // in an order that does not depend on the library
   std::uint32_t last_ = 0;
   std::uint64_t turns_ = 0;  // of samples whose publisher is not reported

@@ -5,9 +5,9 @@
 
 namespace connect_bridge {
 
-bool ParkedSamples::add(MessageTaken taken, const Now& now) {
-  if (samples_.size() >= kSamplesMax || all_.used() >= kBytesMax) return false;
-  auto bytes = all_.hold(taken.payload.size());
+bool ParkedSamples::add(MessageTaken taken, Budget& all, const Now& now) {
+  if (samples_.size() >= kSamplesMax || all.used() >= kBytesMax) return false;
+  auto bytes = all.hold(taken.payload.size());
   samples_.push_back({std::move(taken), now.steady + kTime, std::move(bytes)});
   // They wait equally long, so the time of the first one is the next that comes.
   if (samples_.size() == 1) watch();
@@ -26,7 +26,7 @@ void ParkedSamples::clear() {
 
 void ParkedSamples::watch() {
   until_.cancel();
-  if (!samples_.empty()) until_ = timers_.set(samples_.front().until, topic_);
+  if (!samples_.empty()) until_ = timers_.set(samples_.front().until);
 }
 
 }  // namespace connect_bridge

@@ -22,16 +22,14 @@ class ParkedSamples {
   static constexpr std::size_t kSamplesMax = 256;
   static constexpr std::uint64_t kBytesMax = 64 << 20;  // of all topics together
 
-  // `all`: what the samples of all topics hold. `topic` is whom the timers are for.
-  ParkedSamples(Budget& all, ExportTimers& timers, ExportedTopic* topic)
-      : all_(all), timers_(timers), topic_(topic) {}
+  explicit ParkedSamples(TopicTimers timers) : timers_(timers) {}
 
-  // False: there is no room for it.
-  [[nodiscard]] bool add(MessageTaken taken, const Now& now);
+  // `all`: what the samples of all topics hold. False: there is no room for it.
+  [[nodiscard]] bool add(MessageTaken taken, Budget& all, const Now& now);
   [[nodiscard]] bool empty() const { return samples_.empty(); }
   [[nodiscard]] bool has(const Gid& origin) const;
   // They are looked at then, and not before.
-  void wait_until(TimePoint time) { until_ = timers_.set(time, topic_); }
+  void wait_until(TimePoint time) { until_ = timers_.set(time); }
   void clear();
 
   // Gives each sample whose publisher `find(gid)` now knows (not null) to `forward(found, sample)`,
@@ -59,9 +57,7 @@ class ParkedSamples {
   };
   void watch();
 
-  Budget& all_;
-  ExportTimers& timers_;
-  ExportedTopic* topic_;
+  TopicTimers timers_;
   std::deque<Sample> samples_;
   ExportTimers::Timer until_;
 };

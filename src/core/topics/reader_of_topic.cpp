@@ -17,8 +17,8 @@ std::uint32_t depth_for_all(std::uint32_t depth, std::size_t publishers) {
 
 }  // namespace
 
-Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers,
-            const QosOverride& weakest, const TopicOptions& options) {
+Qos qos_for(const Origins& origins, const TopicOffers& offers, const QosOverride& weakest,
+            const TopicOptions& options) {
   Qos qos;
   qos.durability = origins.empty() ? Durability::kVolatile : Durability::kTransientLocal;
   std::uint32_t depth = 0;

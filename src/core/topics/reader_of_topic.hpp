@@ -1,7 +1,6 @@
 // The QoS that a subscription of a local topic needs.
 #pragma once
 
-#include <map>
 #include <string>
 
 #include "core/base/qos.hpp"
@@ -9,7 +8,7 @@
 #include "core/topics/command.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
-#include "core/topics/topic_offer.hpp"
+#include "core/topics/topic_offers.hpp"
 
 namespace connect_bridge {
 
@@ -19,8 +18,8 @@ namespace connect_bridge {
 // as one of them is (then the samples the others keep do not come, see warn_mixed()). Rules may
 // request less, never more: those of links that demand the topic, and those in `weakest`. The depth
 // is the largest of all. For listeners alone it is the QoS that matches most publishers.
-Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers,
-            const QosOverride& weakest, const TopicOptions& options);
+Qos qos_for(const Origins& origins, const TopicOffers& offers, const QosOverride& weakest,
+            const TopicOptions& options);
 
 // Whether the present subscription is good enough for what is wanted now. Creating it again loses
 // what volatile publishers send until it is matched, so depth alone is not a reason: samples are

@@ -13,13 +13,10 @@ namespace connect_bridge {
 // Single-threaded.
 class SubscriptionTurn {
  public:
-  // `all`: of all topics together; it outlives this.
-  explicit SubscriptionTurn(Pace& all) : all_(all) {}
-
-  // Now: it counts as made. Later: it is to be asked for again then.
-  [[nodiscard]] TimePoint take(TimePoint now) {
+  // `all`: of all topics together. Now: it counts as made. Later: it is to be asked for again then.
+  [[nodiscard]] TimePoint take(Pace& all, TimePoint now) {
     if (own_.free_at() > now) return own_.free_at();
-    if (!turn_ || now - *turn_ > kLapses) turn_ = all_.reserve(now);
+    if (!turn_ || now - *turn_ > kLapses) turn_ = all.reserve(now);
     if (*turn_ > now) return *turn_;
     turn_.reset();
     static_cast<void>(own_.take(now));
@@ -30,7 +27,6 @@ class SubscriptionTurn {
   // A turn that is not taken is over: else one could collect many, and use them all at once.
   static constexpr Duration kLapses = std::chrono::milliseconds(20);
 
-  Pace& all_;
   Pace own_{10, std::chrono::seconds(1)};
   std::optional<TimePoint> turn_;  // reserved
 };

@@ -15,6 +15,7 @@ TopicOffer::TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
       topic_(topic),
       link_(link),
       offer_(context, link, topic.what()),
+      early_({context.timers, &topic}),
       held_(link.memory) {}
 
 // ---- whether, and as what
@@ -228,6 +229,16 @@ std::optional<OutSample> TopicOffer::take_held(const Now& now) {
   return sample;
 }
 
+bool TopicOffer::is_awaited() const {
+  return is_open() && !demanded() && !early_.is_over() &&
+         context_.listeners.listens(topic_.key(), link_.id);
+}
+
+void TopicOffer::keep_early(const OutSample& sample, TimePoint since, const Now& now) {
+  const auto [reason, count] = early_.add(sample, since, context_.early, link_.account, now);
+  drop(reason, count);
+}
+
 void TopicOffer::take_all_held(std::vector<OutSample>& samples) {
   while (auto sample = held_.take()) samples.push_back(*std::move(sample));
 }
@@ -267,7 +278,7 @@ double TopicOffer::queue_seconds() const {
 }
 
 bool TopicOffer::drained() const {
-  return held_.empty() &&
+  return held_.empty() && early_.empty() &&
          (!is_open() || !link_.connection() || link_.outbox().counts(number()).queued == 0);
 }
 

@@ -1,6 +1,7 @@
 // One local topic on one link.
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <set>
 #include <string>
@@ -14,6 +15,7 @@
 #include "core/offers/link_offer.hpp"
 #include "core/policy/keep.hpp"
 #include "core/ports/status.hpp"
+#include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
 
 namespace connect_bridge {
@@ -72,6 +74,17 @@ class TopicOffer final : public OutgoingChannel {
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
+  // Whether the peer listens and may not yet have had time to demand what it was offered.
+  [[nodiscard]] bool is_awaited() const;
+  // Keeps the sample for the peer's demand, see EarlySamples.
+  void keep_early(const OutSample& sample, TimePoint since, const Now& now);
+  // The peer has said whether it wants the topic.
+  std::deque<OutSample> take_early() { return early_.end(); }
+  void drop_late(const Now& now) {
+    if (early_.is_late(now)) drop(DropReason::kNoDemand, early_.end().size());
+  }
+  [[nodiscard]] const EarlySamples& early() const { return early_; }
+
   [[nodiscard]] bool is_declined() const { return offer_.is_declined(); }
   [[nodiscard]] bool is_open() const { return offer_.is_open(); }
   [[nodiscard]] Link& link() const { return link_; }
@@ -84,7 +97,7 @@ class TopicOffer final : public OutgoingChannel {
   }
   // How long the path needs for what waits in the link's queue, in seconds; 0: not known.
   [[nodiscard]] double queue_seconds() const;
-  // Nothing waits in the link's queue.
+  // Nothing waits here or in the link's queue.
   [[nodiscard]] bool drained() const;
   void add_status(LinkStatus& status) const;
 
@@ -107,6 +120,7 @@ class TopicOffer final : public OutgoingChannel {
   bool resume_ = false;            // whether it asks to keep what a lost connection loses
   KeepDecision keep_;
   RateLimits rates_;
+  EarlySamples early_;
   HeldBack<OutSample> held_;
   ExportTimers::Timer held_until_;
   std::set<OriginId> withheld_;  // only of /parameter_events: of nodes that no rule opens

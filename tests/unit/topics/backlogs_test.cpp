@@ -85,7 +85,7 @@ struct Keeping {
   OneLink peer{1, std::make_shared<Account>(), std::chrono::seconds(10)};
   Exporting s;
   std::optional<TopicOffer> offer;
-  Backlogs subject{s.context, s.subject};
+  Backlogs subject{s.context, s.subject.what(), {s.context.timers, &s.subject}};
 };
 
 TEST(Backlogs, WhatMayNotHaveArrivedAndWhatIsPublishedMeanwhileComesInItsOrder) {
@@ -328,7 +328,7 @@ TEST(Backlogs, OneLineSaysWhatABreakHasLost) {
   TopicOffer its_offer(s.s.context, other, s.peer.link);
   ASSERT_TRUE(its_offer.open());
   its_offer.on_demand({1, true}, ms(0));
-  Backlogs its(s.s.context, other);
+  Backlogs its(s.s.context, other.what(), {s.s.context.timers, &other});
   its.begin(its_offer, s.id(), {reliable_sample("x"), reliable_sample("y")}, ms(0));
   s.lose(0, {reliable_sample("z")});
   s.s.did();

@@ -9,6 +9,50 @@
 namespace connect_bridge::topics_test {
 namespace {
 
+OutSample of_size(std::size_t bytes) {
+  return {OriginId{1}, 0, 0, Payload::adopt(Bytes(bytes)), {}};
+}
+
+// What is kept for one link, of which nothing else is known.
+struct Early {
+  // How many were dropped.
+  std::size_t add(std::size_t bytes, std::int64_t at = 0) {
+    return subject.add(of_size(bytes), ms(at).steady, all, account, ms(at)).count;
+  }
+
+  Budget all;
+  ExportTimers timers;
+  std::shared_ptr<Account> account = std::make_shared<Account>();
+  EarlySamples subject{{timers, nullptr}};
+};
+
+TEST(EarlySamples, AreKeptForTwoSecondsAfterTheFirst) {
+  Early s;
+  EXPECT_EQ(s.add(10), 0U);
+  EXPECT_EQ(s.add(20, 1500), 0U);
+  EXPECT_EQ(s.timers.deadline(), ms(2000).steady);
+  EXPECT_FALSE(s.subject.is_late(ms(1999)));
+  EXPECT_TRUE(s.subject.is_late(ms(2000)));
+  EXPECT_EQ(s.subject.since(), ms(0).steady);
+  EXPECT_EQ(s.subject.end().size(), 2U);
+  EXPECT_TRUE(s.subject.is_over());
+  EXPECT_FALSE(s.subject.is_late(ms(2000)));
+  EXPECT_EQ(s.timers.deadline(), std::nullopt);
+}
+
+TEST(EarlySamples, TheOldestGivesWayAndAllIsGivenBack) {
+  Early s;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(s.add(10), 0U);
+  EXPECT_EQ(s.add(10), 1U);
+  EXPECT_EQ(s.add(1 << 20), 100U);  // as large as all may be together
+  EXPECT_EQ(s.add((1 << 20) + 1), 1U);
+  EXPECT_EQ(s.subject.samples().size(), 1U);
+  EXPECT_EQ(s.all.used(), 1U << 20);
+  EXPECT_EQ(s.account->early.used(), 1U << 20);
+  s.subject.end();
+  EXPECT_EQ(s.all.used() + s.account->early.used(), 0U);
+}
+
 TEST(EarlySamples, WhoListensALittleLaterGetsWhatNobodyHasGot) {
   OneLink first(1), second(2), third(3);
   Exporting s;

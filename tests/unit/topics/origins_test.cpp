@@ -22,7 +22,7 @@ struct OriginsScript {
 
   std::uint32_t kept = 0;  // something of this one waits for a link
   ExportTimers timers;
-  Origins origins{timers, nullptr};
+  Origins origins{{timers, nullptr}};
 };
 
 TEST(Origins, NewOnesAreToldOnce) {

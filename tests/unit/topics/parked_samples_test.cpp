@@ -14,7 +14,7 @@ namespace {
 
 struct Parks {
   bool add(std::uint8_t publisher, const std::string& text, std::int64_t at = 0) {
-    return subject.add({{}, gid(publisher), 0, sample(text), 0}, ms(at));
+    return subject.add({{}, gid(publisher), 0, sample(text), 0}, all, ms(at));
   }
   void know(std::uint8_t publisher) { known[gid(publisher)] = publisher; }
   // "a -b": a crosses, b is dropped.
@@ -41,7 +41,7 @@ struct Parks {
   Budget all;
   ExportTimers timers;
   std::map<Gid, std::uint8_t> known;
-  ParkedSamples subject{all, timers, nullptr};
+  ParkedSamples subject{{timers, nullptr}};
 };
 
 TEST(ParkedSamples, WaitUntilTheirPublisherIsKnown) {

@@ -1,4 +1,4 @@
-#include "core/topics/topic_streams.hpp"
+#include "core/topics/topic_offers.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -17,10 +17,69 @@ constexpr double kDecompressSecondsPerByte = 2e-9;
 
 }  // namespace
 
-Compression TopicStreams::way_to(const TopicOffer& offer, LinkId link, std::size_t bytes) {
+bool TopicOffers::erase(LinkId link) {
+  const bool had = offers_.erase(link) > 0;
+  if (had) take_under_way(link);
+  return had;
+}
+
+bool TopicOffers::erase_closed() {
+  return std::erase_if(offers_, [](const auto& entry) { return !entry.second.is_open(); }) > 0;
+}
+
+void TopicOffers::clear() {
+  drop_under_way();
+  offers_.clear();
+}
+
+bool TopicOffers::demanded() const {
+  return std::any_of(begin(), end(), [](const auto& entry) { return entry.second.demanded(); });
+}
+
+bool TopicOffers::hold(OriginId origin) const {
+  return std::any_of(begin(), end(), [&](const auto& entry) { return entry.second.holds(origin); });
+}
+
+bool TopicOffers::drained() const {
+  return bytes() == 0 &&
+         std::all_of(begin(), end(), [](const auto& entry) { return entry.second.drained(); });
+}
+
+// ---- samples
+
+void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& now) {
+  std::map<Compression, std::vector<LinkId>> compressed;
+  for (auto& [link, offer] : offers_) {
+    if (!offer.admit(sample, age, now)) continue;
+    const Compression how = way_to(offer, sample.raw.size());
+    if (how.codec == Codec::kNone) {
+      offer.send(sample, Codec::kNone, sample.raw, now);
+    } else {
+      compressed[how].push_back(link);
+    }
+  }
+  for (auto& [how, links] : compressed) {
+    OutSample to_links = sample;
+    // It may be one of the states of which only the newest goes to some links and each to others.
+    for (const LinkId link : links)
+      if (offers_.at(link).keep() == Keep::kAll) to_links.state.reset();
+    to_links.targets = std::move(links);
+    encode(how, std::move(to_links), now);
+  }
+}
+
+void TopicOffers::send_to(TopicOffer& offer, const OutSample& sample, const Now& now) {
+  const Compression how = way_to(offer, sample.raw.size());
+  if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, sample.raw, now);
+  OutSample compressed = sample;
+  compressed.targets = {offer.link().id};
+  encode(how, std::move(compressed), now);
+}
+
+Compression TopicOffers::way_to(const TopicOffer& offer, std::size_t bytes) {
   // A sample must not overtake one that is being compressed.
   for (const auto& [how, stream] : streams_)
-    if (stream.encoder.holds(link)) return how;  // mutant: compressed_in_order
+    if (stream.encoder.holds(offer.link().id)) return how;  // mutant: compressed_in_order
   const Compression& rule = offer.treatment().compression;
   // The link's queue compresses small samples, against the base that this peer has.
   const bool small = !context_.jobs.is_large(bytes) && bytes <= DeltaEncoder::kBytesMax;
@@ -34,7 +93,7 @@ Compression TopicStreams::way_to(const TopicOffer& offer, LinkId link, std::size
   return stream.gain.pays(bytes, rate, cost) ? how : Compression{};
 }
 
-TopicStreams::Stream& TopicStreams::stream_of(const Compression& how) {
+TopicOffers::Stream& TopicOffers::stream_of(const Compression& how) {
   const auto stream = streams_.find(how);
   if (stream != streams_.end()) return stream->second;
   // Of a transient-local topic each origin's last samples must get through, and they come at once.
@@ -45,7 +104,7 @@ TopicStreams::Stream& TopicStreams::stream_of(const Compression& how) {
   return streams_.try_emplace(how, *this, Encoder::Options{how, depth, bytes}).first->second;
 }
 
-void TopicStreams::encode(const Compression& how, OutSample sample, const Now& now) {
+void TopicOffers::encode(const Compression& how, OutSample sample, const Now& now) {
   Stream& stream = stream_of(how);
   stream.chosen = stream.chosen || stream.encoder.bytes() == 0;
   for (const auto& displaced : stream.encoder.push(std::move(sample)))
@@ -54,7 +113,7 @@ void TopicStreams::encode(const Compression& how, OutSample sample, const Now& n
 }
 
 // The time at work includes that behind other jobs: it is what the message waits for.
-void TopicStreams::Stream::on_job(std::optional<Payload> result, const Now& now) {
+void TopicOffers::Stream::on_job(std::optional<Payload> result, const Now& now) {
   const auto bytes = static_cast<double>(encoder.bytes_at_work());
   if (result) {
     gain.note(static_cast<double>(result->size()) / bytes);
@@ -66,10 +125,10 @@ void TopicStreams::Stream::on_job(std::optional<Payload> result, const Now& now)
   const double latest = took / bytes + kDecompressSecondsPerByte;
   seconds_per_byte += (latest - seconds_per_byte) / 4;
   encoder.finish(std::move(result));
-  streams.send_encoded(*this, now);
+  offers.send_encoded(*this, now);
 }
 
-void TopicStreams::send_encoded(Stream& stream, const Now& now) {
+void TopicOffers::send_encoded(Stream& stream, const Now& now) {
   // In the order of the samples, until one must wait: what was only in line behind others, and
   // would not be compressed by itself, passes; a large one waits while its links have enough to
   // send; else it is compressed, at once or by a worker, whose result calls this again.
@@ -82,7 +141,7 @@ void TopicStreams::send_encoded(Stream& stream, const Now& now) {
     }
     const Duration slack = slack_of(stream);
     if (slack > Duration::zero()) {
-      stream.later = context_.timers.set(now.steady + slack, &topic_);
+      stream.later = timers_.set(now.steady + slack);
       break;
     }
     if (stream.encoder.upcoming()) stream.chosen = false;
@@ -94,14 +153,14 @@ void TopicStreams::send_encoded(Stream& stream, const Now& now) {
   if (!at_work) stream.begun = now.steady;
 }
 
-void TopicStreams::send(const Encoder::Encoded& ready, const Now& now) {
+void TopicOffers::send(const Encoder::Encoded& ready, const Now& now) {
   for (const LinkId link : ready.sample.targets)
     if (const auto offer = offers_.find(link); offer != offers_.end())
       offer->second.send(ready.sample, ready.codec, ready.body, now);
 }
 
 // Otherwise a topic that fills its link would never stop using a compression that does not pay.
-bool TopicStreams::passes(const Stream& stream) const {
+bool TopicOffers::passes(const Stream& stream) const {
   const OutSample* next = stream.automatic && !stream.chosen ? stream.encoder.upcoming() : nullptr;
   if (!next) return false;
   const std::size_t bytes = next->raw.size();
@@ -115,7 +174,7 @@ bool TopicStreams::passes(const Stream& stream) const {
 
 // What a path cannot carry is displaced by newer samples: better before it has cost a worker's time
 // than after. So a sample waits until the first of its links has nearly sent what it has.
-Duration TopicStreams::slack_of(const Stream& stream) const {
+Duration TopicOffers::slack_of(const Stream& stream) const {
   const OutSample* next = stream.automatic ? stream.encoder.upcoming() : nullptr;
   if (!next || !context_.jobs.is_large(next->raw.size())) return {};
   double busy = kSlackMax;
@@ -129,31 +188,38 @@ Duration TopicStreams::slack_of(const Stream& stream) const {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(slack));
 }
 
-void TopicStreams::on_time(const Now& now) {
+void TopicOffers::on_time(const Now& now) {
   for (auto& [how, stream] : streams_)
     if (stream.later && stream.later.at() <= now.steady) send_encoded(stream, now);
+  for (auto& [link, offer] : offers_)
+    while (const auto held = offer.take_held(now)) send_to(offer, *held, now);
+}
+
+void TopicOffers::drop(DropReason reason, std::uint64_t count) {
+  for (auto& [link, offer] : offers_)
+    if (offer.demanded()) offer.drop(reason, count);
 }
 
 // The sample that a worker has for the link would be sent in its next demand before the last
 // samples, and may be one of them.
-std::vector<OutSample> TopicStreams::forget(LinkId link) {
+std::vector<OutSample> TopicOffers::take_under_way(LinkId link) {
   std::vector<OutSample> forgotten;  // all of one stream, see way_to()
   for (auto& [how, stream] : streams_)
     for (auto& sample : stream.encoder.forget(link)) forgotten.push_back(std::move(sample));
   return forgotten;
 }
 
-void TopicStreams::clear() {
+void TopicOffers::drop_under_way() {
   for (auto& [how, stream] : streams_)
     for (const auto& sample : stream.encoder.clear()) drop(sample, DropReason::kNoDemand);
 }
 
-void TopicStreams::drop(const OutSample& sample, DropReason reason) {
+void TopicOffers::drop(const OutSample& sample, DropReason reason) {
   for (const LinkId link : sample.targets)
     if (const auto offer = offers_.find(link); offer != offers_.end()) offer->second.drop(reason);
 }
 
-std::uint64_t TopicStreams::bytes() const {
+std::uint64_t TopicOffers::bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& [how, stream] : streams_) bytes += stream.encoder.bytes();
   return bytes;

@@ -1,5 +1,5 @@
-// How a topic's samples are compressed before they are queued.
-#include "core/topics/topic_streams.hpp"
+// How a topic's samples get to the links that want them.
+#include "core/topics/topic_offers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,13 +21,14 @@ const Compression kLz4{Codec::kLz4};
 const Compression kWhereItPays{.automatic = true};
 
 // Links that demand /a, which is compressed so; from 1000 bytes on by a worker.
-struct Streams {
-  Streams(const std::vector<OneLink*>& peers, const Compression& how, Qos with = side_test::qos(10))
-      : s({compressed_with(how)}), qos(std::move(with)) {
+struct Offered {
+  Offered(const std::vector<OneLink*>& peers, const Compression& how,
+          const Qos& with = side_test::qos(10))
+      : s({compressed_with(how)}) {
     s.see(topic("/a").pub(1));
+    subject.on_subscribed(with);
     for (OneLink* peer : peers) {
-      const LinkId link = peer->link.id;
-      TopicOffer& offer = offers.try_emplace(link, s.context, s.subject, peer->link).first->second;
+      TopicOffer& offer = subject.add(s.subject, peer->link);
       EXPECT_TRUE(offer.open());
       offer.on_demand({1}, ms(0));
     }
@@ -35,7 +36,7 @@ struct Streams {
   }
 
   Compression way(OneLink& peer, std::size_t bytes) {
-    return subject.way_to(offers.at(peer.link.id), peer.link.id, bytes);
+    return subject.way_to(subject.find(peer.link.id)->second, bytes);
   }
   // So many bytes of this letter, for these links.
   void encode(const Compression& how, std::size_t bytes, char letter,
@@ -50,28 +51,26 @@ struct Streams {
   void did_not_shrink(std::int64_t at = 100) { s.finish(std::nullopt, at); }
   std::uint64_t dropped(const OneLink& peer, DropReason reason) const {
     LinkStatus status;
-    offers.at(peer.link.id).add_status(status);
+    subject.find(peer.link.id)->second.add_status(status);
     return status.topics.at(0).dropped.of(reason);
   }
 
   Exporting s;
-  Qos qos;
-  TopicStreams::Offers offers;
-  TopicStreams subject{s.context, s.subject, offers, qos};
+  TopicOffers subject{s.context, {s.context.timers, &s.subject}};
 };
 
-TEST(TopicStreams, ARuleSaysHowLargeSamplesAreCompressed) {
+TEST(TopicOffers, ARuleSaysHowLargeSamplesAreCompressed) {
   OneLink peer;
-  Streams s({&peer}, kZstd);
+  Offered s({&peer}, kZstd);
   EXPECT_EQ(s.way(peer, 1000), kZstd);
   EXPECT_EQ(s.way(peer, 999), Compression{});  // as they leave, against what the peer has
-  Streams plain({&peer}, {});
+  Offered plain({&peer}, {});
   EXPECT_EQ(plain.way(peer, 1'000'000), Compression{});
 }
 
-TEST(TopicStreams, SmallSamplesAreCompressedHereWithLz4Only) {
+TEST(TopicOffers, SmallSamplesAreCompressedHereWithLz4Only) {
   OneLink peer;
-  Streams s({&peer}, kLz4);
+  Offered s({&peer}, kLz4);
   EXPECT_EQ(s.way(peer, 10), kLz4);
   s.encode(kLz4, 500, 'x', {&peer});
   EXPECT_EQ(peer.said(100), "1.1 lz4\n");
@@ -79,9 +78,9 @@ TEST(TopicStreams, SmallSamplesAreCompressedHereWithLz4Only) {
   EXPECT_EQ(s.subject.bytes(), 0U);
 }
 
-TEST(TopicStreams, ASampleIsCompressedOnceForAllItsLinks) {
+TEST(TopicOffers, ASampleIsCompressedOnceForAllItsLinks) {
   OneLink one(1), two(2), three(3);
-  Streams s({&one, &two, &three}, kZstd);
+  Offered s({&one, &two, &three}, kZstd);
   s.encode(kZstd, 2000, 'x', {&one, &two});
   EXPECT_EQ(s.s.did(), "compress 1\n");
   EXPECT_EQ(s.subject.bytes(), 2004U);
@@ -93,9 +92,9 @@ TEST(TopicStreams, ASampleIsCompressedOnceForAllItsLinks) {
   EXPECT_EQ(s.subject.bytes(), 0U);
 }
 
-TEST(TopicStreams, NothingOvertakesWhatIsBeingCompressedForTheSameLink) {
+TEST(TopicOffers, NothingOvertakesWhatIsBeingCompressedForTheSameLink) {
   OneLink one(1), two(2);
-  Streams s({&one, &two}, kZstd);
+  Offered s({&one, &two}, kZstd);
   s.encode(kZstd, 2000, 'x', {&one});
   EXPECT_EQ(s.way(one, 10), kZstd);
   EXPECT_EQ(s.way(two, 10), Compression{});
@@ -106,9 +105,9 @@ TEST(TopicStreams, NothingOvertakesWhatIsBeingCompressedForTheSameLink) {
   EXPECT_EQ(s.way(one, 10), Compression{});
 }
 
-TEST(TopicStreams, WhatDoesNotShrinkLeavesAsItIs) {
+TEST(TopicOffers, WhatDoesNotShrinkLeavesAsItIs) {
   OneLink peer;
-  Streams s({&peer}, kLz4);
+  Offered s({&peer}, kLz4);
   s.encode(kLz4, 1000, 'x', {&peer});
   s.s.did();
   s.did_not_shrink();
@@ -116,9 +115,9 @@ TEST(TopicStreams, WhatDoesNotShrinkLeavesAsItIs) {
 }
 
 // What their links cannot carry has not cost a worker's time.
-TEST(TopicStreams, BehindTheWorkerNoMoreWaitThanTheSubscriptionKeeps) {
+TEST(TopicOffers, BehindTheWorkerNoMoreWaitThanTheSubscriptionKeeps) {
   OneLink one(1), two(2);
-  Streams s({&one, &two}, kZstd, qos(2));
+  Offered s({&one, &two}, kZstd, qos(2));
   s.encode(kZstd, 2000, 'x', {&one});  // the worker's
   s.encode(kZstd, 2000, 'y', {&one, &two});
   s.encode(kZstd, 2000, 'y', {&one});
@@ -129,10 +128,10 @@ TEST(TopicStreams, BehindTheWorkerNoMoreWaitThanTheSubscriptionKeeps) {
   EXPECT_EQ(s.subject.bytes(), 3 * 2004U);
 }
 
-TEST(TopicStreams, LargeSamplesThatWaitHaveSoManyBytesOnly) {
+TEST(TopicOffers, LargeSamplesThatWaitHaveSoManyBytesOnly) {
   constexpr std::size_t kOneMiB = 1 << 20;
   OneLink peer;
-  Streams s({&peer}, kZstd, qos(100));
+  Offered s({&peer}, kZstd, qos(100));
   for (int i = 0; i < 4; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
   EXPECT_EQ(s.dropped(peer, DropReason::kQueueBytes), 0U);
   for (int i = 0; i < 2; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
@@ -140,24 +139,24 @@ TEST(TopicStreams, LargeSamplesThatWaitHaveSoManyBytesOnly) {
 }
 
 // They come at once, and no other ones will.
-TEST(TopicStreams, AllLastSamplesOfLatchedOriginsGetThrough) {
+TEST(TopicOffers, AllLastSamplesOfLatchedOriginsGetThrough) {
   constexpr std::size_t kOneMiB = 1 << 20;
   OneLink peer;
-  Streams s({&peer}, kZstd, latched(2));
+  Offered s({&peer}, kZstd, latched(2));
   for (int i = 0; i < 8; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
   EXPECT_EQ(s.dropped(peer, DropReason::kQueueBytes), 0U);
 }
 
-TEST(TopicStreams, ALinkThatIsForgottenGetsNothingThatIsUnderWay) {
+TEST(TopicOffers, ALinkThatIsForgottenGetsNothingThatIsUnderWay) {
   OneLink one(1), two(2);
-  Streams s({&one, &two}, kZstd);
+  Offered s({&one, &two}, kZstd);
   s.encode(kZstd, 2000, 'x', {&one, &two});
   s.encode(kZstd, 2000, 'y', {&one});
-  const auto forgotten = s.subject.forget(one.link.id);
+  const auto forgotten = s.subject.take_under_way(one.link.id);
   ASSERT_EQ(forgotten.size(), 2U);
   EXPECT_EQ(text_of(forgotten.at(0).raw.view()).front(), 'x');
   EXPECT_EQ(text_of(forgotten.at(1).raw.view()).front(), 'y');
-  EXPECT_TRUE(s.subject.forget(one.link.id).empty());
+  EXPECT_TRUE(s.subject.take_under_way(one.link.id).empty());
   EXPECT_EQ(s.way(one, 10), Compression{});
   EXPECT_EQ(s.s.did(), "compress 1\n");  // for the other one
   s.shrunk();
@@ -166,23 +165,23 @@ TEST(TopicStreams, ALinkThatIsForgottenGetsNothingThatIsUnderWay) {
   EXPECT_EQ(s.s.did(), "");
 }
 
-TEST(TopicStreams, AResultForALinkThatIsGoneIsNobodys) {
+TEST(TopicOffers, AResultForALinkThatIsGoneIsNobodys) {
   OneLink one(1), two(2);
-  Streams s({&one, &two}, kZstd);
+  Offered s({&one, &two}, kZstd);
   s.encode(kZstd, 2000, 'x', {&one, &two});
-  s.offers.erase(one.link.id);
+  s.subject.erase(one.link.id);
   s.s.did();
   s.shrunk();
   EXPECT_EQ(one.said(100), "");
   EXPECT_EQ(two.said(100), "1.1 zstd\n");
 }
 
-TEST(TopicStreams, WhatIsClearedIsDroppedForAllAndTheWorkersResultIsNobodys) {
+TEST(TopicOffers, WhatIsClearedIsDroppedForAllAndTheWorkersResultIsNobodys) {
   OneLink one(1), two(2);
-  Streams s({&one, &two}, kZstd);
+  Offered s({&one, &two}, kZstd);
   s.encode(kZstd, 2000, 'x', {&one, &two});
   s.encode(kZstd, 2000, 'y', {&one});
-  s.subject.clear();
+  s.subject.drop_under_way();
   EXPECT_EQ(s.dropped(one, DropReason::kNoDemand), 2U);
   EXPECT_EQ(s.dropped(two, DropReason::kNoDemand), 1U);
   EXPECT_EQ(s.subject.bytes(), 0U);
@@ -193,15 +192,15 @@ TEST(TopicStreams, WhatIsClearedIsDroppedForAllAndTheWorkersResultIsNobodys) {
 
 // ---- where it pays
 
-TEST(TopicStreams, WhereNothingIsKnownOfThePathNothingIsTried) {
+TEST(TopicOffers, WhereNothingIsKnownOfThePathNothingIsTried) {
   OneLink peer;
-  Streams s({&peer}, kWhereItPays);
+  Offered s({&peer}, kWhereItPays);
   EXPECT_EQ(s.way(peer, 100'000), Compression{});
 }
 
-TEST(TopicStreams, ASlowPathIsWorthMoreWorkThanAFastOne) {
+TEST(TopicOffers, ASlowPathIsWorthMoreWorkThanAFastOne) {
   OneLink slow(1), fast(2);
-  Streams s({&slow, &fast}, kWhereItPays);
+  Offered s({&slow, &fast}, kWhereItPays);
   slow.show_round_trip(50);
   fast.show_round_trip(5);
   EXPECT_EQ(s.way(slow, 100'000), (Compression{Codec::kZstd, 3, true}));
@@ -209,9 +208,9 @@ TEST(TopicStreams, ASlowPathIsWorthMoreWorkThanAFastOne) {
   EXPECT_EQ(s.way(slow, 999), Compression{});
 }
 
-TEST(TopicStreams, AfterOneInVainItIsTriedFromTimeToTimeOnly) {
+TEST(TopicOffers, AfterOneInVainItIsTriedFromTimeToTimeOnly) {
   OneLink peer;
-  Streams s({&peer}, kWhereItPays);
+  Offered s({&peer}, kWhereItPays);
   peer.show_round_trip();
   const Compression how = s.way(peer, 2000);
   s.encode(how, 2000, 'x', {&peer});
@@ -227,9 +226,9 @@ TEST(TopicStreams, AfterOneInVainItIsTriedFromTimeToTimeOnly) {
 }
 
 // Else a topic that fills its link would be compressed for ever.
-TEST(TopicStreams, WhatOnlyWaitedBehindOneInVainLeavesAsItIs) {
+TEST(TopicOffers, WhatOnlyWaitedBehindOneInVainLeavesAsItIs) {
   OneLink peer;
-  Streams s({&peer}, kWhereItPays);
+  Offered s({&peer}, kWhereItPays);
   peer.show_round_trip();
   const Compression how = s.way(peer, 2000);
   for (const char letter : {'x', 'y', 'z'}) s.encode(how, 2000, letter, {&peer});
@@ -240,9 +239,9 @@ TEST(TopicStreams, WhatOnlyWaitedBehindOneInVainLeavesAsItIs) {
 }
 
 // A busy worker makes messages late, too: the time at work counts, not what it computes.
-TEST(TopicStreams, AWorkerThatIsSlowerThanThePathIsNotAsked) {
+TEST(TopicOffers, AWorkerThatIsSlowerThanThePathIsNotAsked) {
   OneLink peer;
-  Streams s({&peer}, kWhereItPays);
+  Offered s({&peer}, kWhereItPays);
   peer.show_round_trip();
   for (int i = 1; i <= 4; ++i) {
     const Compression how = s.way(peer, 2000);
@@ -254,9 +253,9 @@ TEST(TopicStreams, AWorkerThatIsSlowerThanThePathIsNotAsked) {
   EXPECT_EQ(s.way(peer, 2000), Compression{});
 }
 
-TEST(TopicStreams, ASampleWaitsUntilItsPathNeedsIt) {
+TEST(TopicOffers, ASampleWaitsUntilItsPathNeedsIt) {
   OneLink peer;
-  Streams s({&peer}, kWhereItPays);
+  Offered s({&peer}, kWhereItPays);
   peer.show_round_trip();
   const Compression how = s.way(peer, 100'000);
   s.encode(how, 100'000, 'x', {&peer});
@@ -277,9 +276,9 @@ TEST(TopicStreams, ASampleWaitsUntilItsPathNeedsIt) {
   EXPECT_EQ(s.s.did(), "compress 2\n");
 }
 
-TEST(TopicStreams, ASmallSampleDoesNotWaitForItsPath) {
+TEST(TopicOffers, ASmallSampleDoesNotWaitForItsPath) {
   OneLink peer;
-  Streams s({&peer}, kWhereItPays);
+  Offered s({&peer}, kWhereItPays);
   peer.show_round_trip();
   const Compression how = s.way(peer, 100'000);
   s.encode(how, 100'000, 'x', {&peer});

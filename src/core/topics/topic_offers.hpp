@@ -1,0 +1,103 @@
+// The offers of one topic, and how its samples get to their links.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/flow/compression_gain.hpp"
+#include "core/jobs/encoder.hpp"
+#include "core/topics/export_context.hpp"
+#include "core/topics/topic_offer.hpp"
+
+namespace connect_bridge {
+
+// Every link to which a topic is offered, and the way of its samples to them: a sample is
+// compressed once for all links that want it in the same way, and each link gets its samples in
+// order. Gain and cost are measured, for links that want compression only where it pays.
+// Single-threaded.
+class TopicOffers {
+ public:
+  // `context` outlives this.
+  TopicOffers(ExportContext& context, TopicTimers timers) : context_(context), timers_(timers) {}
+
+  // The link must have none.
+  TopicOffer& add(ExportedTopic& topic, Link& link) {
+    return offers_.try_emplace(link.id, context_, topic, link).first->second;
+  }
+  // Whether the link had one. What is under way for it will not be sent.
+  bool erase(LinkId link);
+  // Whether there were any that were not open.
+  bool erase_closed();
+  void clear();
+
+  [[nodiscard]] bool contains(LinkId link) const { return offers_.contains(link); }
+  [[nodiscard]] auto find(LinkId link) { return offers_.find(link); }
+  [[nodiscard]] auto find(LinkId link) const { return offers_.find(link); }
+  [[nodiscard]] auto begin() { return offers_.begin(); }
+  [[nodiscard]] auto begin() const { return offers_.begin(); }
+  [[nodiscard]] auto end() { return offers_.end(); }
+  [[nodiscard]] auto end() const { return offers_.end(); }
+
+  // The topic's subscription is made with this QoS.
+  void on_subscribed(const Qos& qos) { qos_ = qos; }
+  // Sends the sample to all links whose offers admit it; or to this one, which has admitted it.
+  void send(const OutSample& sample, TopicOffer::Age age, const Now& now);
+  void send_to(TopicOffer& offer, const OutSample& sample, const Now& now);
+  // How a sample of this size is compressed for the link; without a codec: it is sent at once,
+  // uncompressed.
+  [[nodiscard]] Compression way_to(const TopicOffer& offer, std::size_t bytes);
+  // Sends the sample to its targets when it is compressed; they are links for which way_to()
+  // returned `how`.
+  void encode(const Compression& how, OutSample sample, const Now& now);
+  // So many samples are lost to all links that demand the topic.
+  void drop(DropReason reason, std::uint64_t count);
+  // A deadline of the topic has come.
+  void on_time(const Now& now);
+  // Takes the samples that are being compressed for the link, in order; it will not get them.
+  std::vector<OutSample> take_under_way(LinkId link);
+  // Drops all that is being compressed.
+  void drop_under_way();
+
+  [[nodiscard]] bool demanded() const;
+  // Whether a sample of the origin waits for a link.
+  [[nodiscard]] bool hold(OriginId origin) const;
+  // No sample waits for any link.
+  [[nodiscard]] bool drained() const;
+  // Of samples that are being compressed.
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  // The samples of the topic that are compressed in one way.
+  struct Stream final : JobOwner {
+    Stream(TopicOffers& of, Encoder::Options options)
+        : offers(of), automatic(options.how.automatic), encoder(options, of.context_.jobs, *this) {}
+    void on_job(std::optional<Payload> result, const Now& now) override;
+
+    TopicOffers& offers;
+    bool automatic;
+    Encoder encoder;
+    ExportTimers::Timer later;  // the next sample is not needed before then
+    TimePoint begun{};          // the job under way
+    bool chosen = false;        // the first waiting one is to be compressed, not only in line
+    CompressionGain gain;
+    double seconds_per_byte = 10e-9;  // to compress and decompress; a guess before the first
+  };
+  Stream& stream_of(const Compression& how);
+  void send_encoded(Stream& stream, const Now& now);
+  void send(const Encoder::Encoded& ready, const Now& now);
+  // Whether the stream's next sample only waited for earlier ones, and is better sent uncompressed.
+  [[nodiscard]] bool passes(const Stream& stream) const;
+  // How long compressing the stream's next sample can wait.
+  [[nodiscard]] Duration slack_of(const Stream& stream) const;
+  void drop(const OutSample& sample, DropReason reason);
+
+  ExportContext& context_;
+  TopicTimers timers_;
+  Qos qos_;
+  std::map<LinkId, TopicOffer> offers_;
+  std::map<Compression, Stream> streams_;
+};
+
+}  // namespace connect_bridge
