@@ -128,9 +128,7 @@ def _check_listeners(message):
         number(member(told, "listener", int))
         for key in ("name", "type"):
             string(told, key, 255)
-        for key in ("type_hash", "node"):
-            string(told, key, 255, "")
-        _check_qos(told)
+        string(told, "type_hash", 255, "")
     for gone in items(message, "removed", REMOVED_MAX):
         number(gone)
 

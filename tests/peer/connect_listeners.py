@@ -11,9 +11,9 @@ class Listening:
         super().__init__()
         self.listeners = {}  # of the peer's graph, by number
 
-    def listen(self, number, name, kind, node="/python", removed=(), **qos):
-        """Sends that a node of this side listens to a topic of the peer."""
-        told = {"listener": number, "name": name, "type": kind, "node": node, "qos": qos}
+    def listen(self, number, name, kind, removed=()):
+        """Sends that somebody at this side listens to a topic of the peer."""
+        told = {"listener": number, "name": name, "type": kind}
         self.send_control(type="listeners", added=[told], removed=list(removed))
 
     def listeners_of(self, name):

@@ -236,7 +236,6 @@ Payload Host::counted(Bytes bytes) const {
 void Host::on_sample(const Reader& reader, const Writer& writer, const Sample& sample) {
   const SubscriptionId id{reader.spec.handle};
   if (!side_ || !subscriptions_.contains(id)) return;
-  if (!subscriptions_.at(id).made.node.empty()) return;  // it only shows who listens elsewhere
   world_.checker.on_taken(*this, reader, writer, sample);
   const ByteView view = sample.payload.view();
   const GraphPlan& graph = world_.middleware.graph(plan_.graph);

@@ -50,10 +50,8 @@ void Host::act(const CreateSubscription& action) {
     });
     return;
   }
-  // The gateway does not show listeners under their names where ids do not show whose they are.
-  if (!action.node.empty() && !world_.middleware.graph(plan_.graph).ids_show_process) return;
-  const int reader = world_.middleware.create_reader(endpoint(
-      action.topic, action.type, action.type_hash, action.qos, action.id.value, action.node));
+  const int reader = world_.middleware.create_reader(
+      endpoint(action.topic, action.type, action.type_hash, action.qos, action.id.value, {}));
   subscriptions_[action.id] = SubscriptionInfo{reader, action};
   tell("subscribes to " + action.topic);
   world_.checker.on_subscription(*this, action);

@@ -232,7 +232,6 @@ std::string Hostile::listener(std::uint32_t number, const std::string& name) {
   told.listener = {number};
   told.name = name;
   told.type = rng_.chance(800) ? "std_msgs/msg/String" : "String";
-  told.node = rng_.chance(500) ? "/hostile/listener" : "nobody";
   return encode(Control{Listeners{{told}, {{number + 1}}}});
 }
 

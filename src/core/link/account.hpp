@@ -41,7 +41,11 @@ struct Shares {
   explicit Shares(const AccountOptions& options)
       : memory(options.memory_bytes_max),
         places(options.mirrors_max),
-        service_places(options.services_max) {}
+        service_places(options.services_max),
+        listened(kListenedMax) {}
+
+  // Topics that nobody publishes here and that are subscribed for listeners of all peers.
+  static constexpr std::uint64_t kListenedMax = 1024;
 
   // By then the loop has begun its next step.
   static constexpr Duration kNextStep = std::chrono::milliseconds(1);
@@ -49,6 +53,7 @@ struct Shares {
   Budget memory;
   Budget places;
   Budget service_places;
+  Budget listened;
   // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
   // appear in one step of the loop.
   Pace appearing{8, std::chrono::microseconds(250)};
@@ -72,6 +77,7 @@ struct Account {
       : memory(all ? &all->memory : nullptr),
         places(all ? &all->places : nullptr),
         service_places(all ? &all->service_places : nullptr),
+        listened(all ? &all->listened : nullptr),
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
         offences(options.offences_at_once, options.offence_period),
@@ -113,9 +119,10 @@ struct Account {
   Budget memory;          // what its links hold
   Budget places;          // its publishers here
   Budget service_places;  // its services here
+  Budget listened;        // topics that nobody publishes here and its peers listen to
   Budget early;           // samples for its peers that wait for the answer to an offer
   Pace mirrors;
-  Pace listeners;  // of its peers that are subscribed for, and shown, here
+  Pace listeners;  // topics that are subscribed for its peers' listeners
   Pace offences;   // for which its links were ended; while not free it may not log in
   InflationPace inflation{1};
   // Of `accepts`, as for each link; after a restart many links come at once.

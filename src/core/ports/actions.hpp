@@ -22,9 +22,6 @@ struct CreateSubscription {
   std::string type;
   std::string type_hash;
   Qos qos;  // depth is always given
-  // The proxy node that is to own it. Such a subscription takes no samples: it only shows that
-  // somebody subscribes at another side. Empty: our own node.
-  std::string node = {};
 };
 struct DestroySubscription {
   SubscriptionId id;

@@ -28,7 +28,7 @@ struct ExportContext : SideView {
   Budget early{&memory};                 // samples that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
-  FarListeners listeners{*this, options};
+  FarListeners listeners{*this};
   SubscribedNames names{};
   Pace subscriptions{10, std::chrono::milliseconds(1)};  // that are made
   bool offers_due = false;                               // what is offered is to be looked at again

@@ -198,11 +198,8 @@ void ExportedTopic::update_subscription(const Now& now) {
   if (failed_) return;
   const Qos qos = wanted_qos();
   history_.limit(history_depth(), context_.options.history_bytes_max);
-  if (subscription_ && serves(subscription_qos_, qos) &&
-      is_hash_of(subscription_hash_, type_hash_)) {
-    context_.listeners.show(key(), true);  // others may have come in the place of all before
+  if (subscription_ && serves(subscription_qos_, qos) && is_hash_of(subscription_hash_, type_hash_))
     return take_name();
-  }
   // What is there serves until another one may be made.
   if (const TimePoint turn = turn_.take(context_.subscriptions, now.steady); turn > now.steady) {
     late_ = context_.timers.set(turn, this);
@@ -219,7 +216,6 @@ void ExportedTopic::update_subscription(const Now& now) {
   context_.by_subscription[subscription_] = this;
   context_.outputs.push(
       CreateSubscription{subscription_, key().first, key().second, type_hash_, qos});
-  context_.listeners.show(key(), true);
 }
 
 void ExportedTopic::take_name() {
@@ -241,7 +237,6 @@ void ExportedTopic::forget_subscription() {
 
 void ExportedTopic::unsubscribe() {
   end_subscription();
-  context_.listeners.show(key(), false);
   history_.clear();
   origins_.forget_samples();
   offers_.drop_under_way();

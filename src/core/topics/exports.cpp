@@ -12,6 +12,9 @@ void Exports::on_graph(const Now& now) {
   // A topic that exists for listeners alone may have to end for another type of its name.
   for (ExportedTopic* topic : context_.names.standing()) topic->update_subscription(now);
   for (auto& [key, topic] : topics_) topic.on_graph(now);
+  // Behind them: what is subscribed now for its listeners is so as its publishers need it.
+  context_.listeners.on_graph(now);
+  update_listened(now);
 }
 
 void Exports::review(const Link& link, const Now& now) {

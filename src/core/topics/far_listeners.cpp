@@ -1,7 +1,8 @@
 #include "core/topics/far_listeners.hpp"
 
+#include <algorithm>
 #include <cstdint>
-#include <limits>
+#include <vector>
 
 #include "core/offers/export_right.hpp"
 #include "core/policy/interface.hpp"
@@ -9,20 +10,13 @@
 namespace connect_bridge {
 namespace {
 
-// What the subscription to a topic that nobody publishes costs the middleware, roughly.
-constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
+bool is_published(const SideView& side, const TopicKey& key) {
+  const TopicState* const state = side.graph.find(key);
+  return state && !state->publishers.empty();
+}
 
-// Types of one name for which listeners of an identity count. With some middlewares one of them can
-// be subscribed, and when it ends the others are looked at.
-constexpr std::size_t kTypesOfTopicMax = 4;
-
-// Calls `visit` with each link and one of its listeners.
-template <class Listeners, class Visit>
-void for_each_link(const Listeners& listeners, const Visit& visit) {
-  constexpr ListenerId kLast{std::numeric_limits<std::uint32_t>::max()};
-  for (auto at = listeners.begin(); at != listeners.end();
-       at = listeners.upper_bound({at->first.first, kLast}))
-    visit(at->first.first, *at->second);
+bool has_place(const Account& account) {
+  return account.listened.used() < FarListeners::kUnpublishedMax && account.listened.room() > 0;
 }
 
 }  // namespace
@@ -38,8 +32,7 @@ Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, 
   for (const ListenerId gone : change.removed) {
     const auto it = listeners.find(gone);
     if (it == listeners.end()) continue;
-    set({link.id, gone}, it->second, false);
-    listeners.erase(it);
+    remove(of_link, it);
     if (!link.note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "listeners come and go too often"};
   }
@@ -48,179 +41,218 @@ Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, 
   for (const auto& told : change.added) {
     if (listeners.contains(told.listener))
       return Error{CloseCode::kIllegal, "the number of a listener is in use"};
-    add(link, told, now);
+    add(of_link, told);
   }
+  serve(of_link, now);
   return Nothing{};
 }
 
-void FarListeners::add(const Link& link, const ListenerTold& told, const Now& now) {
-  Listener& listener = links_[link.id].listeners[told.listener];
-  listener.told = told;
-  const std::string local = side_.graph_options.names.to_local(told.name);
-  // Another name may be mapped to it; and the claims topic is not for peers.
-  const bool is_ours =
-      side_.graph_options.names.to_wire(local) == told.name && local != kClaimsTopic;
-  if (is_ours && !has_action_token(told.name)) listener.topic = TopicKey{local, told.type};
-  decide(link, listener);
-  admit({link.id, told.listener}, listener, now);
+// Parts of actions and what is not ours by its name have no topic: another name may be mapped to
+// it, and the claims topic is not for peers.
+void FarListeners::add(OfLink& of_link, const ListenerTold& listener) {
+  auto& topic = of_link.listeners[listener.listener];
+  const std::string local = side_.graph_options.names.to_local(listener.name);
+  if (side_.graph_options.names.to_wire(local) != listener.name || local == kClaimsTopic ||
+      has_action_token(listener.name))
+    return;
+  topic = TopicKey{local, listener.type};
+  const auto [told, is_new] = of_link.topics.try_emplace(*topic);
+  ++told->second.listeners;
+  if (!is_new) return;
+  told->second.type_hash = listener.type_hash;
+  decide(*of_link.link, *topic, told->second);
+  if (told->second.permitted) join(of_link, *topic, told->second);
+}
+
+void FarListeners::remove(OfLink& of_link,
+                          std::map<ListenerId, std::optional<TopicKey>>::iterator listener) {
+  const auto topic = std::move(listener->second);
+  of_link.listeners.erase(listener);
+  if (!topic) return;
+  const auto told = of_link.topics.find(*topic);
+  if (--told->second.listeners > 0) return;
+  if (told->second.permitted) leave(of_link, *topic);
+  of_link.topics.erase(told);
 }
 
 // By both sides' rules for a topic that this side exports (docs/protocol.md, "listeners", rule 2).
-// Parts of actions and what is not ours by its name have no topic, and are never permitted.
-void FarListeners::decide(const Link& link, Listener& listener) const {
-  listener.permitted = false;
-  if (!listener.topic || !link.accepts) return;
-  const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
+void FarListeners::decide(const Link& link, const TopicKey& key, Told& told) const {
+  told.permitted = false;
+  if (!link.accepts) return;
+  const std::string name = side_.wire_name(key.first);
+  const Interface what{InterfaceKind::kTopic, name, key.second};
   const auto right = export_right(side_, link, what);
   if (!right.is_allowed_here()) return;
-  listener.permitted = right.answer == ExportRight::Answer::kYes;
-  listener.rule = right.decision.treatment.qos;
+  told.permitted = right.answer == ExportRight::Answer::kYes;
+  told.rule = right.decision.treatment.qos;
 }
 
 void FarListeners::review(const Link& link, const Now& now) {
-  const auto of_link = links_.find(link.id);
-  if (of_link == links_.end()) return;
-  for (auto& [id, listener] : of_link->second.listeners) {
-    const QosOverride before = listener.rule;
-    decide(link, listener);
-    // The topic may have to be subscribed in another way (rules_of).
-    if (listener.counts && !(listener.rule == before)) changed_.insert(*listener.topic);
-    admit({link.id, id}, listener, now);
+  const auto at = links_.find(link.id);
+  if (at == links_.end()) return;
+  OfLink& of_link = at->second;
+  for (auto& [key, told] : of_link.topics) {
+    const bool was_permitted = told.permitted;
+    const QosOverride before = told.rule;
+    decide(link, key, told);
+    if (told.permitted && !was_permitted) join(of_link, key, told);
+    if (!told.permitted && was_permitted) leave(of_link, key);
+    // It may have to be subscribed in another way (rules_of).
+    if (told.permitted && was_permitted && !(told.rule == before)) changed_.insert(key);
   }
+  serve(of_link, now);
 }
 
 void FarListeners::on_link_lost(LinkId link) {
-  const auto of_link = links_.find(link);
-  if (of_link == links_.end()) return;
-  for (auto& [id, listener] : of_link->second.listeners) set({link, id}, listener, false);
-  links_.erase(of_link);
+  const auto at = links_.find(link);
+  if (at == links_.end()) return;
+  for (const auto& [key, told] : at->second.topics)
+    if (told.permitted) leave(at->second, key);
+  links_.erase(at);
+}
+
+// ---- which of them count
+
+void FarListeners::join(OfLink& of_link, const TopicKey& key, const Told& told) {
+  Topic& topic = topics_[key];
+  topic.links[of_link.link->id] = &told;
+  if (topic.counts) {
+    changed_.insert(key);
+  } else {
+    review(key, topic);
+  }
+}
+
+void FarListeners::leave(OfLink& of_link, const TopicKey& key) {
+  of_link.waiting.erase(key);
+  const auto at = topics_.find(key);
+  Topic& topic = at->second;
+  topic.links.erase(of_link.link->id);
+  if (topic.counts) changed_.insert(key);
+  review(key, topic);
+  if (topic.links.empty()) topics_.erase(at);
+}
+
+void FarListeners::review(const TopicKey& key, Topic& topic) {
+  if (topic.links.empty()) return count(key, topic, false);
+  if (is_published(side_, key)) {
+    give_back(topic);
+    unpaid_.insert(key);
+    return count(key, topic, true);
+  }
+  unpaid_.erase(key);
+  if (topic.counts && topic.links.contains(topic.payer)) return;
+  if (topic.counts) {
+    // Its publishers are gone, or those who had the place: it stays where another one has room.
+    give_back(topic);
+    for (const auto& [link, told] : topic.links)
+      if (take_place(key, topic, links_.at(link))) return;
+    count(key, topic, false);
+  }
+  for (const auto& [link, told] : topic.links) links_.at(link).waiting.insert(key);
+}
+
+bool FarListeners::take_place(const TopicKey& key, Topic& topic, const OfLink& payer) {
+  Account& account = *payer.link->account;
+  if (!has_place(account)) return false;
+  topic.place = account.listened.hold(1);
+  topic.payer = payer.link->id;
+  count(key, topic, true);
+  return true;
+}
+
+void FarListeners::give_back(Topic& topic) {
+  topic.payer = {};
+  if (topic.place.amount() == 0) return;
+  topic.place.release();
+  const bool awaited = std::any_of(links_.begin(), links_.end(),
+                                   [](const auto& of) { return !of.second.waiting.empty(); });
+  if (awaited) due_ = TimePoint{};
+}
+
+void FarListeners::count(const TopicKey& key, Topic& topic, bool counts) {
+  if (counts) {
+    for (const auto& [link, told] : topic.links) links_.at(link).waiting.erase(key);
+  } else {
+    give_back(topic);
+    unpaid_.erase(key);
+  }
+  if (std::exchange(topic.counts, counts) != counts) changed_.insert(key);
+}
+
+void FarListeners::on_graph(const Now& now) {
+  for (const auto& [key, state] : side_.graph.topics()) {
+    if (state.publishers.empty() || unpaid_.contains(key)) continue;
+    if (const auto at = topics_.find(key); at != topics_.end()) review(key, at->second);
+  }
+  for (const TopicKey& key : std::vector(unpaid_.begin(), unpaid_.end()))
+    if (!is_published(side_, key)) review(key, topics_.at(key));
+  on_time(now);
 }
 
 void FarListeners::on_time(const Now& now) {
   if (!due_ || *due_ > now.steady) return;
   due_.reset();
-  for (auto& [link, of_link] : links_)
-    for (auto& [id, listener] : of_link.listeners) admit({link, id}, listener, now);
+  for (auto& [link, of_link] : links_) serve(of_link, now);
 }
 
 // A subscription that comes or goes costs every process of the graph, and this one's loop.
-void FarListeners::admit(Key key, Listener& listener, const Now& now) {
-  const bool is_new = listener.permitted && !listener.counts;
-  OfLink& of_link = links_.at(key.first);
-  if (is_new) {
-    const Duration wait = wait_to_count(of_link, *listener.topic, now);
-    if (wait == Account::kPacing && !std::exchange(listener.waits, true))
-      of_link.link->mirrors.note_wait();
-    if (wait > Duration::zero()) {
+void FarListeners::serve(OfLink& of_link, const Now& now) {
+  Account& account = *of_link.link->account;
+  while (!of_link.waiting.empty()) {
+    // When one ends, give_back() looks here again.
+    if (!has_place(account))
+      return side_.outputs.log_once(account.told, LogLevel::kWarn,
+                                    "not all that " + of_link.link->owner() +
+                                        " listens to is subscribed here: of what nobody "
+                                        "publishes at most " +
+                                        std::to_string(kUnpublishedMax) +
+                                        " topics for one identity, and " +
+                                        std::to_string(Shares::kListenedMax) + " for all");
+    if (const Duration wait = account.wait_to_appear(account.listeners, now.steady);
+        wait > Duration::zero()) {
       due_ = earliest(due_, now.steady + wait);
       return;
     }
-    listener.held = of_link.link->account->memory.hold(kSubscriptionBytes);
+    const TopicKey key = *of_link.waiting.begin();
+    static_cast<void>(take_place(key, topics_.at(key), of_link));
   }
-  listener.waits = false;
-  set(key, listener, listener.permitted);
-}
-
-Duration FarListeners::wait_to_count(const OfLink& of_link, const TopicKey& topic, const Now& now) {
-  Account& account = *of_link.link->account;
-  const char* lacking = nullptr;
-  if (of_link.counting >= options_.listeners_max) lacking = "it has too many";
-  if (account.memory.room() < kSubscriptionBytes)
-    lacking = "no memory is left in its share (memory_max)";
-  if (has_too_many_types(account, topic)) lacking = "a name has too many types";
-  if (!lacking) return account.wait_to_appear(account.listeners, now.steady);
-  // It may be there when others end, which nobody tells: so it is asked for again.
-  side_.outputs.log_once(
-      account.told, LogLevel::kWarn,
-      "not all listeners of a peer have a subscription here: " + std::string(lacking));
-  return Account::kPacing;
-}
-
-bool FarListeners::has_too_many_types(const Account& account, const TopicKey& topic) const {
-  std::size_t others = 0;
-  for (auto it = topics_.lower_bound({topic.first, ""});
-       it != topics_.end() && it->first.first == topic.first; ++it) {
-    bool is_its_own = false;
-    for_each_link(it->second.listeners, [&](LinkId link, const Listener&) {
-      is_its_own = is_its_own || links_.at(link).link->account.get() == &account;
-    });
-    if (it->first != topic && is_its_own) ++others;
-  }
-  return others >= kTypesOfTopicMax;
-}
-
-void FarListeners::set(Key key, Listener& listener, bool counts) {
-  if (std::exchange(listener.counts, counts) == counts) return;
-  links_.at(key.first).counting += counts ? 1 : -1;
-  changed_.insert(*listener.topic);
-  const auto topic = topics_.try_emplace(*listener.topic).first;
-  // Who joins a topic that is subscribed already is shown at once; the others when it is (show).
-  if (counts) {
-    topic->second.listeners[key] = &listener;
-    if (topic->second.shown) show(listener, true);
-    return;
-  }
-  listener.held.release();
-  topic->second.listeners.erase(key);
-  show(listener, false);
-  if (topic->second.listeners.empty()) topics_.erase(topic);
 }
 
 // ---- what they come to
 
-bool FarListeners::listens(const TopicKey& topic, LinkId link) const {
+const FarListeners::Topic* FarListeners::counting(const TopicKey& topic) const {
   const auto known = topics_.find(topic);
-  if (known == topics_.end()) return false;
-  const auto first = known->second.listeners.lower_bound({link, {}});
-  return first != known->second.listeners.end() && first->first.first == link;
+  return known != topics_.end() && known->second.counts ? &known->second : nullptr;
+}
+
+bool FarListeners::listens(const TopicKey& topic, LinkId link) const {
+  const Topic* const known = counting(topic);
+  return known && known->links.contains(link);
 }
 
 std::string FarListeners::type_hash_of(const TopicKey& topic) const {
-  const auto known = topics_.find(topic);
-  if (known == topics_.end()) return {};
-  return known->second.listeners.begin()->second->told.type_hash;
+  const Topic* const known = counting(topic);
+  return known ? known->links.begin()->second->type_hash : "";
 }
 
 QosOverride FarListeners::rules_of(const TopicKey& topic,
                                    const std::function<bool(LinkId)>& count) const {
   QosOverride weakest;
-  const auto known = topics_.find(topic);
-  if (known == topics_.end()) return weakest;
-  // The rule is the same for all listeners of a link.
-  for_each_link(known->second.listeners, [&](LinkId link, const Listener& listener) {
-    if (!count(link)) return;
-    const QosOverride& rule = listener.rule;
-    if (rule.reliability == Reliability::kBestEffort) weakest.reliability = rule.reliability;
-    if (rule.durability == Durability::kVolatile) weakest.durability = rule.durability;
-  });
+  const Topic* const known = counting(topic);
+  if (!known) return weakest;
+  for (const auto& [link, told] : known->links) {
+    if (!count(link)) continue;
+    if (told->rule.reliability == Reliability::kBestEffort)
+      weakest.reliability = told->rule.reliability;
+    if (told->rule.durability == Durability::kVolatile) weakest.durability = told->rule.durability;
+  }
   return weakest;
 }
 
 TellOnce& FarListeners::told_of(const TopicKey& topic) const {
-  const auto known = topics_.find(topic);
-  if (known == topics_.end()) return side_.outputs.told();
-  return links_.at(known->second.listeners.begin()->first.first).link->account->told;
-}
-
-void FarListeners::show(const TopicKey& topic, bool on) {
-  const auto known = topics_.find(topic);
-  if (known == topics_.end() || std::exchange(known->second.shown, on) == on) return;
-  for (const auto& [key, listener] : known->second.listeners) show(*listener, on);
-}
-
-// Publishers here see what it asks for, as they would in one graph.
-void FarListeners::show(Listener& listener, bool on) {
-  if (listener.shown) side_.outputs.push(DestroySubscription{std::exchange(listener.shown, {})});
-  const std::string node = on ? side_.graph_options.owner_of(listener.told.node) : std::string();
-  if (node.empty()) return;
-  Qos qos;
-  qos.reliability = listener.told.qos.reliability;
-  qos.durability = listener.told.qos.durability;
-  qos.depth = 1;
-  listener.shown = side_.outputs.new_subscription();
-  side_.outputs.push(CreateSubscription{listener.shown, listener.topic->first,
-                                        listener.topic->second, listener.told.type_hash, qos,
-                                        node});
+  const Topic* const known = counting(topic);
+  return known ? links_.at(known->links.begin()->first).link->account->told : side_.outputs.told();
 }
 
 }  // namespace connect_bridge

@@ -1,9 +1,8 @@
-// The listeners at the other side of the links.
+// What is listened to at the other side of the links.
 #pragma once
 
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,37 +10,39 @@
 
 #include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
-#include "core/topics/options.hpp"
 
 namespace connect_bridge {
 
-// The peers' nodes that listen to topics of ours, as reported in `listeners` messages. A listener
-// counts while our rules and the peer's `accepts` allow the peer its topic; others are kept until
-// they do. With proxy nodes a listener is shown as a subscription under its node's name while its
-// topic is subscribed; no samples are taken from that subscription, but from the topic's own.
+// The topics of ours that nodes of the peers' graphs listen to, as reported in `listeners`
+// messages. A topic counts while our rules and the `accepts` of a peer that listens allow that peer
+// the topic, and there is a place for it: what is published here needs none, but of what nobody
+// publishes, and a peer may invent, only so many are subscribed. Others wait until a place is free.
 // Single-threaded.
 class FarListeners {
  public:
-  // Both outlive this.
-  FarListeners(const SideView& side, const TopicOptions& options)
-      : side_(side), options_(options) {}
+  // Topics that nobody publishes here and that count, for the peers of one identity. Of all:
+  // Shares::kListenedMax.
+  static constexpr std::uint64_t kUnpublishedMax = 256;
+
+  // It outlives this.
+  explicit FarListeners(const SideView& side) : side_(side) {}
   FarListeners(const FarListeners&) = delete;
   FarListeners& operator=(const FarListeners&) = delete;
 
-  // Beyond a pace (Account::listeners), beyond TopicOptions::listeners_max, and beyond what its
-  // identity may make this side hold, what is new counts later, see on_time().
   // An error ends the connection: a number in use, too many, or changes without end.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
   // Our rules, the link's identity or the peer's `accepts` have changed.
   void review(const Link& link, const Now& now);
   void on_link_lost(LinkId link);
-  // Counts listeners that had exceeded the rate.
+  // Publishers came or went.
+  void on_graph(const Now& now);
+  // Topics that wait may have a place now, or a turn (Account::listeners).
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
-  // The topics whose listeners came or went since the last call.
+  // The topics that count, or do not any longer, or for other links, since the last call.
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
-  [[nodiscard]] bool listens(const TopicKey& topic) const { return topics_.contains(topic); }
+  [[nodiscard]] bool listens(const TopicKey& topic) const { return counting(topic) != nullptr; }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
   // The weakest of what our rules require for those links that listen and `count`: reliability and
   // durability.
@@ -50,52 +51,52 @@ class FarListeners {
   // Where to note what is logged once about a topic that only listeners have: what their peers make
   // this side say must not keep other lines out.
   [[nodiscard]] TellOnce& told_of(const TopicKey& topic) const;
-  // The type hash that the listeners reported; empty: none.
+  // The type hash that was reported; empty: none.
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 
-  // The topic is subscribed, or not any longer: shows or hides its listeners in the graph.
-  void show(const TopicKey& topic, bool on);
-
  private:
-  struct Listener {
-    ListenerTold told;
-    std::optional<TopicKey> topic;  // local name; none: not one that the peer can have
+  // A topic, as one peer has told it.
+  struct Told {
+    std::uint32_t listeners = 0;
+    std::string type_hash;
     bool permitted = false;
     QosOverride rule;  // while it is permitted
-    bool counts = false;
-    bool waits = false;  // it is allowed, and does not count yet
-    Budget::Hold held;   // while it counts
-    SubscriptionId shown;
-  };
-  using Key = std::pair<LinkId, ListenerId>;
-  struct Topic {
-    std::map<Key, Listener*> listeners;  // that count
-    bool shown = false;
   };
   struct OfLink {
     Link* link = nullptr;
-    std::map<ListenerId, Listener> listeners;
-    std::uint32_t counting = 0;  // of these
+    // By the peer's numbers; without a topic: not one that it can have.
+    std::map<ListenerId, std::optional<TopicKey>> listeners;
+    std::map<TopicKey, Told> topics;
+    std::set<TopicKey> waiting;  // of these, for a place
+  };
+  struct Topic {
+    std::map<LinkId, const Told*> links;  // that may have it
+    bool counts = false;
+    Budget::Hold place;  // while it counts and nobody publishes it
+    LinkId payer;        // of whose account that is
   };
 
-  void add(const Link& link, const ListenerTold& told, const Now& now);
-  void decide(const Link& link, Listener& listener) const;
-  // Counts the listener if it is allowed, now or later.
-  void admit(Key key, Listener& listener, const Now& now);
-  // Zero: it may be subscribed for now; else when to ask again.
-  [[nodiscard]] Duration wait_to_count(const OfLink& of_link, const TopicKey& topic,
-                                       const Now& now);
-  // Whether listeners of this identity count for so many other types of the name as may be.
-  [[nodiscard]] bool has_too_many_types(const Account& account, const TopicKey& topic) const;
-  void set(Key key, Listener& listener, bool counts);
-  void show(Listener& listener, bool on);
+  void add(OfLink& of_link, const ListenerTold& told);
+  void remove(OfLink& of_link, std::map<ListenerId, std::optional<TopicKey>>::iterator listener);
+  void decide(const Link& link, const TopicKey& key, Told& told) const;
+  void join(OfLink& of_link, const TopicKey& key, const Told& told);
+  void leave(OfLink& of_link, const TopicKey& key);
+  // Whether the topic may count where it is now, and at whose expense.
+  void review(const TopicKey& key, Topic& topic);
+  [[nodiscard]] bool take_place(const TopicKey& key, Topic& topic, const OfLink& payer);
+  void give_back(Topic& topic);
+  void count(const TopicKey& key, Topic& topic, bool counts);
+  void stop_waiting(const TopicKey& key, const Topic& topic);
+  // Gives places to the topics of this link that wait, as far as there are any.
+  void serve(OfLink& of_link, const Now& now);
+  [[nodiscard]] const Topic* counting(const TopicKey& topic) const;
 
   const SideView& side_;
-  const TopicOptions& options_;
   std::map<LinkId, OfLink> links_;
   std::map<TopicKey, Topic> topics_;
+  std::set<TopicKey> unpaid_;  // that count without a place: they were published here
   std::set<TopicKey> changed_;
-  std::optional<TimePoint> due_;  // some are allowed and do not count yet
+  std::optional<TimePoint> due_;  // when those that wait are to be looked at again
 };
 
 }  // namespace connect_bridge

@@ -18,7 +18,6 @@ struct TopicOptions {
   std::uint64_t history_bytes_max = 64 << 20;   // transient-local samples kept for later links
   std::uint32_t mirrors_max = 2048;             // of one peer
   std::uint32_t topic_mirrors_max = 256;        // of one peer and one topic
-  std::uint32_t listeners_max = 1024;           // of one peer, that are subscribed for
   std::uint32_t mirror_depth_max = 1000;        // what a peer may ask for; a rule may ask for more
   std::uint64_t mirror_bytes_max = 256 << 20;   // what the transient-local mirrors of a peer keep
   std::uint64_t decoding_bytes_max = 64 << 20;  // of a peer's messages, for decompression

@@ -132,11 +132,9 @@ struct ListenerTold {
   std::string name;       // of the topic: canonical, absolute
   std::string type;       // "std_msgs/msg/String"
   std::string type_hash;  // as that of a ChannelOffer
-  std::string node;       // fully qualified, empty where it is not known
-  Qos qos;                // requested; for several subscriptions the weakest
 };
-// "listeners": nodes of the sender's graph began or stopped listening to topics that the peer may
-// publish here, whether it offers them or not.
+// "listeners": somebody in the sender's graph listens, or nobody any longer, to topics that the
+// peer may publish here, whether it offers them or not.
 struct Listeners {
   std::vector<ListenerTold> added;
   std::vector<ListenerId> removed;  // removed before others are added

@@ -150,8 +150,6 @@ void fields(auto& io, Is<ListenerTold> auto& told) {
   io.member("name", told.name);
   io.member("type", told.type);
   io.cleaned("type_hash", told.type_hash, kNameBytesMax);
-  io.cleaned("node", told.node, kNameBytesMax);
-  io.member("qos", told.qos);
 }
 
 void fields(auto& io, Is<Listeners> auto& listeners) {

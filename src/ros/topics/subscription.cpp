@@ -39,8 +39,6 @@ Subscription::~Subscription() {
 }
 
 std::optional<Refusal> Subscription::open() {
-  // Where ids do not show which endpoints are ours, we would treat it as a real node's.
-  if (is_shown_only() && !middleware().tells_servers()) return std::nullopt;
   auto type = shared_.types.message(create_.type, create_.type_hash);
   if (auto* refusal = std::get_if<Refusal>(&type)) {
     if (refusal->code == "type_mismatch")
@@ -50,7 +48,7 @@ std::optional<Refusal> Subscription::open() {
     return std::move(*refusal);
   }
   type_ = std::move(std::get<MessageType>(type));
-  node_ = shared_.proxies.get(create_.node);
+  node_ = shared_.proxies.get({});
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
   options.qos = to_rmw(create_.qos);
   options.rmw_subscription_options.ignore_local_publications =
@@ -65,7 +63,6 @@ std::optional<Refusal> Subscription::open() {
   if (refusal) return refusal;
   open_ = true;
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
-  if (is_shown_only()) return std::nullopt;
   lost_total_ = 0;
   lost_.open(&subscription_, RCL_SUBSCRIPTION_MESSAGE_LOST,
              asks_for_lost_ ? nullptr : &ReadyList::on_lost, slot());

@@ -35,8 +35,6 @@ class Subscription : public Entity {
   Taken take(MessageTaken& message);
 
  private:
-  // Whether it only represents a node of the other side, so that no samples are taken from it.
-  [[nodiscard]] bool is_shown_only() const { return !create_.node.empty(); }
   void close();
   [[nodiscard]] std::size_t bytes_max() const;
   std::optional<Input> on_invalid();

@@ -81,39 +81,6 @@ TEST(Limits, WhoSentMuchAndWentAwayHasSentIt) {
   EXPECT_EQ(limit.take_loudest(), std::nullopt) << "it is told once";
 }
 
-// The peer listens to so many topics, with names of this length.
-Listeners listening_to(std::uint32_t topics, std::size_t name_bytes) {
-  Listeners all;
-  for (std::uint32_t i = 1; i <= topics; ++i) {
-    ListenerTold told;
-    told.listener = {i};
-    told.name = "/t" + std::to_string(i);
-    if (told.name.size() < name_bytes) told.name.append(name_bytes - told.name.size(), 'a');
-    told.type = kType;
-    told.node = "/base";
-    all.added.push_back(told);
-  }
-  return all;
-}
-
-TEST(Limits, ListenersOfAPeerThatAreSubscribedFor) {
-  SideOptions options = server();
-  options.listeners_max = 2;
-  Script s(options);
-  s.join(1);
-  s.say(1, listening_to(3, 0));
-  EXPECT_EQ(s.did(),
-            "subscribe 2 /t1 reliable volatile 100\nsubscribe 3 /t2 reliable volatile 100\n");
-  EXPECT_THAT(s.logged, HasSubstr("it has too many"));
-  EXPECT_EQ(s.status().links.at(0).mirrors_waited, 1U);
-  s.pass(1000);
-  EXPECT_EQ(s.did(), "");
-  s.say(1, Listeners{{}, {{1}}});
-  s.pass(1000);
-  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 4 /t3 reliable volatile 100\n");
-  EXPECT_EQ(s.status().links.at(0).mirrors_waited, 1U);
-}
-
 // ---- counts
 
 TEST(Limits, PublishersThatWaitForTheirPaceAreCounted) {

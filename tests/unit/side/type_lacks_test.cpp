@@ -110,7 +110,7 @@ TEST_F(TypeLacksTest, AListenerOfThePeerChangesNothing) {
   s.join(1);
   s.graph({lacking(topic("/a").pub(1))});
   s.did();
-  s.say(1, Listeners{{{{1}, "/a", kType, "", "/far", qos()}}, {}});
+  s.say(1, Listeners{{{{1}, "/a", kType, ""}}, {}});
   EXPECT_EQ(s.did(), "");
 }
 

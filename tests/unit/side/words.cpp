@@ -48,8 +48,7 @@ std::string word_of(const Action& action) {
   return std::visit(
       Overloaded{
           [&](const CreateSubscription& a) {
-            return "subscribe " + id(a.id) + " " + a.topic + " " + word_of(a.qos) +
-                   (a.node.empty() ? "" : " as " + a.node);
+            return "subscribe " + id(a.id) + " " + a.topic + " " + word_of(a.qos);
           },
           [&](const DestroySubscription& a) { return "unsubscribe " + id(a.id); },
           [&](const CreateMirror& a) {
@@ -150,8 +149,7 @@ std::string word_of(const Control& control) {
           [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
           [&](const Listeners& m) {
             std::string line = "listeners";
-            for (const auto& l : m.added)
-              line += " +" + std::to_string(l.listener.value) + l.name + "@" + l.node;
+            for (const auto& l : m.added) line += " +" + std::to_string(l.listener.value) + l.name;
             return line + " -[" + ids(m.removed) + "]";
           },
           [&](const Decline& m) {

@@ -61,7 +61,6 @@ TEST(EarlySamples, WhoListensALittleLaterGetsWhatNobodyHasGot) {
     told.listener = {1};
     told.name = "/a";
     told.type = kType;
-    told.node = "/rviz";
     EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
   };
   s.see(topic("/a").pub(1));
@@ -93,7 +92,6 @@ TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
     told.listener = {n};
     told.name = "/t" + std::to_string(n);
     told.type = kType;
-    told.node = "/rviz";
     EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
   };
   for (std::uint32_t n = 1; n <= 6; ++n) {

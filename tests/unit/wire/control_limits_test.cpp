@@ -41,7 +41,7 @@ TEST(ControlLimits, LimitsAreInclusiveAndBeyondThemIsTooLarge) {
   };
   EXPECT_EQ(code_of(added(kAddedMax)), CloseCode::kNormal);
   EXPECT_EQ(code_of(added(kAddedMax + 1)), CloseCode::kTooLarge);
-  const ListenerTold listener{{1}, "/a", "p/msg/A", "", "/node", {}};
+  const ListenerTold listener{{1}, "/a", "p/msg/A", ""};
   const auto listeners = [&](std::size_t n) { return encode(Listeners{{n, listener}, {}}); };
   EXPECT_EQ(code_of(listeners(kAddedMax)), CloseCode::kNormal);
   EXPECT_EQ(code_of(listeners(kAddedMax + 1)), CloseCode::kTooLarge);
@@ -241,7 +241,7 @@ TEST(ControlLimits, TheLongestOriginsAndListenersFit) {
   for (const auto& text : encode_offers({largest}, true))
     EXPECT_EQ(code_of(text), CloseCode::kNormal);
   Listeners listeners{{}, std::vector<ListenerId>(kRemovedMax, {0xffffffff})};
-  listeners.added.assign(kListenersMax, {{0xffffffff}, name, name, name, name, qos});
+  listeners.added.assign(kListenersMax, {{0xffffffff}, name, name, name});
   for (const auto& text : encode_parts(listeners)) EXPECT_EQ(code_of(text), CloseCode::kNormal);
 }
 
