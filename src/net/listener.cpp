@@ -5,7 +5,6 @@
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
 #include "net/listen_at.hpp"
-#include "net/site.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 
@@ -29,7 +28,6 @@ std::string network_of(const asio::ip::address& address, int bytes) {
 void set_address(ConnectionOpened& from, const asio::ip::address& address) {
   from.address = network_of(address, 8);
   from.customer = network_of(address, 7);
-  from.site = site_of(address);
   from.share = address.is_loopback() ? kProxyShare : 1;
 }
 

@@ -11,7 +11,6 @@
 #include "net/listener.hpp"
 #include "net/route.hpp"
 #include "net/route_watch.hpp"
-#include "net/site.hpp"
 #include "net/socket.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
@@ -172,8 +171,6 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   ConnectionOpened opened{id, options.url.authority()};
   ErrorCode error;
   const auto remote = socket->next_layer().socket().remote_endpoint(error);
-  // Behind a proxy it is not known where the server is.
-  if (!error && !options.proxy) opened.site = site_of(remote.address());
   if (!error) watch_route_to(remote.address());
   add(std::move(opened), std::move(socket), nullptr, nullptr);
 }

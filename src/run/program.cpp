@@ -126,7 +126,6 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!problems.empty()) return refuse(problems);
   const std::string no_sockets = take_sockets(*assembly.parts);
   if (!no_sockets.empty()) return refuse({no_sockets});
-  assembly.parts->side.domain = node.domain();
   assembly.parts->side.qos_must_fit = !ros::middleware().joins_any_qos;
   assembly.parts->notify_socket = notify_socket();
   hide_secrets(argc, argv);

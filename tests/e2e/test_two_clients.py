@@ -6,6 +6,7 @@ import time
 import pytest
 from std_msgs.msg import Int32
 
+from calls import OPEN_CALLS, Caller, EchoServer
 from graph import until
 
 pytestmark = pytest.mark.alone
@@ -16,7 +17,7 @@ def two_clients(make_pair, make_side):
     """The pair's client, and another one that starts so many seconds later."""
 
     def make(after):
-        pair = make_pair(start=False)
+        pair = make_pair(server=OPEN_CALLS, start=False)
         pair.server.start().wait_listening()
         second = make_side(
             "client",
@@ -47,16 +48,33 @@ def count_up(publisher, first, count):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("after", [0, 0.5, 2])
-def test_no_message_twice_and_none_lost_at_their_start(two_clients, after):
+def test_they_start_one_after_the_other(two_clients, after):
+    """No call is executed twice, no message is lost, and soon none comes twice."""
     pair, second, publisher, collector = two_clients(after)
+    began = time.monotonic()
+    server = EchoServer(pair.robot, "/s/echo")
+    caller = Caller(pair.operator, "/s/echo")
     until(publisher.get_subscription_count, "a client that feeds")
-    count_up(publisher, 0, 250)
+    settled = 0
+    for number in range(400):
+        publisher.publish(Int32(data=number))
+        if caller.ready():
+            caller.ask(f"{number}")
+        if time.monotonic() < began + 4:  # until then they may not know each other
+            settled = number + 1
+        time.sleep(0.02)
     second.wait_linked()
     time.sleep(1)
     heard = [m.data for m in collector.messages]
     twice = len(heard) - len(set(heard))
-    print(f"after {after} s: heard {len(heard)} of 250, {twice} twice")
-    assert heard == list(range(250))
+    print(f"after {after} s: heard {len(heard)} of 400, {twice} twice, {len(caller.asked)} calls")
+    assert sorted(set(heard)) == list(range(400))
+    late = [number for number in heard if number >= settled]
+    assert len(late) == len(set(late))
+    assert len(caller.asked) > 100
+    assert sorted(server.executed) == sorted(caller.asked)
+    caller.wait_answers(len(caller.asked))
+    caller.check()
 
 
 @pytest.mark.slow

@@ -26,7 +26,6 @@ WILDCARD_BYTES_MAX = 4096  # of these, each from its first star on
 ORIGINS_MAX = 1024  # of a channel
 LISTENERS_MAX = 1024  # of a link
 CREDENTIAL_MAX = 3900
-NEIGHBOURS_MAX = 256
 
 
 def _integer(word):
@@ -170,11 +169,6 @@ def _check_accepts(message):
     require(sum(map(len, stars)) <= WILDCARD_BYTES_MAX, "longer wildcards", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
     member(message, "ros_time", bool, False)
-    require(0 <= member(message, "domain", int, 0) < 1 << 32, "domain")
-    for side in items(message, "neighbours", NEIGHBOURS_MAX) if "neighbours" in message else ():
-        require(isinstance(side, str), "a neighbour is no string")
-        require(len(side) <= 32, "a neighbour is too long", TOO_LARGE)
-        require(re.fullmatch("[0-9a-f]{32}", side), "a neighbour is no side id")
 
 
 def _check_demand(message):

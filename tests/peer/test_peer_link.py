@@ -215,14 +215,3 @@ def test_an_exporter_that_kept_something_is_asked_for_it(world, peer):
     until(lambda: collector.messages[-1].data == "two", "what follows")
     assert [m.data for m in collector.messages] == ["one", "two"]
     collector.close()
-
-
-def test_each_peer_is_told_of_the_others(world, peer):
-    """Two bridges in one graph: whom they both dial knows first, and tells the second one."""
-    first = peer()
-    first.until(lambda: first.accepts is not None, "accepts")
-    second = peer(node="/another")  # one of the same name would be the first, started again
-    second.until(lambda: second.accepts, "accepts")
-    assert first.side.hex() in second.accepts["neighbours"]
-    assert second.side.hex() not in second.accepts["neighbours"]
-    assert second.side.hex() not in first.accepts.get("neighbours", [])

@@ -119,11 +119,14 @@ void CallCheck::on_taken(const Host& host, ServiceMirrorId mirror, RequestId req
   const bool strange = is_hostile(caller.spec.topic);
   const CallKey which = strange ? CallKey{} : call_of(payload, describe(host));
   if (strange) {
-    // Its owner cannot be identified, and two bridges may have found each other's mirrors.
+    // Its owner cannot be identified.
   } else if (caller.spec.host < 0) {
-    ++calls_[which].takings;
+    // Each of two mirrors would have it executed.
+    if (++calls_[which].takings > 1)
+      violated(text(which.caller, which.number) + " is taken by two mirrors, the second one at " +
+               describe(host));
     calls_[which].last = ledger_.now();
-  } else if (!overlaps_) {
+  } else {
     violated(text(which.caller, which.number) + " runs in circles: the mirror at " +
              describe(host) + " takes it from a bridge");
   }

@@ -23,8 +23,7 @@ inline constexpr std::uint32_t kServantLabels = 1U << 29;
 
 class CallCheck {
  public:
-  // `overlaps`: for a moment two bridges may mirror the same service.
-  CallCheck(const Ledger& ledger, bool overlaps) : ledger_(ledger), overlaps_(overlaps) {}
+  explicit CallCheck(const Ledger& ledger) : ledger_(ledger) {}
 
   // ---- what ordinary nodes do. A call's label is that of its request.
   void on_call(int caller) { ++called_[caller]; }
@@ -126,7 +125,6 @@ class CallCheck {
                                     const std::string& type) const;
 
   const Ledger& ledger_;
-  bool overlaps_;
   std::map<int, std::uint32_t> called_;
   std::map<CallKey, Call> calls_;
   std::map<std::uint64_t, Execution> executions_;  // by their number

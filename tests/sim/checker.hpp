@@ -22,7 +22,7 @@ class Checker {
       : ledger_(schedule, middleware),
         deliveries_(ledger_, overlaps),
         wire_(ledger_, network),
-        calls_(ledger_, overlaps) {}
+        calls_(ledger_) {}
 
   Ledger& ledger() { return ledger_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
@@ -41,8 +41,8 @@ class Checker {
   void on_sent(const Host& host, ConnectionId id, const FlatPacket& packet) {
     wire_.on_sent(host, id, packet);
   }
-  void on_received(const Host& host, ConnectionId id, const FlatPacket& packet) {
-    wire_.on_received(host, id, packet);
+  void on_received(const Host& host, ConnectionId id, ByteView text) {
+    wire_.on_received(host, id, text);
   }
   void on_mirror(const Host& host, const Host::MirrorInfo& mirror);
   void on_publish(const Host& host, const Host::MirrorInfo& mirror, ByteView message) {

@@ -145,6 +145,9 @@ void Host::later(Duration delay, std::function<Input()> make) {
 void Host::input(Input input) {
   if (!side_) return;
   if (blocked_) return waiting_.push_back(std::move(input));
+  // Now and not when it arrived: a side that stood still could not know of it.
+  if (const auto* packet = std::get_if<PacketReceived>(&input); packet && packet->text)
+    world_.checker.on_received(*this, packet->connection, packet->payload.view());
   side_->handle(std::move(input), now());
   emptied_.clear();
   drain();
@@ -258,9 +261,7 @@ void Host::on_open(ConnectionId id) {
   connections_.push_back(id);
   gates_[id] = Gate{};
   world_.checker.on_connection(*this, id);
-  ConnectionOpened opened{id, "peer " + std::to_string(id.value)};
-  opened.site = "site";
-  input(std::move(opened));
+  input(ConnectionOpened{id, "peer " + std::to_string(id.value)});
 }
 
 void Host::on_dial_failed(ConnectionId id, const std::string& reason) {
@@ -275,7 +276,6 @@ void Host::on_packet(ConnectionId id, FlatPacket packet) {
     return;
   }
   last_packet_ = world_.schedule.now();
-  world_.checker.on_received(*this, id, packet);
   input(PacketReceived{id, packet.text, counted(std::move(packet.bytes))});
 }
 

@@ -95,7 +95,6 @@ HostPlan random_host(Rng& rng, Role role, int graph, int index, const PathPlan& 
   host.graph = graph;
   host.options = random_options(rng, role, path);
   host.options.node = (rng.chance(500) ? "/connect" : "/bridge/connect") + std::to_string(index);
-  host.options.domain = static_cast<std::uint32_t>(graph);
   host.options.policy = Policy{random_rules(rng)};
   host.start = rng.chance(500) ? Duration{rng.between(0, 50'000)} : rng.between(0ms, 1500ms);
   host.login_delay_max = rng.chance(900) ? 20ms : 6s;

@@ -137,7 +137,6 @@ Scenario make_day(std::uint64_t seed) {
     host.options = random_options(rng, i == 0 ? Role::kServer : Role::kClient, pair.path);
     limit(rng, host.options);
     host.options.node = "/connect" + std::to_string(i);
-    host.options.domain = static_cast<std::uint32_t>(i);
     host.options.policy = rules;
     host.options.proxy_nodes = rng.chance(300);
     host.login_delay_max = 20ms;

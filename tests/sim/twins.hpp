@@ -1,7 +1,8 @@
 // A small world of its own: two bridges stand in one graph. They start at about the same time, know
-// of each other late, and one of them ends. Whatever the middleware tells of its endpoints, each
-// message reaches its subscriber once, none is lost but at the moment of the take-over, and nothing
-// comes back to where it was published.
+// of each other late, and one of them ends. Whatever the middleware tells of its endpoints, no call
+// is executed twice, a message comes twice only while neither bridge can have heard the other, none
+// is lost but where the origin passes from one to the other, and nothing comes back to where it was
+// published.
 #pragma once
 
 #include <array>
@@ -48,26 +49,39 @@ class Twins final : Middleware::Listener, Services::Listener {
   struct Stream {
     int writer = 0, reader = 0;
     std::uint64_t published = 0;
-    std::vector<std::uint64_t> heard;
+    std::vector<std::uint64_t> heard;  // each once, in order
     TimePoint first_heard{};
+  };
+  // A service of the robots' graph, called from the operators'.
+  struct Calls {
+    int servant = 0, caller = 0;
+    std::map<std::uint32_t, TimePoint> open;  // since when
+    TimePoint first_answer{};
   };
 
   void build_host(Role role, int graph, Duration start, bool verbose);
   void build_path(int client, int server);
   Stream make_stream(const std::string& topic, int from);
+  void make_calls();
   void publish();
+  void call();
   void end_feeder();
+  [[nodiscard]] TimePoint second_start() const;
+  // What is published at this moment may be fed by both.
+  [[nodiscard]] bool may_come_twice(TimePoint published) const;
   void check_start() const;
   void check_end(const Stream& stream, std::uint64_t ended) const;
+  void check_calls(TimePoint from) const;
   [[nodiscard]] Host& feeder();
 
   void on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) override;
   void on_graph_change(int graph) override;
-  void on_request(const Servant&, RequestKey, const Payload&) override {}
-  void on_response(const Caller&, const Servant&, RequestKey, const Payload&) override {}
-  void on_found(const Caller&) override {}
-  void on_caller_gone(const Caller&) override {}
-  void on_services_change(int) override {}
+  void on_request(const Servant& servant, RequestKey key, const Payload& payload) override;
+  void on_response(const Caller& caller, const Servant& servant, RequestKey key,
+                   const Payload& payload) override;
+  void on_found(const Caller& caller) override;
+  void on_caller_gone(const Caller& caller) override;
+  void on_services_change(int graph) override { on_graph_change(graph); }
 
   TwinPlan plan_;
   Schedule schedule_;
@@ -81,6 +95,7 @@ class Twins final : Middleware::Listener, Services::Listener {
   std::vector<std::unique_ptr<Host>> hosts_;
   std::map<int, int> path_of_;  // by client
   std::vector<Stream> streams_;
+  Calls calls_;
 };
 
 }  // namespace connect_bridge::sim

@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t kSmallMessageBytes = 2048;
 constexpr Duration kTakenKept = 20s;
 
-std::string_view text_of(const Bytes& bytes) {
+std::string_view text_of(ByteView bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
@@ -292,10 +292,10 @@ void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection
 // ---- what a side knows
 // -----------------------------------------------------------------------------
 
-void WireCheck::on_received(const Host& host, ConnectionId id, const FlatPacket& packet) {
+void WireCheck::on_received(const Host& host, ConnectionId id, ByteView text) {
   const auto it = connections_.find({host.index(), id});
-  if (it == connections_.end() || !packet.text) return;
-  const auto control = decode_control(text_of(packet.bytes));
+  if (it == connections_.end()) return;
+  const auto control = decode_control(text_of(text));
   if (!control) return;  // a hostile peer
   auto& channels = it->second.channels;
   if (const auto* offer = std::get_if<Offer>(&control.value())) {

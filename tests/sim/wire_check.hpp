@@ -24,7 +24,7 @@ class WireCheck {
   void on_disconnected(const Host& host, ConnectionId id);
   void on_end(const Host& host);
   void on_sent(const Host& host, ConnectionId id, const FlatPacket& packet);
-  void on_received(const Host& host, ConnectionId id, const FlatPacket& packet);
+  void on_received(const Host& host, ConnectionId id, ByteView text);
   void on_taken(const Host& host, const Reader& reader, const Writer& writer, const Sample& sample);
   // Called again and again with fresh status: queued data must move.
   void on_status(const Host& host, const Status& status);

@@ -12,12 +12,10 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::string_view kMark = "connect_bridge claims 4";
-// The words after the side's id: an origin, which may end in kFeeds, or one of these and an id.
-constexpr char kFeeds = '+';
+constexpr std::string_view kMark = "connect_bridge claims 5";
+// The words after the side's id: an origin, or one of these and what follows it.
 constexpr char kMirror = '=';
-constexpr char kPeer = '@';
-constexpr char kService = '/';       // may end in kFeeds, too
+constexpr char kService = '/';
 constexpr char kGoodFor = '~';       // milliseconds
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
 
@@ -27,22 +25,12 @@ std::span<const T> first_of(const std::vector<T>& all, std::size_t count_max) {
   return std::span(all).first(std::min(all.size(), count_max));
 }
 
-bool take(std::string_view hex, std::vector<Gid>& ids) {
+// What is beyond the limit is not read, but must be a word all the same (docs/protocol.md section
+// 12).
+bool take(std::string_view hex, std::vector<Gid>& ids, std::size_t before = 0) {
   Gid id;
   if (!from_hex(hex, id.bytes)) return false;
-  // What is beyond the limit is not read, but must be a word all the same (docs/protocol.md section
-  // 12).
-  if (ids.size() < kClaimOriginsMax) ids.push_back(id);
-  return true;
-}
-
-bool take(std::string_view hex, std::vector<ClaimedPeer>& peers) {
-  ClaimedPeer peer;
-  const std::size_t digits = 2 * peer.side.bytes.size();
-  if (hex.size() < digits || !from_hex(hex.substr(0, digits), peer.side.bytes) ||
-      !from_hex(hex.substr(digits), peer.place.bytes))
-    return false;
-  if (peers.size() < kClaimPeersMax) peers.push_back(peer);
+  if (before + ids.size() < kClaimOriginsMax) ids.push_back(id);
   return true;
 }
 
@@ -61,23 +49,15 @@ bool take_time(std::string_view digits, Duration& time) {
 bool take(std::string_view word, Claim& claim) {
   const char kind = word.empty() ? ' ' : word.front();
   if (kind == kMirror) return take(word.substr(1), claim.mirrors);
-  if (kind == kPeer) return take(word.substr(1), claim.peers);
   if (kind == kGoodFor) return take_time(word.substr(1), claim.good_for);
-  if (kind == kService) word.remove_prefix(1);
-  Claimed claimed;
-  claimed.feeds = word.ends_with(kFeeds);
-  if (claimed.feeds) word.remove_suffix(1);
-  if (!from_hex(word, claimed.gid.bytes)) return false;
-  if (claim.origins.size() + claim.services.size() < kClaimOriginsMax)
-    (kind == kService ? claim.services : claim.origins).push_back(claimed);
-  return true;
+  if (kind == kService) return take(word.substr(1), claim.services, claim.origins.size());
+  return take(word, claim.origins, claim.services.size());
 }
 
 }  // namespace
 
 std::size_t claim_bytes(const Claim& claim) {
-  return 256 + 50 * (claim.peers.size() + claim.mirrors.size() + claim.origins.size()) +
-         51 * claim.services.size();
+  return 256 + 50 * (claim.mirrors.size() + claim.origins.size() + claim.services.size());
 }
 
 Payload serialize(const Claim& claim, Stamp stamp) {
@@ -85,17 +65,14 @@ Payload serialize(const Claim& claim, Stamp stamp) {
   if (claim.good_for <= kClaimGoodMax)
     text +=
         std::string(" ") + kGoodFor + std::to_string(claim.good_for / std::chrono::milliseconds(1));
-  for (const auto& [side, place] : first_of(claim.peers, kClaimPeersMax))
-    text += std::string(" ") + kPeer + to_hex(side.bytes) + to_hex(place.bytes);
   for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax))
     text += std::string(" ") + kMirror + to_hex(mirror.bytes);
   // Where there is no room for all, services go first: an origin with two mirrors repeats its
   // samples, but two servers of one name execute each call twice.
   const auto services = first_of(claim.services, kClaimOriginsMax);
-  for (const auto& [gid, feeds] : services)
-    text += std::string(" ") + kService + to_hex(gid.bytes) + (feeds ? "+" : "");
-  for (const auto& [gid, feeds] : first_of(claim.origins, kClaimOriginsMax - services.size()))
-    text += ' ' + to_hex(gid.bytes) + (feeds ? "+" : "");
+  for (const Gid& service : services) text += std::string(" ") + kService + to_hex(service.bytes);
+  for (const Gid& origin : first_of(claim.origins, kClaimOriginsMax - services.size()))
+    text += ' ' + to_hex(origin.bytes);
   return CdrWriter()
       .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))
       .u32(static_cast<std::uint32_t>(stamp % 1'000'000'000))

@@ -2,10 +2,7 @@
 // (docs/protocol.md, "Bridges of one graph").
 #pragma once
 
-#include <array>
-#include <compare>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -18,43 +15,20 @@ namespace connect_bridge {
 // A claim names no more (origins and services together, and as many mirrors), so that its message
 // is no larger than this.
 inline constexpr std::size_t kClaimOriginsMax = 65536;
-inline constexpr std::size_t kClaimPeersMax = 256;
-inline constexpr std::size_t kClaimBytesMax = 256 + 50 * kClaimPeersMax + 101 * kClaimOriginsMax;
+inline constexpr std::size_t kClaimBytesMax = 256 + 100 * kClaimOriginsMax;
 
 // For how long a claim may say that it is good.
 inline constexpr Duration kClaimGoodMax = std::chrono::hours(1);
 // Where it does not say so.
 inline constexpr Duration kClaimGoodUntold = std::chrono::seconds(10);
 
-// Where a side stands, as its peer sees it: two sides of one place may be in one graph. Only to be
-// compared; all zero: not known.
-struct Place {
-  std::array<std::uint8_t, 8> bytes{};
-  auto operator<=>(const Place&) const = default;
-};
-
-// The side at the other end of a bridge's link.
-struct ClaimedPeer {
-  Token128 side;
-  Place place = {};
-  auto operator<=>(const ClaimedPeer&) const = default;
-};
-
-// An origin or a service that has a mirror, or will have one.
-struct Claimed {
-  Gid gid;             // of a service: service_gid
-  bool feeds = false;  // its mirror has settled; a bridge whose mirror has not gives way
-
-  friend bool operator==(const Claimed&, const Claimed&) = default;
-};
-
 struct Claim {
   Token128 side;
-  std::vector<Claimed> origins;
+  std::vector<Gid> origins = {};  // that have a mirror, or will have one
   std::vector<Gid> mirrors = {};  // ids in this graph of its own publishers
-  std::vector<ClaimedPeer> peers = {};
-  // Apart from the origins, whose ids peers choose: none of them may stand for a service.
-  std::vector<Claimed> services = {};
+  // The same of services (service_gid). Apart from the origins, whose ids peers choose: none of
+  // them may stand for a service.
+  std::vector<Gid> services = {};
   // Without another message it is good for so long: whole milliseconds, up to kClaimGoodMax.
   // Longer: not said (in a message), or for ever.
   Duration good_for = kForever;

@@ -51,7 +51,7 @@ class ClaimsTopic {
   TimePoint told_at_{};
   std::size_t told_bytes_ = 0;  // of the last claim
   Duration period_{};           // that it was told with
-  // At most so late that a mirror of a service has not been made yet (core/graph/settling.hpp).
+  // At most so late that a mirror of a service has not been made yet (core/graph/claiming.hpp).
   Pace pace_{20, std::chrono::milliseconds(20)};
 };
 

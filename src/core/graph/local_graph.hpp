@@ -20,11 +20,6 @@ class LocalGraph {
   void update(GraphChanged picture, const Now& now);
   // What is claimed has changed. True: publishers are no longer of nodes.
   bool on_claims() { return view.hide(claims.mirrors()); }
-  // Claims::expect, while this graph is still being discovered: later nobody is waited for. True:
-  // somebody is from now on, or nobody any longer.
-  bool expect(LinkId link, const std::vector<Token128>& sides, const Now& now);
-  // Claims that are too old end, and so does waiting for bridges. True if there are any.
-  bool expire(const Now& now);
   // True: publishers that were held back are in the view now, or such that had left before are not
   // in it any longer. To be called until it is false: each is then seen by whoever looks.
   bool release(const Now& now);
@@ -34,7 +29,6 @@ class LocalGraph {
   Claims claims;
 
  private:
-  std::optional<TimePoint> since_;  // of the first picture
   NewPublishers new_publishers_;
   std::unordered_set<Gid> left_;  // in the view, though they are not in the graph
 };

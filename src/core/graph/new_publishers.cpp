@@ -6,7 +6,7 @@
 
 #include "core/base/timers.hpp"
 #include "core/graph/bridge_nodes.hpp"
-#include "core/graph/settling.hpp"
+#include "core/graph/claiming.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -31,12 +31,12 @@ Duration time_of(const Endpoint& publisher) {
 
 }  // namespace
 
-void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
+void NewPublishers::hold(GraphChanged& graph, const Now& now) {
   BridgeNodes bridges;
   for (const TopicState& topic : graph.topics)
     if (topic.name == kClaimsTopic)
       for (const Endpoint& publisher : topic.publishers) bridges.add(publisher);
-  const bool watches = (misses || !bridges.empty()) && !ids_show_process(graph);
+  const bool watches = !bridges.empty() && !ids_show_process(graph);
   const auto before = std::exchange(seen_, {});
   auto held_before = std::exchange(held_, {});
   // When one that does not count yet was seen first.

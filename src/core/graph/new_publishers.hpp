@@ -18,9 +18,8 @@ namespace connect_bridge {
 // Where ids show which process an endpoint belongs to, nothing waits. Single-threaded.
 class NewPublishers {
  public:
-  // Takes those that are too new out of the picture. `misses`: bridges that may be in this graph
-  // are waited for (Claims::misses).
-  void hold(GraphChanged& graph, bool misses, const Now& now);
+  // Takes those that are too new out of the picture.
+  void hold(GraphChanged& graph, const Now& now);
   // What was held for long enough, as topics with one publisher each.
   struct Due {
     std::vector<TopicState> topics;

@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "core/graph/action_topics.hpp"
 #include "core/graph/actions.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
@@ -20,10 +19,11 @@ struct SideView {
   const GraphView& graph;
   const Claims& claims;
   const LocalActions& actions;
-  ActionTopics& action_topics;
   Jobs& jobs;
   Outputs& outputs;
 
+  // Whether another bridge is known to be in this graph.
+  [[nodiscard]] bool beside_bridges() const { return claims.any() || !graph.bridges().empty(); }
   // A name on the wire; of what has none, because it is outside the prefix, its own.
   [[nodiscard]] std::string wire_name(const std::string& local) const {
     return graph_options.names.to_wire(local).value_or(local);

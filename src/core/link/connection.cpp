@@ -29,7 +29,6 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
       outbox_(options_.outbox),
       reassembly_(options_.reassembly) {
   peer_.address = std::move(address);
-  peer_.site = options_.site;
   peer_.expires = options_.expires;
   if (options_.server) return;
   Hello hello;

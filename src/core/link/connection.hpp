@@ -23,7 +23,6 @@ struct ConnectionOptions {
   Token128 side;     // our own id
   Token128 session;  // client: the session to continue, or zero
   std::string node;
-  std::string site;                      // that the peer is in (ConnectionOpened)
   Stamp expires = 0;                     // server: with the peer's certificate; 0: never
   std::string login_method;              // client
   Bytes credential;                      // client
@@ -37,7 +36,6 @@ struct ConnectionOptions {
 // The peer. Valid once the connection is open (the identity: at a server only).
 struct Peer {
   std::string address;
-  std::string site;   // the network that it is in; empty: not known
   Stamp expires = 0;  // of its certificate
   Token128 side;
   Token128 session;
@@ -125,7 +123,6 @@ class Connection {
   // The peer sent its limit after the login.
   void set_peer_message_bytes_max(std::uint32_t bytes) { peer_.message_bytes_max = bytes; }
   [[nodiscard]] const ClockEstimate& clock() const { return clock_; }
-  [[nodiscard]] TimePoint last_heard() const { return last_heard_; }
   // When a silent peer counts as gone.
   [[nodiscard]] TimePoint dead_at() const { return last_heard_ + options_.dead_after; }
   [[nodiscard]] std::uint64_t received_bytes() const { return acknowledger_.received_bytes(); }

@@ -6,7 +6,6 @@
 namespace connect_bridge {
 
 bool LinkAccepts::adopt(Accepts list) {
-  if (list_) list.domain = list_->told().domain;  // it stays while the connection does
   // By one that nobody looked at the peer may have declined what it takes by this one.
   const bool passed_over = std::exchange(passed_over_, false);
   if (list_ && !passed_over && list_->told() == list) return false;

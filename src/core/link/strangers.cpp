@@ -33,7 +33,6 @@ void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, c
   }
   if (places_.size() >= options_.strangers_max / 2)
     options.login_within = std::min(options.login_timeout, kShortLogin);
-  options.site = opened.site;
   options.expires = opened.expires;
   Place& place = places_[opened.connection];
   place.connection =

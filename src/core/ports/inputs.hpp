@@ -164,7 +164,6 @@ struct ConnectionOpened {
   std::string address{};   // server: whom limits count; empty: none do
   int share = 1;           // how many times what other addresses may do it may
   std::string customer{};  // server: with whom it takes turns, perhaps of several addresses
-  std::string site{};      // the network that the peer is in, to be compared; empty: not known
   Stamp expires = 0;       // server: when the certificate ends that the peer has shown; 0: never
 };
 // A dial ended without a connection.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/graph/settling.hpp"
 #include "core/link/standing.hpp"
 #include "core/link/type_difference.hpp"
 #include "core/policy/interface.hpp"
@@ -52,37 +51,55 @@ bool MirroredService::update(const Now& now) {
     close();
     return true;
   }
-  if (feed.is_offered()) {
-    if (!feed.asked_to_attach()) feed.attach();
-    claim(now);
-  }
-  if (!feed.is_attached() || mirror_ || !is_claimed()) return true;  // mutant: mirror_attached
-  if (const auto until = wait_to_appear(feed, now)) {
-    mirroring_.settles_at = earliest(mirroring_.settles_at, until);
-  } else {
-    waits_ = false;
+  if (feed.is_offered() && !feed.asked_to_attach()) feed.attach();
+  if (mirror_) return true;
+  if (!feed.is_offered()) {
+    give_up_claim();  // there are no calls that wait for the link's return
+  } else if (const TimePoint settled = claim(now); settled > now.steady) {
+    look_again(settled);
+  } else if (feed.is_attached() && may_appear(feed, now)) {  // mutant: mirror_attached
     create_mirror(feed);
   }
   return true;
 }
 
-std::optional<TimePoint> MirroredService::wait_to_appear(const Feed& feed, const Now& now) {
-  if (!follows_topics(true, now)) return alone_at_;
+TimePoint MirroredService::claim(const Now& now) {
+  const bool claimed = claiming_.holds();
+  const TimePoint settled =
+      claiming_.want({*mirroring_.graph_since + kServiceDiscovery,
+                      mirroring_.beside_bridges() ? kServiceSettle : Duration::zero()},
+                     now);
+  if (claimed != claiming_.holds()) mirroring_.claim_changed = true;
+  return settled;
+}
+
+void MirroredService::give_up_claim() {
+  if (claiming_.holds()) mirroring_.claim_changed = true;
+  claiming_.give_up();
+  looks_at_.reset();
+}
+
+void MirroredService::look_again(TimePoint at) {
+  looks_at_ = at;
+  mirroring_.settles_at = earliest(mirroring_.settles_at, looks_at_);
+}
+
+bool MirroredService::may_appear(const Feed& feed, const Now& now) {
+  if (looks_at_ && *looks_at_ > now.steady) return false;
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
     note_waiting(feed);
-    plan_->at = next_turn(now, kPlacePacing);
     mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                                 "no place is left for more services of " + feed.link().label() +
                                     ": not all of them exist here");
-    return plan_->at;
+    look_again(next_turn(now, kPlacePacing));
+    return false;
   }
-  if (plan_->at > now.steady) return plan_->at;
   const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
-  if (wait == Duration::zero()) return std::nullopt;
+  if (wait == Duration::zero()) return true;
   if (wait == Account::kPacing) note_waiting(feed);
-  plan_->at = next_turn(now, wait);
-  return plan_->at;
+  look_again(next_turn(now, wait));
+  return false;
 }
 
 // The feeder stays as long as it can be one.
@@ -138,66 +155,27 @@ void MirroredService::take_over() {
 bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph_since || failed_ || feed.is_unfit()) return false;
   const Gid gid = service_gid(key_.first);
-  if (mirroring_.claims.service_taken(gid, bool(mirror_))) return false;
+  if (mirroring_.claims.service_taken(gid, claiming_.holds())) return false;
   // Our own services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
   if (link.connection() && mirroring_.claims.is_here(link.connection()->peer().side)) return false;
-  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.is_left_behind(gid))
-    return true;
-  if (mirroring_.claims.serves(gid)) return false;  // the graph tells soon whose server it is
+  if (!mirroring_.graph.has_server(key_.first)) return true;
+  // It is another bridge's, which is about to give way to ours, or has just ended. Ours stays, and
+  // is not made as long as the graph shows the other one.
+  if (mirroring_.claims.serves(gid)) return bool(mirror_);
   mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
                               key_.first + " has a server here and one behind " + link.label() +
                                   ": the one there is not mirrored");
   return false;
 }
 
-bool MirroredService::follows_topics(bool fed, const Now& now) const {
-  if (action_.empty() || (alone_at_ && *alone_at_ <= now.steady)) return true;
-  const ActionTopics& topics = mirroring_.action_topics;
-  return fed ? topics.are_fed(action_) : topics.are_mirrored(action_);
-}
-
-// Claims the service, so that of two bridges only one makes a mirror. The parts of an action come
-// together, so its services are for the bridge that has its topics.
-void MirroredService::claim(const Now& now) {
-  if (mirror_) return;
-  const bool misses = mirroring_.claims.misses();
-  const TimePoint discovered =
-      *mirroring_.graph_since + (misses ? kNeighbourDiscovery : kDiscovery);
-  if (!alone_at_) alone_at_ = std::max(now.steady, discovered) + kActionTopics;
-  if (!follows_topics(false, now)) {
-    if (std::exchange(plan_, std::nullopt)) mirroring_.claim_changed = true;
-    mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
-  } else if (!plan_ || plan_->waits_for_neighbours != misses) {
-    plan_ = Plan{time_to_appear(discovered, now), misses};
-    mirroring_.claim_changed = true;
-  }
-}
-
-TimePoint MirroredService::time_to_appear(TimePoint discovered, const Now& now) const {
-  const bool waited = plan_ && plan_->waits_for_neighbours;
-  // While this bridge waited it claimed nothing: one that need not wait must not give way to it.
-  const bool settles = !mirroring_.graph.bridges().empty() || (waited && mirroring_.claims.any());
-  const Duration settle = settles ? kServiceSettle : Duration::zero();
-  // A bridge that was waited for, and that started at the same moment, must be heard to serve.
-  if (waited) return std::max(now.steady, discovered) + settle;
-  const TimePoint at = std::max(now.steady + settle, discovered);
-  return plan_ ? std::max(plan_->at, at) : at;
-}
-
-std::optional<TimePoint> MirroredService::due(const Now& now) const {
-  if (mirror_) return std::nullopt;
-  // Without a claim it waits for its action's topics.
-  return plan_ && follows_topics(true, now) ? plan_->at : alone_at_;
-}
-
 void MirroredService::create_mirror(const Feed& feed) {
   place_ = feed.link().account->service_places.hold(1);
   mirror_ = mirroring_.outputs.new_service_mirror();
   mirroring_.by_mirror[mirror_] = this;
-  mirroring_.claim_changed = true;  // a service is fed as soon as it has a mirror
+  waits_ = false;
   type_hash_ = feed.type_hash();
   any_definition_ = feed.any_definition();
   differs_ = false;
@@ -208,8 +186,7 @@ void MirroredService::create_mirror(const Feed& feed) {
 
 void MirroredService::destroy_mirror() {
   if (Feed* feed = feeding()) feed->end_calls();
-  if (std::exchange(plan_, std::nullopt)) mirroring_.claim_changed = true;
-  alone_at_.reset();
+  give_up_claim();
   if (!mirror_) return;
   mirroring_.outputs.push(DestroyServiceMirror{mirror_});
   forget_mirror();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/graph/claiming.hpp"
 #include "core/policy/policy.hpp"
 #include "core/services/feed.hpp"
 #include "core/services/mirroring.hpp"
@@ -16,11 +17,10 @@ namespace connect_bridge {
 //
 // When a mirror may exist. Two servers of one name would both execute each call, and a mirror of a
 // service that exists here would make a loop. So there is no mirror while a real server of the name
-// is here, while another bridge with a better claim mirrors it, or while the peer is a bridge in
-// this same graph. Bridges that start at the same time see each other's claims only after a while:
-// a service is claimed when its feed is asked to attach, and the mirror is made after a delay in
-// which conflicting claims can arrive and the local graph is discovered. It stays while its link is
-// lost and not yet dead, so that callers do not notice a short loss.
+// is here, while another bridge claims it, or while the peer is a bridge in this same graph. It is
+// claimed when its feed is asked to attach, and made when others' claims would have arrived
+// (Claiming). It stays while its link is lost and not yet dead, so that callers do not notice a
+// short loss.
 //
 // The services of one action are fed by the link that its goals go to, or not at all: where several
 // robots offer an action of one name, a cancel that goes to another robot stops nothing.
@@ -58,9 +58,9 @@ class MirroredService {
   void on_type_differs(const ServiceTypeDiffers& differs);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
-  [[nodiscard]] bool is_claimed() const { return plan_ && !plan_->waits_for_neighbours; }
+  [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   // When to look at it again; nothing: its mirror exists, or nothing is to be expected by time.
-  [[nodiscard]] std::optional<TimePoint> due(const Now& now) const;
+  [[nodiscard]] std::optional<TimePoint> due() const { return mirror_ ? std::nullopt : looks_at_; }
 
   [[nodiscard]] const ServiceKey& key() const { return key_; }
   [[nodiscard]] bool gives_results() const { return gives_results_; }
@@ -83,13 +83,12 @@ class MirroredService {
   // Nothing but this link feeds it.
   void follow(LinkId link);
   [[nodiscard]] bool may_exist(const Feed& feed);
-  // Of an action: whether its topics are mirrored here, or `fed`, or were waited for long enough.
-  [[nodiscard]] bool follows_topics(bool fed, const Now& now) const;
-  void claim(const Now& now);
-  // When a mirror that is claimed now, or waits for neighbours from now on, may be made.
-  [[nodiscard]] TimePoint time_to_appear(TimePoint discovered, const Now& now) const;
-  // Until when the mirror that is claimed is to wait; nothing: it may appear, and is counted.
-  [[nodiscard]] std::optional<TimePoint> wait_to_appear(const Feed& feed, const Now& now);
+  // When its mirror may be made, as other bridges may claim it; it is claimed as soon as it may.
+  TimePoint claim(const Now& now);
+  void give_up_claim();
+  // Whether its identity may have one more mirror now. It is counted then.
+  [[nodiscard]] bool may_appear(const Feed& feed, const Now& now);
+  void look_again(TimePoint at);
   // It is counted once, however long it waits.
   void note_waiting(const Feed& feed) {
     if (!std::exchange(waits_, true)) feed.link().mirrors.note_wait();
@@ -115,15 +114,10 @@ class MirroredService {
   bool any_definition_ = false;  // the rules allowed that when it was made
   bool differs_ = false;         // and it has another one than the peer
   Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
-  struct Plan {
-    TimePoint at;               // the mirror may be made
-    bool waits_for_neighbours;  // a bridge has not been heard: it is not claimed yet
-  };
-  std::optional<Plan> plan_;  // of a mirror that exists or will exist
-  // Set while it is attached and has no mirror: when its action's topics need not be waited for.
-  std::optional<TimePoint> alone_at_;
-  bool waits_ = false;   // it is late because its identity makes too many
-  bool failed_ = false;  // until it is offered again
+  Claiming claiming_;
+  std::optional<TimePoint> looks_at_;  // without a mirror: when one may be made, or waits again
+  bool waits_ = false;                 // it is late because its identity makes too many
+  bool failed_ = false;                // until it is offered again
 };
 
 }  // namespace connect_bridge

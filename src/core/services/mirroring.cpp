@@ -42,7 +42,7 @@ void Mirroring::update_due(const Now& now) {
   settles_at.reset();
   for (auto it = services.begin(); it != services.end();) {
     MirroredService& service = *(it++)->second;
-    const auto due = service.due(now);
+    const auto due = service.due();
     if (due && *due <= now.steady) {
       update(service, now);
     } else {

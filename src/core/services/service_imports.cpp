@@ -89,10 +89,6 @@ void ServiceImports::on_claims(const Now& now) {
   mirroring_.update_all(now);
 }
 
-void ServiceImports::on_action_topics(const std::set<std::string>& actions, const Now& now) {
-  for (const std::string& action : actions) mirroring_.update_action(action, now);
-}
-
 void ServiceImports::on_policy(const Now& now) {
   for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
     MirroredService& service = *(it++)->second;
@@ -147,8 +143,7 @@ std::optional<TimePoint> ServiceImports::deadline() const {
 
 void ServiceImports::add_mirrored(Claim& claim) const {
   for (const auto& [key, service] : mirroring_.services)
-    if (service->is_claimed())
-      claim.services.push_back({service_gid(key.first), bool(service->mirror())});
+    if (service->is_claimed()) claim.services.push_back(service_gid(key.first));
 }
 
 void ServiceImports::add_status(const Link& link, LinkStatus& status) const {

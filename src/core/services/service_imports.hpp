@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,8 +30,6 @@ class ServiceImports {
   void on_link_dead(LinkId link, const Now& now);
   void on_graph(const Now& now);   // servers here changed
   void on_claims(const Now& now);  // what other bridges mirror changed
-  // The topics of these actions (local names) have come, gone, or changed.
-  void on_action_topics(const std::set<std::string>& actions, const Now& now);
   void on_policy(const Now& now);
 
   // The action (local name) whose goals arrive at this mirror; null: none.

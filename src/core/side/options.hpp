@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "core/graph/options.hpp"
 #include "core/jobs/jobs.hpp"
@@ -16,9 +15,8 @@ namespace connect_bridge {
 // The options of all its parts; `config` fills it.
 struct SideOptions : LinkOptions, JobOptions, GraphOptions, TopicOptions, ServiceOptions {
   Policy policy;
-  std::optional<std::uint32_t> domain;  // of the graph; told to peers
-  bool audits = false;                  // whether lines of the audit log are made
-  std::uint32_t channels_max = 4096;    // offers accepted from one peer
+  bool audits = false;                // whether lines of the audit log are made
+  std::uint32_t channels_max = 4096;  // offers accepted from one peer
 };
 
 }  // namespace connect_bridge

@@ -21,8 +21,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
       jobs_({options_.compress_job_bytes}, outputs_),
       local_(side_),
       links_(options_, side_, random_, outputs_, *this),
-      view_{options_, policy_,        local_.view, local_.claims,
-            actions_, action_topics_, jobs_,       outputs_},
+      view_{options_, policy_, local_.view, local_.claims, actions_, jobs_, outputs_},
       exports_(view_, options_, &links_.memory()),
       imports_(view_, options_),
       told_listeners_(view_),
@@ -55,9 +54,6 @@ void Side::start(const Now& now) {
 void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
-    service_imports_.on_action_topics(action_topics_.take_changes(), now);
-    for (Link* link : neighbours_.take_due(links_.all(), local_.claims, now))
-      send_accepts(*link, now);
     imports_.send_demands();
     hold_actions(now);
     const bool topics_due = exports_.take_offers_due();
@@ -78,9 +74,9 @@ void Side::hold_actions(const Now& now) {
 }
 
 void Side::publish_claim(const Now& now) {
-  Claim claim{side_, {}, {}, peers_of(links_.all())};
+  Claim claim{side_};
   clock_publisher_.add_mirrored(claim);
-  imports_.add_mirrored(claim);
+  imports_.add_mirrored(claim, now);
   service_imports_.add_mirrored(claim);
   claims_topic_.publish(std::move(claim), now);
 }
@@ -154,7 +150,7 @@ void Side::on_identity_changed(Link& link, const Now& now) {
 }
 
 void Side::tell_rights(Link& link, const Now& now) {
-  if (link.open()) send_accepts(link, now);
+  if (link.open()) send_accepts(link);
   exports_.recheck_kept(link, now);  // also of one that has returned and was offered nothing yet
 }
 
@@ -177,7 +173,7 @@ void Side::on(StopRequested&, const Now& now) {
 void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
-  if (local_.expire(now)) on_claims(now);  // mutant: claims_expire
+  if (local_.claims.expire(now.steady)) on_claims(now);  // mutant: claims_expire
   while (local_.release(now)) on_graph(now);
   exports_.on_time(now);
   imports_.on_time(now);
@@ -190,9 +186,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-                           service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
-                           neighbours_.deadline()})
+  for (const auto& next :
+       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -200,7 +196,7 @@ std::optional<TimePoint> Side::next_deadline() const {
 // ---- links
 
 void Side::on_link_open(Link& link, const Now& now) {
-  send_accepts(link, now);
+  send_accepts(link);
   told_listeners_.tell(link);
   if (options_.clock_publish_period == Duration::zero()) return;
   link.connection()->set_time_period(kClockRequestPeriod);
@@ -208,8 +204,6 @@ void Side::on_link_open(Link& link, const Now& now) {
 }
 
 void Side::on_link_lost(Link& link, const Now& now) {
-  claims_topic_.change();
-  neighbours_.on_link_lost(link.id);
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.life.may_return()) exports_.keep(link, now);
@@ -223,7 +217,6 @@ void Side::on_link_lost(Link& link, const Now& now) {
   if (!link.life.may_return()) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
   service_imports_.on_link_lost(link.id);
-  if (local_.expect(link.id, {}, now)) on_claims(now);
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {
@@ -252,24 +245,15 @@ void Side::on_offers_over(Link& link, const Now& now) {
   service_imports_.forget_orphans(link.id, now);
 }
 
-void Side::send_accepts(Link& link, const Now& now) {
+void Side::send_accepts(Link& link) {
   Accepts accepts = policy_.accepts(link.login.identity());
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = options_.clock_publish_period > Duration::zero();
-  accepts.domain = options_.domain;
-  accepts.neighbours = neighbours_.tell(link, links_.all(), local_.claims, now);
   link.send(accepts);
 }
 
 Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
-  if (local_.expect(link.id, std::exchange(accepts.neighbours, {}), now)) on_claims(now);
-  const bool first = !link.accepts;
-  // The same as before, but for neighbours.
-  if (!link.accepts.adopt(std::move(accepts))) return Nothing{};
-  if (first) claims_topic_.change();  // it names our peers
-  if (first && neighbours_.locate(link, links_.all(), local_.claims, now))
-    send_accepts(link, now);  // before anything is offered
-  recheck({&link}, now);
+  if (link.accepts.adopt(std::move(accepts))) recheck({&link}, now);
   return Nothing{};
 }
 

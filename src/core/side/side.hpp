@@ -18,7 +18,6 @@
 #include "core/ports/status.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
-#include "core/side/neighbours.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
@@ -124,7 +123,7 @@ class Side final : private LinksUser {
   void recheck(const std::vector<Link*>& links, const Now& now);
   void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
   void recheck_rights(const Now& now);
-  void send_accepts(Link& link, const Now& now);
+  void send_accepts(Link& link);
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
@@ -137,10 +136,8 @@ class Side final : private LinksUser {
   Outputs outputs_;
   Jobs jobs_;
   LocalGraph local_;
-  ActionTopics action_topics_;
   LocalActions actions_;
   Links links_;
-  Neighbours neighbours_;
   SideView view_;
   Exports exports_;
   Imports imports_;

@@ -44,7 +44,7 @@ void ClockPublisher::stop(Outputs& outputs) {
 }
 
 void ClockPublisher::add_mirrored(Claim& claim) const {
-  if (mirror_) claim.services.push_back({claimed_, true});
+  if (mirror_) claim.services.push_back(claimed_);
 }
 
 void ClockPublisher::on_reply(const TimeReply& reply, Stamp t4) {

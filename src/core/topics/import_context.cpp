@@ -82,7 +82,7 @@ void ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
     const Mirror& mirror = *origin.second;
     return come_again(mirror.origin().qos, mirror.key().first) && mirror.action_type().empty();
   });
-  if (!come || !graph.bridges().empty()) return;
+  if (!come || beside_bridges()) return;
   for (const auto& [id, mirror] : origins) {
     if (mirror->candidates().front().offered != &feeder || mirror->kept_bytes() == 0) continue;
     mirror->destroy();

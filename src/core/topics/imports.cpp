@@ -3,6 +3,12 @@
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// Other bridges hold a publisher for less than this before it counts (NewPublishers).
+constexpr Duration kEndedNamed = std::chrono::seconds(1);
+
+}  // namespace
 
 void Imports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   peers_.try_emplace(link.id, context_, link).first->second.on_offer(offer, now);
@@ -50,8 +56,8 @@ void Imports::on_claims(LinkTable& links, const Now& now) {
   // What another bridge mirrors now, subscribers here get from it. If the link went on where it
   // ended, they would get it twice (docs/protocol.md section 8.10, rule 3).
   for (auto& [id, link] : links)
-    forget_origins(link.arrived, [&](const Gid& gid) { return context_.claims.claimed(gid); });
-  for (auto& [key, mirror] : context_.mirrors) mirror.on_claims(now);
+    forget_origins(link.arrived, [&](const Gid& gid) { return context_.claims.taken(gid, false); });
+  for (auto& [key, mirror] : context_.mirrors) mirror.update(now);
 }
 
 bool Imports::is_permitted_as_before(const Mirror& mirror) const {
@@ -144,13 +150,19 @@ void Imports::send_demands() {
   for (auto& [link, peer] : peers_) peer.send_demands();
 }
 
-void Imports::add_mirrored(Claim& claim) const {
+void Imports::add_mirrored(Claim& claim, const Now& now) {
   for (const auto& [key, mirror] : context_.mirrors)
-    if (mirror.is_claimed()) claim.origins.push_back({key.second, mirror.feeds()});
+    if (mirror.is_claimed()) claim.origins.push_back(key.second);
+  // Others know by these ids which publishers are mirrors, also under proxy nodes (docs/protocol.md
+  // section 14, rule 7). A bridge that knows this one only now may have seen one that has ended.
+  for (auto& [gid, ended] : named_)
+    if (!ended) ended = now.steady;
   for (const auto& [id, made] : context_.made)
-    // Others know by these ids which publishers are mirrors, also under proxy nodes
-    // (docs/protocol.md section 14, rule 6).
-    if (made.gid != Gid{}) claim.mirrors.push_back(made.gid);
+    if (made.gid != Gid{}) named_[made.gid].reset();
+  std::erase_if(named_, [&](const auto& mirror) {
+    return mirror.second && *mirror.second + kEndedNamed <= now.steady;
+  });
+  for (const auto& [gid, ended] : named_) claim.mirrors.push_back(gid);
 }
 
 void Imports::add_status(const Link& link, LinkStatus& status) const {

@@ -46,7 +46,7 @@ class Imports {
   void send_demands();
   // The origins mirrored here, and the mirrors, for our own claim; true once after every change.
   bool take_claim_change() { return std::exchange(context_.claim_changed, false); }
-  void add_mirrored(Claim& claim) const;
+  void add_mirrored(Claim& claim, const Now& now);
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
@@ -61,6 +61,8 @@ class Imports {
   [[nodiscard]] bool is_permitted_as_before(const Mirror& mirror) const;
 
   ImportContext context_;
+  // The mirrors' ids that claims have named, and since when one has not been there any longer.
+  std::map<Gid, std::optional<TimePoint>> named_;
   std::map<LinkId, PeerTopics> peers_;
 };
 

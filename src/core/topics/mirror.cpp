@@ -16,6 +16,9 @@ constexpr Duration kNaming = std::chrono::seconds(1);
 // What could not be made, for another reason than its definition, is tried again: its name may have
 // had another type here.
 constexpr Duration kRetry = std::chrono::seconds(30);
+// For so long a mirror that wants something else than before asks for nothing: changes come
+// together.
+constexpr Duration kPause = std::chrono::milliseconds(250);
 // By then subscribers have found a publisher that was made again: what was kept for them must not
 // come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
 constexpr Duration kMatching = std::chrono::milliseconds(200);
@@ -92,6 +95,7 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
   std::erase_if(candidates_, [&](const MirrorCandidate& c) { return c.link->id == link; });
   charge();
   if (candidates_.empty()) {
+    if (!id_) give_up_claim();
     ends_ = context_.timers.set(now.steady + kMirrorLinger, this);
     return;
   }
@@ -123,17 +127,20 @@ bool Mirror::refresh(const Now& now) {
     charge();
     taken_over = true;
   }
-  settling_.release(!candidates_.front().offered, now);
   follow_feeder();
   // A local publisher that has just ended may be offered for a moment longer: no mirror either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
-  // Without a feeder another bridge may have it.
-  if (exists && !id_ && feeder() && has_waited_for_name(now) && may_be_made(now)) {
-    taken_over = true;
-    create(now);
+  if (exists && !id_ && feeder()) {
+    const bool settled = has_settled(now);
+    if (has_waited_for_name(now) && settled && may_be_made(now)) {
+      taken_over = true;
+      create(now);
+    }
   }
   if (!exists) destroy();
+  // Without a feeder another bridge may have it.
+  if (!exists || (!id_ && !feeder())) give_up_claim();
   update_demands(now);
   return taken_over;
 }
@@ -143,9 +150,21 @@ void Mirror::update(const Now& now, const OfferedTopic* sends) {
   if (lacks_samples && candidates_.front().offered != sends) ask_for_last_samples(now);
 }
 
-void Mirror::on_claims(const Now& now) {
-  settling_.on_claims(now);
-  update(now);
+bool Mirror::has_settled(const Now& now) {
+  const bool claimed = claiming_.holds();
+  const TimePoint settled =
+      claiming_.want({*context_.graph_since + kTopicDiscovery,
+                      context_.beside_bridges() ? kTopicSettle : Duration::zero()},
+                     now);
+  if (claimed != claiming_.holds()) context_.claim_changed = true;
+  if (settled > now.steady) settles_ = context_.timers.set(settled, this);
+  return settled <= now.steady;
+}
+
+void Mirror::give_up_claim() {
+  if (claiming_.holds()) context_.claim_changed = true;
+  claiming_.give_up();
+  settles_.cancel();
 }
 
 // A mirror made under our own node and later again under the proxy loses samples in between.
@@ -172,7 +191,7 @@ bool Mirror::may_be_made(const Now& now) {
 
 bool Mirror::may_exist() const {
   if (!context_.graph_since || failed_ || is_local_) return false;  // mutant: loops
-  if (context_.claims.taken(key_.second, feeds())) return false;
+  if (context_.claims.taken(key_.second, claiming_.holds())) return false;
   // Both ends are in one graph: what the peer exports is here already, though our part of the
   // middleware may discover it later than the peer's.
   const Connection* const connection = candidates_.front().link->connection();
@@ -184,8 +203,8 @@ void Mirror::create(const Now& now) {
   candidates_.front().declined = false;
   last_number_ = sample_bytes_ = 0;
   context_.made[id_] = {this};
-  const bool resumes = candidates_.front().link->arrived.contains(key_.first);
-  settling_.begin(id_, resumes ? kMatching : Duration::zero(), now);
+  if (candidates_.front().link->arrived.contains(key_.first))
+    pauses_ = context_.timers.set(now.steady + kMatching, this);
   if (context_.options.matching > Duration::zero() || !first_.empty())
     first_.wait(context_.timers, *this, now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
@@ -213,7 +232,7 @@ void Mirror::vanish(bool exists) {
   if (exists) context_.outputs.push(DestroyMirror{id_});
   context_.made.erase(id_);
   id_ = {};
-  settling_.end();
+  pauses_.cancel();
   kept_.release();
   warning_.end();
   context_.claim_changed = true;
@@ -247,11 +266,14 @@ void Mirror::on_time(const Now& now) {
   first_.publish_due(context_.outputs, id_, feeder(), now);
   if (warning_.is_due(now)) warn_incompatible(now);
   if (is_due(paced_)) failed_ = false;
-  if (!id_ && (is_due(paced_) || is_due(naming_))) update(now);
-  const bool changed = settling_.on_time(now);
-  const bool lapsed = is_due(expected_);
-  if (lapsed) expected_.cancel();
-  if (changed || lapsed) update(now);
+  if (!id_ && (is_due(paced_) || is_due(naming_) || is_due(settles_))) update(now);
+  bool lapsed = false;
+  for (Timer* const timer : {&pauses_, &expected_}) {
+    if (!is_due(*timer)) continue;
+    timer->cancel();
+    lapsed = true;
+  }
+  if (lapsed) update(now);
 }
 
 bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
@@ -272,8 +294,14 @@ void Mirror::update_demands(const Now& now) const {
 
 bool Mirror::wants(const OfferedTopic& offered, bool listened, const Now& now) const {
   const bool expected = expected_ && expected_.at() > now.steady;
-  return (listened || expected) && id_ && settling_.settled(now) &&
-         candidates_.front().offered == &offered;
+  const bool pauses = pauses_ && pauses_.at() > now.steady;
+  return (listened || expected) && id_ && !pauses && candidates_.front().offered == &offered;
+}
+
+void Mirror::pause(const Now& now) {
+  if (!id_) return;
+  const TimePoint until = now.steady + kPause;
+  pauses_ = context_.timers.set(pauses_ ? std::max(pauses_.at(), until) : until, this);
 }
 
 void Mirror::expect_subscriber(const Now& now) {

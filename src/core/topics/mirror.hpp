@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "core/base/timers.hpp"
+#include "core/graph/claiming.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/topics/command.hpp"
 #include "core/topics/first_messages.hpp"
 #include "core/topics/mirror_candidate.hpp"
 #include "core/topics/mirror_qos.hpp"
-#include "core/topics/mirror_settling.hpp"
 #include "core/topics/subscriber_warning.hpp"
 
 namespace connect_bridge {
@@ -30,10 +30,7 @@ using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 class Mirror {
  public:
   Mirror(ImportContext& context, MirrorKey key)
-      : context_(context),
-        key_(std::move(key)),
-        settling_(context_, *this, key_.first, key_.second),
-        warning_(context_, *this) {}
+      : context_(context), key_(std::move(key)), warning_(context_, *this) {}
   Mirror(const Mirror&) = delete;
   Mirror& operator=(const Mirror&) = delete;
 
@@ -80,9 +77,7 @@ class Mirror {
   // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
   [[nodiscard]] bool wants(const OfferedTopic& offered, bool listened, const Now& now) const;
   // It does not want data for a moment.
-  void settle(const Now& now) {
-    if (id_) settling_.again(now);
-  }
+  void pause(const Now& now);
   // It wants data for a while, with or without a subscriber.
   void expect_subscriber(const Now& now);
 
@@ -101,11 +96,7 @@ class Mirror {
   }
   // Something waits for its publisher to be found.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
-  // What other bridges claim has changed.
-  void on_claims(const Now& now);
-  // Whether it is claimed, and as one that feeds.
-  [[nodiscard]] bool is_claimed() const { return id_ && !settling_.released(); }
-  [[nodiscard]] bool feeds() const { return settling_.feeds(); }
+  [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
@@ -123,6 +114,9 @@ class Mirror {
     return candidates_.empty() ? nullptr : candidates_.front().offered;
   }
   [[nodiscard]] bool may_exist() const;
+  // Whether no other bridge can be about to claim the origin before this one.
+  [[nodiscard]] bool has_settled(const Now& now);
+  void give_up_claim();
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
@@ -142,11 +136,13 @@ class Mirror {
   std::string action_type_;
   bool any_definition_ = false;              // whether the rules allow that
   std::vector<MirrorCandidate> candidates_;  // the feeding one first
-  MirrorSettling settling_;                  // no demand before it has settled
+  Claiming claiming_;
   SubscriberWarning warning_;
   FirstMessages first_;
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
+  Timer settles_;   // until then it is not made: other bridges may claim the origin
+  Timer pauses_;    // until then it does not want data
   Timer naming_;    // until then it is not made before its origin's node has a name
   Timer paced_;     // until then it is not made: too many are made, or it could not be
   std::uint64_t last_number_ = 0;   // of what was published, or waits to be

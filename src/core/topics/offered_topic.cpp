@@ -222,7 +222,7 @@ void OfferedTopic::end_demand() {
 }
 
 void OfferedTopic::demand_again(const Now& now) {
-  for (const auto& [id, mirror] : origins_) mirror->settle(now);
+  for (const auto& [id, mirror] : origins_) mirror->pause(now);
   update_demand(now);
 }
 

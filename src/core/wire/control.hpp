@@ -29,7 +29,6 @@ inline constexpr std::size_t kAddedMax = 64;
 inline constexpr std::size_t kRemovedMax = 1024;        // and removes
 inline constexpr std::size_t kChannelIdsMax = 4096;     // channels in one withdraw or demand
 inline constexpr std::size_t kAcceptRulesMax = 1024;    // rules in one accepts
-inline constexpr std::size_t kNeighboursMax = 256;      // of one accepts
 inline constexpr std::size_t kAcceptEntriesMax = 4096;  // patterns and types of one accepts
 inline constexpr std::size_t kWildcardsMax = 256;       // patterns with a star of one accepts
 inline constexpr std::size_t kWildcardBytesMax = 4096;  // of these, each from its first star on
@@ -109,11 +108,9 @@ struct AcceptedNames {
 };
 struct Accepts {
   std::vector<AcceptedNames> rules;
-  std::vector<std::string> deny;          // patterns, win over all rules
-  std::uint32_t message_bytes_max = 0;    // largest message that this side accepts; 0: not given
-  bool ros_time = false;                  // this side publishes the peer's ROS time
-  std::vector<Token128> neighbours{};     // sides of bridges that may be in the peer's graph
-  std::optional<std::uint32_t> domain{};  // the ROS domain of this side's graph, if that is told
+  std::vector<std::string> deny;        // patterns, win over all rules
+  std::uint32_t message_bytes_max = 0;  // largest message that this side accepts; 0: not given
+  bool ros_time = false;                // this side publishes the peer's ROS time
 
   friend bool operator==(const Accepts&, const Accepts&) = default;
 };

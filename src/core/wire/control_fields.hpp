@@ -135,8 +135,6 @@ void fields(auto& io, Is<Accepts> auto& accepts) {
            "and \"deny\" have too long patterns with wildcards", CloseCode::kTooLarge);
   io.member("message_bytes_max", accepts.message_bytes_max, Presence::kOptional);
   io.member("ros_time", accepts.ros_time, Presence::kOptional);
-  io.list("neighbours", accepts.neighbours, kNeighboursMax, Presence::kOptional);
-  io.member("domain", accepts.domain, Presence::kOptional);
 }
 
 void fields(auto& io, Is<Decline> auto& decline) {

@@ -143,9 +143,6 @@ class ControlReader {
   void read(const ControlValue& value, MemberName name, Gid& gid) {
     read_hex(value, name, gid.bytes, "is not 48 hexadecimal digits");
   }
-  void read(const ControlValue& value, MemberName name, Token128& token) {
-    read_hex(value, name, token.bytes, "has an entry that is not 32 hexadecimal digits");
-  }
   void read(const ControlValue& value, MemberName name, InterfaceKind& kind) {
     kind =
         value_of(kKindWords, text_of(value, name, kNameBytesMax)).value_or(InterfaceKind::kOther);

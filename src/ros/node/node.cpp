@@ -257,10 +257,6 @@ Node::Overrides Node::read_overrides_again() const {
   return again;
 }
 
-std::uint32_t Node::domain() const {
-  return static_cast<std::uint32_t>(state_->domain());
-}
-
 Stamp Node::ros_now() const {
   rcl_time_point_value_t now = 0;
   ignore_error(rcl_clock_get_now(&state_->clock, &now));

@@ -70,9 +70,6 @@ class Node {
   };
   [[nodiscard]] Overrides read_overrides_again() const;
 
-  // The id of the ROS domain that it is in.
-  [[nodiscard]] std::uint32_t domain() const;
-
   // ROS time: the system's, or /clock's (Gateway::set_use_sim_time). Any thread.
   [[nodiscard]] Stamp ros_now() const;
   // To the console, the log file and /rosout, if the level is enabled. Any thread.

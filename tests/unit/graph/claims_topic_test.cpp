@@ -20,7 +20,7 @@ struct TopicScript {
   std::optional<Claim> said_at(Duration at, std::size_t origins = 0) {
     const Now now{TimePoint{} + at, 0};
     if (!topic.take_due(now)) return std::nullopt;
-    topic.publish({side(1), std::vector<Claimed>(origins)}, now);
+    topic.publish({side(1), std::vector<Gid>(origins)}, now);
     return said();
   }
   static Token128 side(std::uint8_t n) {

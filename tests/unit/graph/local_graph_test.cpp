@@ -29,10 +29,6 @@ struct Watched {
     subject.update(std::move(graph), flow_test::now_ms(at));
   }
   bool release(std::int64_t at) { return subject.release(flow_test::now_ms(at)); }
-  bool expect(std::vector<Token128> sides, std::int64_t at) {
-    return subject.expect({1}, sides, flow_test::now_ms(at));
-  }
-  bool expire(std::int64_t at) { return subject.expire(flow_test::now_ms(at)); }
   void claim(const Claim& claim) {
     static_cast<void>(subject.claims.update(gid(9), claim, flow_test::now_ms(0).steady));
   }
@@ -106,59 +102,13 @@ TEST(LocalGraph, WhatIsClaimedAsAMirrorIsNoPublisher) {
 
 TEST(LocalGraph, ABridgesClaimsEndWhenItLeavesTheGraph) {
   Watched s;
-  s.claim({side_of(4), {{gid(1), true}}});
+  s.claim({side_of(4), {gid(1)}});
   s.see({});  // which does not show it yet
-  EXPECT_TRUE(s.subject.claims.claimed(gid(1)));
+  EXPECT_TRUE(s.subject.claims.taken(gid(1), false));
   s.see({kOtherBridge}, 100);
-  EXPECT_TRUE(s.subject.claims.claimed(gid(1)));
+  EXPECT_TRUE(s.subject.claims.taken(gid(1), false));
   s.see({}, 200);
-  EXPECT_FALSE(s.subject.claims.claimed(gid(1)));
-}
-
-// ---- bridges that may be here, as a peer says
-
-TEST(LocalGraph, ABridgeThatIsMissedIsWaitedForWhileTheGraphIsNew) {
-  Watched s;
-  s.see({}, 1000);
-  EXPECT_TRUE(s.expect({side_of(4)}, 1500));
-  EXPECT_FALSE(s.expect({side_of(4)}, 1600));
-  EXPECT_EQ(s.deadline(), 4500);
-  EXPECT_FALSE(s.expire(4499));
-  EXPECT_TRUE(s.subject.claims.misses());
-  EXPECT_TRUE(s.expire(4500));
-  EXPECT_FALSE(s.subject.claims.misses());
-  EXPECT_FALSE(s.expire(4500));
-  EXPECT_EQ(s.deadline(), -1);
-}
-
-TEST(LocalGraph, InAGraphThatIsKnownForLongNobodyIsWaitedFor) {
-  Watched s;
-  s.see({}, 1000);
-  EXPECT_TRUE(s.expect({side_of(4)}, 4499));
-  EXPECT_TRUE(s.expect({side_of(4)}, 4500));  // any longer
-  EXPECT_FALSE(s.subject.claims.misses());
-  EXPECT_FALSE(s.expect({side_of(4)}, 9000));
-}
-
-TEST(LocalGraph, ThatTimeBeginsWithTheFirstPicture) {
-  Watched s;
-  EXPECT_TRUE(s.expect({side_of(4)}, 60'000));
-  EXPECT_EQ(s.deadline(), -1);
-  EXPECT_FALSE(s.expire(70'000));
-  s.see({}, 70'000);
-  s.see({}, 72'000);
-  EXPECT_EQ(s.deadline(), 73'500);
-}
-
-TEST(LocalGraph, WhereABridgeIsMissedNewPublishersWaitForItsClaim) {
-  Watched s;
-  EXPECT_TRUE(s.expect({side_of(4)}, 0));
-  s.see({topic("/a").pub(1)});
-  EXPECT_EQ(s.publishers(), "");
-  EXPECT_EQ(s.deadline(), 150);
-  EXPECT_TRUE(s.release(150));
-  EXPECT_EQ(s.publishers(), "1");
-  EXPECT_EQ(s.deadline(), 3500);
+  EXPECT_FALSE(s.subject.claims.taken(gid(1), false));
 }
 
 }  // namespace

@@ -24,10 +24,10 @@ Topic unnamed(std::uint8_t n) {
 
 struct Holds {
   // The publishers that count in this picture, beside those of bridges' claims: "1 2".
-  std::string see(const std::vector<Topic>& topics, std::int64_t at, bool misses = false) {
+  std::string see(const std::vector<Topic>& topics, std::int64_t at) {
     GraphChanged graph;
     for (const auto& each : topics) graph.topics.push_back(each);
-    subject.hold(graph, misses, flow_test::now_ms(at));
+    subject.hold(graph, flow_test::now_ms(at));
     std::string counting;
     for (const TopicState& state : graph.topics)
       for (const Endpoint& publisher : state.publishers)
@@ -79,13 +79,6 @@ TEST(NewPublishers, BesideABridgeTheyCountAfterItHadTimeToClaimThem) {
   EXPECT_EQ(s.held(), "");
   EXPECT_EQ(s.deadline(), -1);
   EXPECT_EQ(s.see({kBridge, topic("/a").pub(1)}, 151), "1");
-}
-
-// A bridge that may be in this graph, and that is not heard.
-TEST(NewPublishers, WhereABridgeIsMissedTheyWaitToo) {
-  Holds s;
-  EXPECT_EQ(s.see({topic("/a").pub(1)}, 0, true), "");
-  EXPECT_EQ(s.deadline(), 150);
 }
 
 TEST(NewPublishers, MorePicturesMakeItNoLater) {

@@ -27,12 +27,12 @@ inline ChannelOffer offer_of_part(std::uint32_t channel, ActionPart part,
   return offer;
 }
 
-// The local graph has been known for a second. Time is in milliseconds: every input is handled at
+// The local graph has been known for long. Time is in milliseconds: every input is handled at
 // the present moment. From 1000 bytes on a worker compresses.
 struct OfferedServices : topics_test::Actions {
   explicit OfferedServices(const Rule& rule = callable()) {
     policy = Policy({rule});
-    mirroring.graph_since = ms(-1000).steady;
+    mirroring.graph_since = ms(-10'000).steady;
   }
   ~OfferedServices() { mirroring.services.clear(); }
 
@@ -57,11 +57,6 @@ struct OfferedServices : topics_test::Actions {
     IncomingChannel* ended = from.link.incoming({channel})->channel;
     from.link.forget({channel});
     ended->on_withdraw({}, ms(at));
-  }
-  // The topics of the action /go have mirrors, which feed or do not yet.
-  void mirror_topics(bool feed) {
-    action_topics.set("/go/_action/feedback", {1}, feed);
-    action_topics.set("/go/_action/status", {2}, feed);
   }
   void update() { mirroring.update_all(ms(at)); }
   // Every deadline up to this moment.

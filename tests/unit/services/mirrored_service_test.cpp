@@ -24,7 +24,7 @@ Token128 another_side() {
 Claim claim_to_s() {
   Claim claim;
   claim.side = another_side();
-  claim.services = {{service_gid("/s"), true}};
+  claim.services = {service_gid("/s")};
   return claim;
 }
 
@@ -123,15 +123,17 @@ TEST(MirroredService, TheMirrorOutlivesAConnectionButNotItsLink) {
 TEST(MirroredService, NoMirrorBeforeTheGraphIsDiscovered) {
   OfferedServices s;
   s.mirroring.graph_since.reset();
-  s.offer(s.peer, service_channel(1, "/s"));
+  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
   EXPECT_EQ(s.said(), "");
   s.mirroring.graph_since = ms(0).steady;
   s.update();
   EXPECT_EQ(s.said(), "attach 1 1\n");
   EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
-  s.pass_to(499);
+  s.pass_to(3499);
+  EXPECT_FALSE(service.is_claimed());
   EXPECT_EQ(s.did(), "");
-  s.pass_to(500);
+  s.pass_to(3500);
+  EXPECT_TRUE(service.is_claimed());
   EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
 }
 
@@ -141,52 +143,22 @@ TEST(MirroredService, BesideAnotherBridgeItIsClaimedBeforeItAppears) {
   const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
   EXPECT_TRUE(service.is_claimed());
   EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
-  s.pass_to(149);
+  s.pass_to(999);
   EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(service.due(ms(149)), ms(150).steady);
-  s.pass_to(150);
+  EXPECT_EQ(service.due(), ms(1000).steady);
+  s.pass_to(1000);
   EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
-  EXPECT_FALSE(service.due(ms(150)));
+  EXPECT_FALSE(service.due());
 }
 
-TEST(MirroredService, ItIsNotClaimedWhileABridgeHasNotBeenHeard) {
+TEST(MirroredService, WithoutAMirrorALostLinkClaimsNothing) {
   OfferedServices s;
-  s.mirroring.graph_since = ms(0).steady;
-  s.claims.expect({1}, {another_side()});
-  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
-  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
-  EXPECT_FALSE(service.is_claimed());
-  EXPECT_EQ(service.due(ms(0)), ms(3500).steady);
-  s.claims.expect_nobody();
-  s.at = 1000;
-  s.update();
+  s.graph = picture({topic(kClaimsTopic).pub(9, {}, "bridge")});
+  MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
   EXPECT_TRUE(service.is_claimed());
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
-}
-
-TEST(MirroredService, OfAnActionItAppearsWhenTheActionsTopicsFeed) {
-  OfferedServices s(importing_actions());
-  const MirroredService& goals = s.offer(s.peer, offer_of_part(1, ActionPart::kSendGoal));
-  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
-  EXPECT_FALSE(goals.is_claimed());
-  s.mirror_topics(false);
+  service.on_link_lost({1});
   s.update();
-  EXPECT_TRUE(goals.is_claimed());
-  EXPECT_EQ(s.did(), "");
-  s.mirror_topics(true);
-  s.update();
-  EXPECT_EQ(s.did(), "mirror_service 1 /go/_action/send_goal\n");
-}
-
-// Its topics may be declined, or find no place. Nothing else happens meanwhile.
-TEST(MirroredService, OfAnActionWithoutTopicsItAppearsAfterAWhile) {
-  OfferedServices s(importing_actions());
-  s.offer(s.peer, offer_of_part(1, ActionPart::kSendGoal));
-  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
-  s.pass_to(1999);
-  EXPECT_EQ(s.did(), "");
-  s.pass_to(2000);
-  EXPECT_EQ(s.did(), "mirror_service 1 /go/_action/send_goal\n");
+  EXPECT_FALSE(service.is_claimed());
 }
 
 // ---- the link that its action's goals go to
@@ -194,7 +166,6 @@ TEST(MirroredService, OfAnActionWithoutTopicsItAppearsAfterAWhile) {
 TEST(MirroredService, ACancelGoesWhereGoalsAreTakenRatherThanOnlyOffered) {
   OneLink other(2);
   OfferedServices s(importing_actions());
-  s.mirror_topics(true);
   s.offer(s.peer, offer_of_part(1, ActionPart::kSendGoal, "p/action/A"));
   s.offer(other, offer_of_part(1, ActionPart::kSendGoal, "p/action/B"));
   EXPECT_TRUE(s.attached(other, {{1}, {1}, {}}));
@@ -210,7 +181,6 @@ TEST(MirroredService, ACancelGoesWhereGoalsAreTakenRatherThanOnlyOffered) {
 TEST(MirroredService, WithTheGoalsTheMirrorOfACancelMoves) {
   OneLink other(2);
   OfferedServices s(importing_actions());
-  s.mirror_topics(true);
   for (OneLink* const peer : {&s.peer, &other}) {
     s.offer(*peer, offer_of_part(1, ActionPart::kSendGoal));
     s.offer(*peer, offer_of_part(2, ActionPart::kCancelGoal));
@@ -247,14 +217,44 @@ TEST(MirroredService, ARealServerHereMakesTheMirrorGo) {
   EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
 }
 
-TEST(MirroredService, WhatAnotherBridgeFeedsIsLeftToIt) {
+TEST(MirroredService, WhatAnotherBridgeClaimsIsLeftToIt) {
   OfferedServices s;
-  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
-  EXPECT_EQ(s.said(), "attach 1 1\n");
   s.claims.update(gid(9), claim_to_s(), ms(0).steady);
-  s.update();
+  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
   EXPECT_FALSE(service.is_claimed());
-  EXPECT_EQ(s.said(), "withdraw 1\n");
+  EXPECT_EQ(s.said(), "");
+}
+
+// It may have a server of that name, but the graph tells neither of which node nor of which
+// process.
+TEST(MirroredService, AServerThatABridgeLeavesBehindIsWaitedFor) {
+  OfferedServices s;
+  s.claims.update({}, claim_to_s(), ms(0).steady);
+  GraphChanged shown;
+  shown.services = {service("/s", {0})};
+  s.graph = GraphView(shown);
+  s.offer(s.peer, service_channel(1, "/s"));
+  Claim last;
+  last.side = another_side();
+  last.good_for = Duration::zero();
+  s.claims.update({}, last, ms(0).steady);
+  s.update();
+  EXPECT_EQ(s.said(), "");
+  EXPECT_EQ(s.logged, "");
+  s.graph = GraphView();
+  s.update();
+  EXPECT_EQ(s.said(), "attach 1 1\n");
+}
+
+// Of two that claim at once the other one gives way.
+TEST(MirroredService, WhatTheOtherOneStillShowsDoesNotEndOurs) {
+  Fed s;
+  s.claims.update({}, claim_to_s(), ms(0).steady);
+  GraphChanged shown;
+  shown.services = {service("/s", {0})};
+  s.graph = GraphView(shown);
+  s.update();
+  EXPECT_EQ(s.did(), "");
 }
 
 // Its id is the larger one.

@@ -147,6 +147,7 @@ TEST(ServiceExports, NothingOfAnotherBridgeIsExported) {
           {its_own, service("/real", {0}), service("/proxied", {0})});
   EXPECT_EQ(s.said(1), "offer 1/real[]\n");
   s.claim(9, 200, {});
+  s.pass(1000);
   EXPECT_EQ(s.said(1), "offer 2/proxied[]\n");
 }
 

@@ -8,10 +8,7 @@
 namespace connect_bridge::side_test {
 namespace {
 
-// The claim to /s, before and after it has a mirror.
-std::string claim(bool feeds) {
-  return "claim [" + std::to_string(service_gid("/s").bytes[0]) + (feeds ? "" : "?") + "]\n";
-}
+const std::string kClaim = "claim [" + std::to_string(service_gid("/s").bytes[0]) + "]\n";
 
 TEST(ServiceImports, TheMirrorExistsWhenTheServiceCanBeCalled) {
   Script s(server({callable()}));
@@ -20,9 +17,9 @@ TEST(ServiceImports, TheMirrorExistsWhenTheServiceCanBeCalled) {
   s.pass(kDiscovered);
   s.say(1, Offer{{service_channel(1, "/s")}, true});
   EXPECT_EQ(s.said(1), "attach 1 1\n");
-  EXPECT_EQ(s.did(), claim(false));
+  EXPECT_EQ(s.did(), kClaim);
   s.say(1, Attached{{1}, {1}, {0}, {}, "hash"});
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n" + claim(true));
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
   s.say(1, Withdraw{{{1}}});
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
   EXPECT_EQ(s.said(1), "withdraw 1\n");  // of the requests
@@ -66,59 +63,27 @@ TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
 }
 
-TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrorsUnlessTheOtherDoes) {
+TEST(ServiceImports, OfTwoBridgesThatClaimAtOnceTheSmallerSideIdMirrors) {
   Script s(server({callable()}));
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
   s.join(1);
-  s.pass(1000);
+  s.pass(kDiscovered);
   s.say(1, Offer{{service_channel(1, "/s")}, true});
   s.say(1, Attached{{1}, {1}, {0}});
   s.did();
-  s.claim_service(9, 0, "/s");  // within the time that others have to object
+  s.claim_service(9, 255, "/s");  // it is the one to give way
+  EXPECT_EQ(s.did(), "");
+  s.claim_service(9, 0, "/s");
   EXPECT_EQ(s.did(), "claim []\n");
   EXPECT_EQ(s.said(1), "attach 1 1\nwithdraw 1\n");
+  s.claim(9, 255, {});
   s.claim(9, 0, {});
+  EXPECT_EQ(s.did(), kClaim);
   s.say(1, Attached{{1}, {2}, {0}});
-  s.did();
-  s.pass(149);
+  s.pass(999);
   EXPECT_EQ(s.did(), "");
   s.pass(1);
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n" + claim(true));
-  s.claim_service(9, 255, "/s", true);  // a larger id: it is the one to give way
-  EXPECT_EQ(s.did(), "");
-  s.claim_service(9, 0, "/s");  // it has no mirror yet
-  EXPECT_EQ(s.did(), "");
-  s.claim_service(9, 0, "/s", true);
-  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
-}
-
-// Whoever finds it ready sends a goal at once: its feedback must flow by then.
-TEST(ServiceImports, BesideAnotherBridgeAnActionIsReadyWhenItsFeedbackFlows) {
-  Rule acting = callable();
-  acting.import_actions = {Pattern::parse("/**").value()};
-  Script s(server({acting}));
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
-  s.join(1);
-  s.pass(1000);
-  ChannelOffer feedback = channel(1, "/fib/_action/feedback", {origin(1, 11)});
-  ChannelOffer goals = service_channel(2, "/fib/_action/send_goal");
-  feedback.type = "p/action/Fib_FeedbackMessage";
-  goals.type = "p/action/Fib_SendGoal";
-  ChannelOffer status = channel(3, "/fib/_action/status", {origin(1, 12)});
-  status.type = "action_msgs/msg/GoalStatusArray";
-  feedback.action_type = goals.action_type = status.action_type = "p/action/Fib";
-  s.say(1, Offer{{feedback, goals, status}, true});
-  s.say(1, Attached{{2}, {1}, {0}});
-  s.did();
-  s.pass(249);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  const int goal = service_gid("/fib/_action/send_goal").bytes[0];
-  EXPECT_EQ(s.did(), "mirror_service 1 /fib/_action/send_goal\nclaim [11 12 " +
-                         std::to_string(goal) + "]\n");
-  s.said(1);
-  request(s, 11, "goal");
-  EXPECT_EQ(s.said(1).substr(0, 14), "demand 1 3 on\n");
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
 }
 
 TEST(ServiceImports, AMirrorThatFailsIsDeclined) {

@@ -50,19 +50,18 @@ void Script::take(std::uint32_t subscription, std::uint8_t n, const std::string&
   give(MessageTaken{{subscription}, gid(n), stamp, sample(text), number});
 }
 
-void Script::claim(std::uint8_t publisher, std::uint8_t side_id, const std::vector<Gid>& origins,
-                   bool feeds) {
+void Script::claim(std::uint8_t publisher, std::uint8_t side_id, const std::vector<Gid>& origins) {
   Claim claim;
   claim.side.bytes.fill(side_id);
-  for (const Gid& origin : origins) claim.origins.push_back({origin, feeds});
+  claim.origins = origins;
   give(MessageTaken{{1}, gid(publisher), 0, serialize(claim, 0)});
 }
 
-void Script::claim_service(std::uint8_t publisher, std::uint8_t side_id, const std::string& service,
-                           bool feeds) {
+void Script::claim_service(std::uint8_t publisher, std::uint8_t side_id,
+                           const std::string& service) {
   Claim claim;
   claim.side.bytes.fill(side_id);
-  claim.services = {{service_gid(service), feeds}};
+  claim.services = {service_gid(service)};
   give(MessageTaken{{1}, gid(publisher), 0, serialize(claim, 0)});
 }
 
@@ -152,7 +151,7 @@ void Script::pass(std::int64_t ms) {
 
 Token128 Script::login(std::uint32_t connection, Token128 session, const Identity& who) {
   give(ConnectionOpened{
-      {connection}, "10.0.0." + std::to_string(connection), {}, 1, {}, site, certified_until});
+      {connection}, "10.0.0." + std::to_string(connection), {}, 1, {}, certified_until});
   const auto known = peers_.find(session);
   const Token128 peer = known == peers_.end() ? peer_id(connection) : known->second;
   binary(connection, encode(Hello{1, 1, peer, session, "/peer"}));

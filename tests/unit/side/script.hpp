@@ -31,12 +31,10 @@ class Script {
   // A sample of publisher n; its stamp is `stamp_ms`, or the present.
   void take(std::uint32_t subscription, std::uint8_t n, const std::string& text,
             std::int64_t stamp_ms = -1, std::uint64_t number = 0);
-  // Another bridge's claim to origins that it feeds, or does not feed yet.
-  void claim(std::uint8_t publisher, std::uint8_t side_id, const std::vector<Gid>& origins,
-             bool feeds = false);
+  // Another bridge's claim to origins.
+  void claim(std::uint8_t publisher, std::uint8_t side_id, const std::vector<Gid>& origins);
   // The same to a service.
-  void claim_service(std::uint8_t publisher, std::uint8_t side_id, const std::string& service,
-                     bool feeds = false);
+  void claim_service(std::uint8_t publisher, std::uint8_t side_id, const std::string& service);
   void binary(std::uint32_t connection, const Bytes& packet);
   // In as many messages as it takes.
   void say(std::uint32_t connection, const Control& control);
@@ -85,8 +83,7 @@ class Script {
 
   Side side;
   std::int64_t at = 0;
-  std::string site;           // of the peers that connect from now on
-  Stamp certified_until = 0;  // the same
+  Stamp certified_until = 0;  // of the peers that connect from now on
   std::size_t claims = 0;     // that were done, also those that did() leaves out: equal to the last
   std::string logged;
   std::string noted;  // for the audit log, if the options ask for it

@@ -36,8 +36,8 @@ namespace {
 std::string words_of(const Claim& claim) {
   std::string words;
   for (const auto& claimed : {claim.origins, claim.services})
-    for (const auto& [gid, feeds] : claimed)
-      words += (words.empty() ? "" : " ") + std::to_string(gid.bytes[0]) + (feeds ? "" : "?");
+    for (const Gid& gid : claimed)
+      words += (words.empty() ? "" : " ") + std::to_string(gid.bytes[0]);
   return words;
 }
 

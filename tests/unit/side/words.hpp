@@ -18,7 +18,7 @@ Gid gid(std::uint8_t n);
 // "reliable volatile 10"; "latched" is transient local; "all" is keep-all.
 std::string word_of(const Qos& qos);
 // Ids are printed as they are: the claims have subscription 1 and mirror 1. "claim 1 2" is what
-// the side tells other bridges: the origins it mirrors, with "?" until it feeds them. Logs have no
+// the side tells other bridges: the origins and services that it mirrors, or will. Logs have no
 // word.
 std::string word_of(const Action& action);
 // "login 1 anna", "channel_opened 1 anna export /a by all", "call_refused 1 anna export /s: why"

@@ -130,7 +130,7 @@ TEST(MirrorOfAFirstMessage, IsLostWhereThePublisherIsMadeTooLate) {
   Unnamed s(Listening::waiting(milliseconds(300)), {origin(2, 8)});  // which is demanded
   s.did();
   s.pass(2000);
-  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [7 8]\n");
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\n");
   EXPECT_EQ(s.dropped(DropReason::kMaxAge), 1U);
 }
 

@@ -6,85 +6,77 @@
 namespace connect_bridge::side_test {
 namespace {
 
-TEST(SideMirrors, AnotherBridgesClaimIsRespected) {
-  Mirrors s;
-  s.claim(9, 0, {gid(11)}, true);  // the smallest side id, and it feeds as well
-  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
-  EXPECT_EQ(s.said(1), "demand 1 off\n");
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
-  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});  // of this one it says nothing
-  EXPECT_EQ(s.did(), "mirror 3 /map reliable volatile 10\nclaim [12?]\n");
-  s.pass(250);
-  EXPECT_EQ(s.did(), "claim [12]\n");
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-  s.graph({topic("/map").sub(1)});  // the other bridge is gone
-  EXPECT_EQ(s.did(), "mirror 4 /map reliable latched 1\nclaim [11 12]\n");
-  EXPECT_EQ(s.said(1), "demand 1 off\n");  // so that the last samples come again
-  s.pass(250);
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-}
+const Topic kBridge = topic(kClaimsTopic).pub(9, {}, "bridge");
 
-TEST(SideMirrors, ABridgeThatFeedsIsNotDisplacedByASmallerSideThatDoesNot) {
-  Mirrors s;
-  s.claim(9, 0, {gid(11)});
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(1), "");
-}
-
-TEST(SideMirrors, OfTwoThatFeedTheLargerGoes) {
-  Mirrors s;
-  s.claim(9, 255, {gid(11)}, true);
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(1), "");
-  s.claim(8, 0, {gid(11)}, true);
-  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
-  EXPECT_EQ(s.said(1), "demand 1 off\n");
-}
-
-TEST(SideMirrors, WhoDoesNotFeedYetGivesWayToALargerSideThatDoes) {
-  Mirrors s;
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
-  s.say(1, OriginsChanged{{1}, {origin(2, 12), origin(3, 13)}, {}});
-  s.pass(20);
-  EXPECT_EQ(s.did(),
-            "mirror 3 /map reliable volatile 10\nmirror 4 /map reliable volatile 10\n"
-            "claim [11 12? 13?]\n");
-  s.claim(9, 255, {gid(12)}, true);
-  EXPECT_EQ(s.did(), "unmirror 3\nclaim [11 13?]\n");
-  s.pass(229);
+TEST(SideMirrors, NothingIsClaimedBeforeTheGraphIsDiscovered) {
+  Script s(server());
+  s.join(1);
+  s.graph({topic("/map").sub(1)});
+  s.did();
+  s.say(1, Offer{{channel(1, "/map", {origin(1, 11)})}, true});
+  s.pass(499);
   EXPECT_EQ(s.did(), "");
   s.pass(1);
-  EXPECT_EQ(s.did(), "claim [11 13]\n");
-  s.claim(9, 255, {gid(12), gid(13)}, true);  // too late
-  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.did(), "mirror 2 /map reliable volatile 10\nclaim [11]\n");
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
 }
 
-// The exporter is asked for the last samples again.
-TEST(SideMirrors, WhoWaitsForLastSamplesFeedsAllTheSame) {
+TEST(SideMirrors, WhoClaimsFirstKeepsIt) {
   Mirrors s;
-  s.claim(9, 0, {gid(12)}, true);
-  s.say(1, OriginsChanged{{1}, {origin(2, 12, latched())}, {}});
+  s.claim(9, 0, {gid(12)});
+  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});
+  s.pass(1000);
   EXPECT_EQ(s.did(), "");
   s.claim(9, 0, {});
-  EXPECT_EQ(s.did(), "mirror 3 /map reliable latched 1\nclaim [11 12]\n");
-  EXPECT_EQ(s.said(1), "demand 1 off\n");
-  s.claim(9, 0, {gid(11)});
-  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.did(), "claim [11 12]\n");
   s.pass(250);
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  EXPECT_EQ(s.did(), "mirror 3 /map reliable volatile 10\n");
 }
 
-TEST(SideMirrors, BesideAnotherBridgeANewMirrorWaitsForItsClaim) {
+TEST(SideMirrors, OfTwoThatClaimAtOnceTheSmallerSideIdMirrors) {
   Mirrors s;
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
-  s.say(1, Offer{{channel(3, "/b", {origin(1, 13)})}, false});
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1), topic("/b").sub(1)});
-  s.did();
-  s.pass(249);
+  s.claim(9, 255, {gid(11)});  // it is the one to give way
+  EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.said(1), "");
+  s.claim(9, 0, {gid(11)});
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+  EXPECT_EQ(s.said(1), "demand 1 off\n");
+}
+
+TEST(SideMirrors, BesideAnotherBridgeClaimsHaveTimeToCross) {
+  Mirrors s;
+  s.graph({kBridge, topic("/map").sub(1)});
+  s.say(1, OriginsChanged{{1}, {origin(2, 12), origin(3, 13)}, {}});
+  EXPECT_EQ(s.did(), "claim [11 12 13]\n");
+  s.claim(9, 0, {gid(12)});
+  EXPECT_EQ(s.did(), "claim [11 13]\n");
+  s.pass(249);
+  EXPECT_EQ(s.did(), "");
   s.pass(1);
-  EXPECT_EQ(s.said(1), "demand 3 on\n");
+  EXPECT_EQ(s.did(), "mirror 3 /map reliable volatile 10\n");
+}
+
+TEST(SideMirrors, WhenTheOtherBridgeHasGoneItsOriginsAreTakenOver) {
+  Mirrors s;
+  s.graph({kBridge, topic("/map").sub(1)});
+  s.claim(9, 0, {gid(12)});
+  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});
+  EXPECT_EQ(s.did(), "");
+  s.graph({topic("/map").sub(1)});
+  EXPECT_EQ(s.did(), "mirror 3 /map reliable volatile 10\nclaim [11 12]\n");
+}
+
+// The channel is demanded already: the exporter is asked for the last samples again.
+TEST(SideMirrors, WhoTakesOverGetsTheLastSamples) {
+  Mirrors s;
+  s.claim(9, 0, {gid(12)});
+  s.say(1, OriginsChanged{{1}, {origin(2, 12, latched())}, {}});
+  s.claim(9, 0, {});
+  s.pass(250);
+  EXPECT_EQ(s.did(), "claim [11 12]\nmirror 3 /map reliable latched 1\n");
+  EXPECT_EQ(s.said(1), "demand 1 off\n");
+  s.pass(250);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
 }
 
 }  // namespace

@@ -56,19 +56,17 @@ TEST(Mirror, WaitsForALinkThatIsLostAlone) {
   EXPECT_EQ(s.mirror(7).candidate({1})->offered, nullptr);
 }
 
-// A change of what it wants does not make it forget whom it waits for.
-TEST(Mirror, WaitsForItsNeighboursAfterAChangeToo) {
+TEST(Mirror, AfterAChangeItAsksForNothingForAMoment) {
   MirrorScript s;
-  s.context.graph_since = ms(0).steady;
-  Token128 neighbour;
-  neighbour.bytes.fill(7);
-  s.claims.expect({1}, {neighbour});
   s.offer(s.one, {origin(1, 7)});
-  s.mirror(7).settle(ms(100));
-  s.pass_to(3499);
+  EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
+  s.mirror(7).pause(ms(0));
+  s.mirror(7).pause(ms(100));
+  s.mirror(7).update(ms(100));
+  EXPECT_EQ(s.demanded(), "1: demand 1 off\n2: ");
+  s.pass_to(349);
   EXPECT_EQ(s.demanded(), "1: 2: ");
-  EXPECT_FALSE(s.mirror(7).is_claimed());
-  s.pass_to(3500);
+  s.pass_to(350);
   EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
 }
 
@@ -92,13 +90,16 @@ TEST(Mirror, OfAnOriginThatIsHereThereIsNone) {
   EXPECT_EQ(s.mirror(7).refusal(s.first.link), DropReason::kNoDemand);
 }
 
-TEST(Mirror, AsksForDataOnlyWhenTheGraphIsDiscovered) {
+TEST(Mirror, IsClaimedAndMadeWhenTheGraphIsDiscovered) {
   MirrorScript s;
   s.context.graph_since = ms(0).steady;
   s.offer(s.one, {origin(1, 7)});
-  EXPECT_EQ(s.did(), "mirror 1 /a reliable volatile 10\n");
-  EXPECT_EQ(s.demanded(), "1: 2: ");
+  s.pass_to(499);
+  EXPECT_FALSE(s.mirror(7).is_claimed());
+  EXPECT_EQ(s.did(), "");
   s.pass_to(500);
+  EXPECT_TRUE(s.mirror(7).is_claimed());
+  EXPECT_EQ(s.did(), "mirror 1 /a reliable volatile 10\n");
   EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
 }
 

@@ -159,7 +159,7 @@ TEST(SideMirrors, ClaimsAreToldNowAndThen) {
   s.pass(1000);
   s.join(1);
   s.say(1, Offer{{channel(1, "/a", {})}, true});
-  s.pass(20);  // that a link is open was told as well
+  s.pass(20);
   s.did();
   const auto claims = [](const std::string& did) {
     std::size_t found = 0;
@@ -168,12 +168,12 @@ TEST(SideMirrors, ClaimsAreToldNowAndThen) {
     return found;
   };
   for (std::uint8_t i = 1; i <= 100; ++i) s.say(1, OriginsChanged{{1}, {origin(i, i)}, {}});
-  s.pass(24);  // they do not all appear in one step
-  EXPECT_EQ(claims(s.did()), 21U);
+  s.pass(24);
+  const std::string did = s.did();
+  EXPECT_EQ(claims(did), 21U);
+  EXPECT_NE(did.find(" 99 100]"), std::string::npos) << did;
   s.pass(100);
-  const std::string last = s.did();
-  EXPECT_EQ(claims(last), 1U);
-  EXPECT_NE(last.find(" 99 100]"), std::string::npos) << last;
+  s.did();
   s.claims = 0;
   s.pass(1000);
   EXPECT_EQ(s.did(), "");

@@ -54,9 +54,8 @@ struct Actions {
   GraphView graph;
   Claims claims{Token128{}};
   LocalActions actions;
-  ActionTopics action_topics;
   Jobs jobs{{1000}, outputs};
-  SideView side{names, policy, graph, claims, actions, action_topics, jobs, outputs};
+  SideView side{names, policy, graph, claims, actions, jobs, outputs};
   std::string logged;
   JobId last_job;
 };
