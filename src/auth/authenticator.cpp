@@ -21,14 +21,16 @@ void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
   if (!options.token.empty()) table.add_single(options.token, "auth.token", setup.problems);
   if (!options.token_file.empty()) {  // the configuration has one of the two
     watch.emplace(options.token_file);
-    table = read_token_file(options.token_file, now, setup.problems, setup.warnings);
+    table = read_token_file(options.token_file, options.strict_modes, now, setup.problems,
+                            setup.warnings);
   }
   if (setup.problems.empty() && table.size() == 0 && !options.pairing) {
     setup.problems.emplace_back(
         "auth.token_file or auth.token: method 'token' needs at least one token");
   }
   if (!setup.problems.empty()) return;
-  auto login = std::make_unique<TokenLogin>(std::move(table), std::move(watch));
+  auto login =
+      std::make_unique<TokenLogin>(std::move(table), std::move(watch), options.strict_modes);
   if (options.pairing) {
     setup.authenticator =
         std::make_unique<PairingLogin>(*options.pairing, options.token_file, std::move(login));

@@ -30,15 +30,15 @@ Credential client_credential(const CredentialOptions& options) {
   }
   if (!options.token_file.empty()) {
     std::string problem;
-    auto text = read_secret_file(options.token_file, problem);
+    auto text = read_login_file(options.token_file, options.strict_modes, problem);
     if (!text) {
       credential.problems.push_back("auth.token_file " + problem);
       return credential;
     }
     take(*text, "auth.token_file '" + options.token_file + "'", credential);
     wipe(*text);
-    const std::string exposed = exposure_warning(options.token_file);
-    if (!exposed.empty()) credential.warnings.push_back("auth.token_file " + exposed);
+    const std::string readers = who_else_may_read(options.token_file);
+    if (!readers.empty()) credential.warnings.push_back("auth.token_file " + readers);
     return credential;
   }
   if (const char* const variable = std::getenv(kTokenVariable)) {

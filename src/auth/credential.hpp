@@ -16,6 +16,7 @@ struct CredentialOptions {
   std::string method = "token";  // "none", or another: they all show a token
   std::string token;
   std::string token_file;
+  bool strict_modes = true;  // as in LoginOptions
 };
 
 struct Credential {

@@ -10,9 +10,6 @@ struct connect_bridge_auth_functions;
 
 namespace connect_bridge {
 
-// Why the library must not be loaded; empty: it may. Does not load it.
-[[nodiscard]] std::string plugin_exposure(const std::string& file);
-
 class PluginLogin : public Authenticator {
  public:
   // What is wrong is of the file, its permissions, its interface, or is what it says itself.

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "auth/file_trust.hpp"
 #include "core/base/hex.hpp"
 #include "core/wire/login.hpp"
 
@@ -85,17 +86,21 @@ std::optional<std::string> read_secret_file(const std::string& file, std::string
   return text;
 }
 
-FileExposure exposure_of(const std::string& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return {};
-  return {(status.st_mode & S_IROTH) != 0, (status.st_mode & S_IWOTH) != 0};
+std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
+                                           std::string& problem) {
+  auto text = read_secret_file(file, problem);
+  if (!text || !strict_modes) return text;
+  // Afterwards: whoever may change it now could have done so before.
+  problem = who_else_may_change(file);
+  if (problem.empty()) return text;
+  wipe(*text);
+  return std::nullopt;
 }
 
-std::string exposure_warning(const std::string& file) {
-  const auto [readable, writable] = exposure_of(file);
-  if (!readable && !writable) return {};
-  return "'" + file + "' holds a secret and every user of this machine may " +
-         (writable ? "change" : "read") + " it (chmod 600)";
+std::string who_else_may_read(const std::string& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0 || (status.st_mode & S_IROTH) == 0) return {};
+  return "'" + file + "' holds a secret and every user of this machine may read it (chmod go-r)";
 }
 
 }  // namespace connect_bridge

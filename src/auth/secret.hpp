@@ -28,13 +28,10 @@ void wipe(std::string& secret);
 // A small file's content. nullopt: `problem` says why, with the file's name.
 [[nodiscard]] std::optional<std::string> read_secret_file(const std::string& file,
                                                           std::string& problem);
-// Whether others than the owner and group may read or change the file.
-struct FileExposure {
-  bool readable = false;
-  bool writable = false;
-};
-[[nodiscard]] FileExposure exposure_of(const std::string& file);
-// A warning if they may read or change a secret, else empty.
-[[nodiscard]] std::string exposure_warning(const std::string& file);
+// The same of a file that decides who gets in: `strict_modes` as in LoginOptions.
+[[nodiscard]] std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
+                                                         std::string& problem);
+// Says that every user of this machine may read a secret, with the cure; empty: not every one may.
+[[nodiscard]] std::string who_else_may_read(const std::string& file);
 
 }  // namespace connect_bridge

@@ -6,25 +6,19 @@
 
 namespace connect_bridge {
 
-TokenTable read_token_file(const std::string& file, Stamp now, std::vector<std::string>& problems,
-                           std::vector<std::string>& warnings) {
+TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now,
+                           std::vector<std::string>& problems, std::vector<std::string>& warnings) {
   TokenTable table;
   std::string problem;
-  auto text = read_secret_file(file, problem);
+  auto text = read_login_file(file, strict_modes, problem);
   if (!text) {
     problems.push_back("auth.token_file " + problem);
     return table;
   }
   table.read(*text, file, now, problems, warnings);
   wipe(*text);
-  const FileExposure exposure = exposure_of(file);
-  if (exposure.writable) {  // mutant: token_file_open
-    problems.push_back("auth.token_file '" + file +
-                       "': every user of this machine may change it (chmod go-w)");
-  } else if (exposure.readable && table.has_plain()) {
-    warnings.push_back("auth.token_file '" + file +
-                       "' holds a secret and every user of this machine may read it (chmod 600)");
-  }
+  if (const std::string readers = who_else_may_read(file); !readers.empty() && table.has_plain())
+    warnings.push_back("auth.token_file " + readers);
   return table;
 }
 
@@ -54,7 +48,8 @@ Refreshed TokenLogin::read_again(Stamp now) {
   Refreshed refreshed;
   if (!file_) return refreshed;
   file_->read_now();
-  TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.warnings);
+  TokenTable next =
+      read_token_file(file_->file(), strict_modes_, now, refreshed.problems, refreshed.warnings);
   if (!refreshed.problems.empty()) return refreshed;  // mutant: token_file_whole
   refreshed.changes = table_.changes_to(next);
   table_ = std::move(next);

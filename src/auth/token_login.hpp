@@ -17,8 +17,8 @@ class TokenLogin : public Authenticator {
  public:
   // Without `file` the table stays as it is; otherwise it was read from there, and is read again
   // when that changes: whole, or not at all.
-  TokenLogin(TokenTable table, std::optional<FileWatch> file)
-      : table_(std::move(table)), file_(std::move(file)) {}
+  TokenLogin(TokenTable table, std::optional<FileWatch> file, bool strict_modes = true)
+      : table_(std::move(table)), file_(std::move(file)), strict_modes_(strict_modes) {}
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
   // Also warns of tokens of the file that end soon.
@@ -33,11 +33,12 @@ class TokenLogin : public Authenticator {
  private:
   TokenTable table_;
   std::optional<FileWatch> file_;
+  const bool strict_modes_;
   TokenEnds ends_;
 };
 
 // All that is wrong with a token file, its permissions and its content, goes to `problems`.
-[[nodiscard]] TokenTable read_token_file(const std::string& file, Stamp now,
+[[nodiscard]] TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now,
                                          std::vector<std::string>& problems,
                                          std::vector<std::string>& warnings);
 

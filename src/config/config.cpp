@@ -15,6 +15,8 @@
 namespace connect_bridge {
 namespace {
 
+constexpr char kNotStrict[] = "strict_modes: false";
+
 // Makes a Config, check by check; every check adds its problems and goes on.
 class ConfigMaker {
  public:
@@ -81,8 +83,9 @@ class ConfigMaker {
     const std::string& address = config_.listen_address;
     config_.listen.addresses = syntax::listen_addresses(address);
     const bool beyond = !syntax::listens_on_loopback(address);
-    if (!beyond && config_.listen.trusted_proxies.empty()) return;  // mutant: login_behind_proxies
-    if (config_.auth.method == "none") {                            // mutant: login_needed
+    config_.reached_by_others = beyond || !config_.listen.trusted_proxies.empty();
+    if (!config_.reached_by_others) return;  // mutant: login_behind_proxies
+    if (config_.auth.method == "none") {     // mutant: login_needed
       add("auth.method", "\"none\"",
           beyond ? fmt::format("a login (token), since listen.address {} is reachable by others",
                                address)
@@ -101,12 +104,13 @@ class ConfigMaker {
     const auto url = syntax::parse_url(values_.text("url"));
     if (!url) return;
     config_.dial.url = *url;
+    config_.reached_by_others = !syntax::is_loopback(url->host);
     config_.dial.proxy = read_http_proxy(values_, *url, around_.variable, parsed_.problems);
     if (url->secure) return;
     for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
     }
-    if (!syntax::is_loopback(url->host)) {  // mutant: plaintext_dialed
+    if (config_.reached_by_others) {  // mutant: plaintext_dialed
       judge_plaintext("url", syntax::url_to_show(values_.text("url")),
                       "wss://, since the server is on another machine; or allow_plaintext: true");
     }
@@ -137,15 +141,23 @@ class ConfigMaker {
     }
   }
 
+  // A file that another user may change is that user's: it would decide who gets in.
+  void check_file(const char* key, const std::string& file) {
+    const auto ask = [&](const auto& question) { return question ? question(file) : ""; };
+    const std::string shown = to_text(value_to_show(*find_key(key), file));
+    if (const std::string why = ask(around_.unreadable); !why.empty())
+      return add(key, shown, "a file that this program can read: " + why);
+    if (!config_.auth.strict_modes) return;
+    if (const std::string why = ask(around_.distrusted); !why.empty())
+      add(key, shown,
+          fmt::format("a file that nobody else may change: {}; or {}", why, kNotStrict));
+  }
+
   void check_files() {
-    if (!around_.unreadable) return;
     for (const char* key : {"auth.token_file", "auth.jwt_keys", "auth.https_ca", "auth.plugin",
                             "tls.certificate", "tls.private_key", "tls.ca"}) {
       if (!values_.valid(key) || syntax::parse_http_url(values_.text(key))) continue;
-      const std::string why = around_.unreadable(values_.text(key));
-      if (why.empty()) continue;
-      add(key, to_text(value_to_show(*find_key(key), values_.text(key))),
-          "a file that this program can read: " + why);
+      check_file(key, values_.text(key));
     }
   }
 

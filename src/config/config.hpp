@@ -37,7 +37,8 @@ struct Config {
   NameMap names;
   std::string prefix;
   std::vector<NameMap::Pair> remap;
-  std::string status_file;  // empty: none is written
+  bool reached_by_others = false;  // by other machines, or through a proxy
+  std::string status_file;         // empty: none is written
   AuditOptions audit;
   bool carries_types_not_installed = true;
   bool default_rules = false;  // a client without rules: see default_rule()
@@ -54,6 +55,8 @@ struct Surroundings {
   Variable variable{};  // empty: none is set
   // Why a file cannot be read, for people, or empty. Without the function files are not checked.
   std::function<std::string(const std::string& file)> unreadable;
+  // Why somebody else may change a file, for people, or empty. The same.
+  std::function<std::string(const std::string& file)> distrusted;
   std::function<bool(const std::string& type)> installed;  // a message type; empty: not checked
 };
 

@@ -122,6 +122,17 @@ void add_login_methods(Rows& rows) {
        .help = "What the library gets at its start."});
 }
 
+void add_files(Rows& rows) {
+  row_adder(rows, "Login")(
+      {.key = "strict_modes",
+       .fallback = true,
+       .help = "Whether files that decide over rights must be safe from other users: token, keys, "
+               "authorities, plugin, and the parameter file of a side that is reached from other "
+               "machines. They and all folders above them must belong to root or to the user of "
+               "this program, and nobody else may write them. `false`: they are not looked at."},
+      [](Config& c) { return &c.auth.strict_modes; });
+}
+
 void add_tls(Rows& rows) {
   const auto add = row_adder(rows, "TLS");
   add({.key = "tls.certificate",
@@ -296,6 +307,7 @@ const std::vector<KeySpec>& key_table() {
     add_dial(rows);
     add_login(rows);
     add_login_methods(rows);
+    add_files(rows);
     add_tls(rows);
     add_names(rows);
     add_operation(rows);

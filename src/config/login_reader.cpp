@@ -74,6 +74,7 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
 std::map<std::string, std::string> read_plugin_options(const CheckedValues& values) {
   constexpr std::string_view kLogin = "auth.";
   std::map<std::string, std::string> options;
+  if (!values.flag("strict_modes")) options.emplace("strict_modes", "false");
   for (const KeySpec& spec : key_table()) {
     if (!spec.key.starts_with(kLogin) || spec.store.index() != 0) continue;
     std::string value = spec.type == ParameterType::kStrings

@@ -16,12 +16,22 @@ std::string system_store() {
   return given != nullptr ? given : X509_get_default_cert_file();
 }
 
+std::string who_may_change(const TlsOptions& options) {
+  if (!options.distrusted) return {};
+  for (const auto& file : {options.private_key_file, options.certificate_file, options.ca_file})
+    if (std::string why = file.empty() ? "" : options.distrusted(file); !why.empty()) return why;
+  return {};
+}
+
 }  // namespace
 
 TlsFiles::TlsFiles(const TlsOptions& options, Role role)
     : files_({options.certificate_file, options.private_key_file, options.ca_file}),
-      make_([options, make = role == Role::kServer ? make_server_tls : make_client_tls](
-                std::string& problem) { return make(options, problem); }) {
+      make_([options, make = role == Role::kServer ? make_server_tls
+                                                   : make_client_tls](std::string& problem) {
+        problem = who_may_change(options);
+        return problem.empty() ? make(options, problem) : nullptr;
+      }) {
   if (role == Role::kClient && options.ca_file.empty()) files_.back() = system_store();
   std::erase(files_, "");
 }

@@ -167,7 +167,7 @@ AuthSetup make_jwt_login(PluginOptions options) {
     if (!setup.problems.empty()) return setup;
     source = std::make_unique<KeyAddress>(*address, std::move(fetch));
   } else {
-    source = std::make_unique<KeyFile>(options["jwt_keys"]);
+    source = std::make_unique<KeyFile>(options["jwt_keys"], options["strict_modes"] != "false");
   }
   std::istringstream algorithms(options["jwt_algorithms"]);
   using Word = std::istream_iterator<std::string>;

@@ -8,21 +8,20 @@
 namespace connect_bridge {
 namespace {
 
-std::vector<JwtKey> read_key_file(const std::string& file, std::vector<std::string>& problems) {
+std::vector<JwtKey> read_key_file(const std::string& file, bool strict_modes,
+                                  std::vector<std::string>& problems) {
   std::string problem;
-  auto text = read_secret_file(file, problem);
+  auto text = read_login_file(file, strict_modes, problem);
   if (!text) {
     problems.push_back("auth.jwt_keys " + problem);
     return {};
   }
   auto keys = read_jwt_keys(*text, file, problems);
   wipe(*text);
-  const FileExposure exposure = exposure_of(file);
   const bool secret = std::any_of(keys.begin(), keys.end(),
                                   [](const JwtKey& key) { return key.algorithm() == "HS256"; });
-  if (exposure.writable || (secret && exposure.readable))  // mutant: jwt_keys_open
-    problems.push_back("auth.jwt_keys '" + file + "': every user of this machine may " +
-                       (exposure.writable ? "change it" : "read the secret in it"));
+  if (const std::string readers = who_else_may_read(file); secret && !readers.empty())
+    problems.push_back("auth.jwt_keys " + readers);  // mutant: jwt_keys_open
   return keys;
 }
 
@@ -35,7 +34,7 @@ std::string KeyFile::name() const {
 std::optional<std::vector<JwtKey>> KeyFile::changed(std::vector<std::string>& problems) {
   if (!std::exchange(first_, false) && !watch_.settled_change()) return std::nullopt;
   std::vector<std::string> found;
-  auto keys = read_key_file(watch_.file(), found);
+  auto keys = read_key_file(watch_.file(), strict_modes_, found);
   if (found.empty()) return keys;
   if (watch_.failed(found.front())) problems.insert(problems.end(), found.begin(), found.end());
   return std::nullopt;

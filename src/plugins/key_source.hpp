@@ -31,13 +31,15 @@ class KeySource {
 class KeyFile : public KeySource {
  public:
   // The file's present content counts as new.
-  explicit KeyFile(std::string file) : watch_(std::move(file)) {}
+  explicit KeyFile(std::string file, bool strict_modes = true)
+      : watch_(std::move(file)), strict_modes_(strict_modes) {}
   [[nodiscard]] std::string name() const override;
   [[nodiscard]] std::optional<std::vector<JwtKey>> changed(
       std::vector<std::string>& problems) override;
 
  private:
   FileWatch watch_;
+  const bool strict_modes_;
   bool first_ = true;
 };
 

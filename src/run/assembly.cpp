@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "auth/credential.hpp"
+#include "auth/file_trust.hpp"
 #include "auth/pairing_login.hpp"
 #include "core/base/check.hpp"
 #include "net/certified.hpp"
@@ -75,14 +76,15 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   // The core counts links after login; strangers must not take the place of those.
   parts.listen.pending_max = config.limits.strangers_max + kStrangersSpare;
   parts.listen.connections_max = config.limits.links_max + parts.listen.pending_max;
-  if (!config.tls.certificate_file.empty()) parts.listen.tls = config.tls;
+  if (!config.tls.certificate_file.empty()) parts.listen.tls = parts.config.tls;
 }
 
 void assemble_client(const Config& config, const Start& start, BridgeParts& parts,
                      Assembly& assembly) {
   // TLS has verified the certificate before the login.
   const std::string secret = config.auth.method == kCertificateLogin ? "none" : config.auth.method;
-  const CredentialOptions options{secret, config.auth.token, config.auth.token_file};
+  const CredentialOptions options{secret, config.auth.token, config.auth.token_file,
+                                  config.auth.strict_modes};
   if (!options.token_file.empty()) parts.credential_file.emplace(options);
   Credential credential = client_credential(options);
   append(assembly.problems, credential.problems);
@@ -96,7 +98,7 @@ void assemble_client(const Config& config, const Start& start, BridgeParts& part
     parts.side.credential = {shown.begin(), shown.end()};
   }
   parts.dial = config.dial;
-  parts.dial.tls = config.tls;
+  parts.dial.tls = parts.config.tls;
   parts.dial.tls.pins_by_invitation = start.folder.has_value();
   parts.dial.timeout =
       std::chrono::duration_cast<std::chrono::milliseconds>(parts.side.dial_timeout);
@@ -108,6 +110,7 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
   Assembly assembly;
   BridgeParts parts;
   parts.config = config;
+  parts.config.tls.distrusted = config.auth.strict_modes ? who_else_may_change : nullptr;
   parts.side = side_options(config);
   parts.folder = start.folder;
   parts.side.node = node;
@@ -137,6 +140,7 @@ Surroundings surroundings() {
   s.token_in_environment = token && *token;
   s.variable = environment();
   s.unreadable = why_unreadable;
+  s.distrusted = who_else_may_change;
   s.installed = [types = std::make_shared<ros::TypeSupports>()](const std::string& type) {
     return !std::holds_alternative<ros::Refusal>(types->message(type, ""));
   };

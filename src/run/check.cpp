@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "auth/plugin_login.hpp"
 #include "config/explain.hpp"
 #include "config/explain_right.hpp"
 #include "config/syntax.hpp"
@@ -124,10 +123,8 @@ Assembled assemble_harmless(Config config, const std::string& node) {
   if (is_server && config.auth.method == "jwt" &&
       syntax::parse_http_url(config.auth.option("jwt_keys")))
     result.not_loaded = "auth.jwt_keys";
-  const std::string exposed = is_plugin ? plugin_exposure(config.auth.plugin) : "";
   if (!result.not_loaded.empty()) config.auth.method = "none";
   result.assembly = assemble(config, node);
-  if (!exposed.empty()) result.assembly.problems.push_back("auth.plugin: " + exposed);
   return result;
 }
 
@@ -139,11 +136,15 @@ int check_file(const std::string& file, const std::string& asked_role) {
   const Parsed parsed = parse_config(of_node.parameters, of_node.role, surroundings());
   std::vector<std::string> problems;
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
-  const HostFindings host = check_host(of_node.parameters);
+  HostFindings host = check_host(of_node.parameters);
   problems.insert(problems.end(), host.problems.begin(), host.problems.end());
   problems.insert(problems.end(), host.ended.begin(), host.ended.end());
   Assembled assembled;
-  if (parsed.config) assembled = assemble_harmless(*parsed.config, of_node.node);
+  if (parsed.config) {
+    assembled = assemble_harmless(*parsed.config, of_node.node);
+    if (std::string why = who_may_change_rules(*parsed.config, {file}); !why.empty())
+      (parsed.config->reached_by_others ? problems : host.warnings).push_back(std::move(why));
+  }
   const auto& [assembly, not_loaded] = assembled;
   problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
   print(problems.empty() ? stdout : stderr, of_node.taken_as);

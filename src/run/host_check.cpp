@@ -11,6 +11,7 @@
 #include <iterator>
 #include <utility>
 
+#include "auth/file_trust.hpp"
 #include "net/certificate_end.hpp"
 #include "net/tls.hpp"
 #include "run/system_now.hpp"
@@ -110,6 +111,14 @@ std::string why_unreadable(const std::string& file) {
   return path.string() + " is missing" +
          (is_relative ? " (a relative path begins in the folder where the program was started)"
                       : "");
+}
+
+std::string who_may_change_rules(const Config& config, const std::vector<std::string>& files) {
+  if (!config.auth.strict_modes) return {};
+  for (const auto& file : files)
+    if (const std::string why = who_else_may_change(file); !why.empty())
+      return "the parameter file " + file + ": " + why + "; or strict_modes: false";
+  return {};
 }
 
 HostFindings check_host(const ParameterMap& given) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "config/config.hpp"
 #include "core/base/parameter.hpp"
 
 namespace connect_bridge {
@@ -19,6 +20,11 @@ struct HostFindings {
 // By the parameters as they were given, so that it finds the same when others of them are wrong.
 // Files that cannot be read are left to parse_config(). Nothing is written or created.
 [[nodiscard]] HostFindings check_host(const ParameterMap& given);
+
+// Who else may change one of these files, which hold the rules of `config`, as a sentence with the
+// cure; empty: nobody, or that is not asked (strict_modes).
+[[nodiscard]] std::string who_may_change_rules(const Config& config,
+                                               const std::vector<std::string>& files);
 
 // Why this program cannot read a file, for people: it is missing, or not permitted, with whom it
 // belongs to; always with the whole path that was tried. Empty: it can.

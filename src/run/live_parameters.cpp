@@ -12,6 +12,7 @@
 #include "config/rule_changes.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
+#include "run/host_check.hpp"
 #include "run/pairing_folder.hpp"
 
 namespace connect_bridge {
@@ -152,6 +153,8 @@ void LiveParameters::reload(bool changed) {
                      "no parameter file was given: there is nothing to read again");
   std::string unread;
   const ParameterMap again = read_again(unread);
+  if (unread.empty() && config_.reached_by_others)
+    unread = who_may_change_rules(config_, node_.facts().parameter_files);
   if (unread.empty() && changed && !std::exchange(has_looked_, true) &&
       again == filled(node_.facts().parameter_overrides, added_)) {
     speaking_ = speaking_files();
@@ -165,7 +168,9 @@ void LiveParameters::reload(bool changed) {
     return news ? refuse(unread) : void();
   }
   Surroundings around = surroundings();
-  around.unreadable = {};  // not checked: files of keys that need a restart
+  // Not checked: files of keys that need a restart.
+  around.unreadable = {};
+  around.distrusted = {};
   FileChanges found = file_changes(config_, again, around);
   if (found.problems.empty())
     found.problems = apply_change(config_, found.changes, around).problems;

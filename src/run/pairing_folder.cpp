@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "auth/credential.hpp"
+#include "auth/file_trust.hpp"
 #include "core/base/json.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/status_file.hpp"
@@ -50,22 +51,14 @@ std::string PairingFolder::make() const {
     const std::string part = path_.substr(0, end);
     if (::mkdir(part.c_str(), 0700) != 0 && errno != EEXIST)
       return "the folder " + part + " cannot be made: " + std::strerror(errno);
-    if (end == std::string::npos) return exposure();
+    // Another user may have made it before.
+    if (end == std::string::npos) return who_else_may_change(path_);
   }
-}
-
-// Another user may have made it before.
-std::string PairingFolder::exposure() const {
-  struct stat found {};
-  if (::stat(path_.c_str(), &found) == 0 && found.st_uid == ::geteuid() &&
-      (found.st_mode & (S_IWGRP | S_IWOTH)) == 0)
-    return {};
-  return "the folder " + path_ + " must be yours, and nobody else may change it (chmod 700)";
 }
 
 ParameterMap PairingFolder::parameters(std::string& problem) const {
   if (!has("params.yaml")) return {};
-  problem = exposure();
+  problem = who_else_may_change(parameter_file());
   if (!problem.empty()) return {};
   ros::ParameterFile read = ros::read_parameter_file(parameter_file());
   problem = read.problem();

@@ -22,14 +22,12 @@ class PairingFolder {
   // Creates it, with the folders above it, for its owner alone. Returns what is wrong, also with
   // one that is there: another user's, or one that others may change; empty: nothing.
   [[nodiscard]] std::string make() const;
-  // params.yaml; empty if there is none. `problem` is set if it cannot be read.
+  // params.yaml; empty if there is none. `problem` is set if it cannot be read, or if somebody else
+  // may change it.
   [[nodiscard]] ParameterMap parameters(std::string& problem) const;
   [[nodiscard]] std::string write_parameters(const ParameterMap& parameters) const;
 
  private:
-  // What is wrong with the folder's owner and permissions; empty: nothing.
-  [[nodiscard]] std::string exposure() const;
-
   std::string path_;
 };
 

@@ -121,6 +121,9 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
                       ? "To start without parameters: server --pair"
                       : "To start without parameters: the invitation that 'server --pair' prints");
   if (!config) return refuse(problems);
+  const std::string others = who_may_change_rules(*config, facts.parameter_files);
+  if (!others.empty() && config->reached_by_others)
+    problems.push_back(others);  // mutant: open_rules
   Assembly assembly = assemble(*config, facts.full_name, start);
   problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
   if (!problems.empty()) return refuse(problems);
@@ -132,6 +135,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);
   for (const auto& warning : assembly.warnings) node.log(LogLevel::kWarn, warning);
+  if (!others.empty()) node.log(LogLevel::kWarn, others);
   Bridge bridge(node, std::move(*assembly.parts));
   const BeginsLastSteps at_the_end{last_steps};
   std::string problem = bridge.open();

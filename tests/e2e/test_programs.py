@@ -62,3 +62,21 @@ def test_a_file_without_its_token_is_explained_all_the_same(tmp_path, monkeypatc
     assert f"{file}: 1 problem\n  auth.token_file: expected a token" in checked.stderr
     assert checked.stdout.startswith("The rest of the file means:\nlistens: on ")
     assert ", port 4711, " in checked.stdout
+
+
+def test_rules_that_others_may_change_are_refused(tmp_path):
+    """Where other machines reach this side; else a warning."""
+    file = tmp_path / "robot.yaml"
+    file.write_text(
+        "/**: {ros__parameters: {listen: {address: 0.0.0.0}, allow_plaintext: true,"
+        " auth: {token: 0123456789abcdef}}}",
+        encoding="ascii",
+    )
+    file.chmod(0o602)
+    refused = run("server", "--ros-args", "--params-file", file)
+    assert refused.returncode == 2
+    assert f"every user of this machine may change {file} (chmod go-w)" in refused.stderr
+    assert run("ctl", "check", file).returncode == 2
+    file.write_text(file.read_text("ascii").replace("0.0.0.0", "127.0.0.1"), encoding="ascii")
+    checked = run("ctl", "check", file)
+    assert checked.returncode == 0 and "may change" in checked.stdout

@@ -69,6 +69,16 @@ def test_by_a_change_of_the_file(world):
     assert [v.string_array_value for v in values] == [["see", "more"], ["/t/c"]]
 
 
+def test_a_file_that_others_may_change_changes_nothing(make_pair):
+    reached = {"listen.address": "0.0.0.0", "allow_plaintext": True}
+    pair = make_pair(server={**BEFORE, **reached})
+    pair.server.parameters_file.chmod(0o666)
+    pair.server.set_parameters(with_rules(pair, AFTER))
+    pair.server.wait_for(r"the rules stay as they were: .* every user of this machine may change", 10)
+    pair.server.parameters_file.chmod(0o600)
+    pair.server.wait_for(r"rules: 1 added \(more\), 1 changed \(see\)", 10)
+
+
 def test_a_wrong_file_changes_nothing(world):
     world.server.parameters_file.write_text("connect_server: {ros__parameters: [", encoding="ascii")
     world.server.wait_for(r"the rules stay as they were: .*params\.yaml", 10)

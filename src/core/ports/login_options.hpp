@@ -12,6 +12,8 @@ struct LoginOptions {
   std::string token;       // secret; of a server the one token for everybody who has it
   std::string token_file;  // of a server YAML with several, or one token
   std::string plugin;      // of the method "plugin": the shared library
+  // Files that decide who gets in must be safe from other users (who_else_may_change()).
+  bool strict_modes = true;
   // What a library with a login method gets: its own keys without "auth.". May hold secrets.
   std::map<std::string, std::string> plugin_options;
 

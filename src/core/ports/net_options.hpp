@@ -30,6 +30,9 @@ struct TlsOptions {
   // pins and without `ca_file` the key alone decides: name, dates and authority are not checked.
   std::vector<std::string> pins{};
   bool pins_by_invitation = false;  // they are those of a pairing: for messages
+  // Why somebody else may change a file, for people, or empty: such a file is not used. Null: files
+  // are not looked at.
+  std::string (*distrusted)(const std::string& file) = nullptr;
 
   bool operator==(const TlsOptions&) const = default;
 };

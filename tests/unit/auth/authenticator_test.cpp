@@ -204,7 +204,7 @@ TEST(Credential, ReportsProblems) {
       write_file("two.token", "token-one-0123456789\ntoken-two-0123456789\n", 0604);
   const Credential two = client_credential(options);
   EXPECT_THAT(two.problems, ElementsAre(HasSubstr("a blank or a character")));
-  EXPECT_THAT(two.warnings, ElementsAre(HasSubstr("chmod 600")));
+  EXPECT_THAT(two.warnings, ElementsAre(HasSubstr("chmod go-r")));
   options.token_file = test::scratch_folder();
   EXPECT_THAT(client_credential(options).problems, ElementsAre(HasSubstr("directory")));
 }

@@ -250,6 +250,20 @@ TEST(Config, UnreadableFilesAreNamed) {
       "missing\n");
 }
 
+TEST(Config, FilesThatSomebodyElseMayChangeAreRefused) {
+  Surroundings around;
+  around.distrusted = [](const std::string& file) {
+    return file == "/t" ? "every user may change /t" : "";
+  };
+  const char* const files =
+      "auth: {token_file: /t}\ntls: {certificate: /a.pem, private_key: /b.pem}\n";
+  EXPECT_EQ(problems_text(parse_config(yaml(files), Role::kServer, around)),
+            "auth.token_file: \"/t\" is wrong, expected a file that nobody else may change: every "
+            "user may change /t; or strict_modes: false\n");
+  const auto lax = yaml(std::string(files) + "strict_modes: false\n");
+  EXPECT_EQ(problems_text(parse_config(lax, Role::kServer, around)), "");
+}
+
 TEST(Config, PlaintextIsAllowedOnlyWithAWarning) {
   const Config config =
       config_of(yaml(std::string("allow_plaintext: true\nlisten: {address: 0.0.0.0}") + kDrive),
