@@ -83,9 +83,10 @@ class ConfigMaker {
     const std::string& address = config_.listen_address;
     config_.listen.addresses = syntax::listen_addresses(address);
     const bool beyond = !syntax::listens_on_loopback(address);
-    config_.reached_by_others = beyond || !config_.listen.trusted_proxies.empty();
-    if (!config_.reached_by_others) return;  // mutant: login_behind_proxies
-    if (config_.auth.method == "none") {     // mutant: login_needed
+    config_.reached_by_others =
+        beyond || !config_.listen.trusted_proxies.empty();  // mutant: login_behind_proxies
+    if (!config_.reached_by_others) return;
+    if (config_.auth.method == "none") {  // mutant: login_needed
       add("auth.method", "\"none\"",
           beyond ? fmt::format("a login (token), since listen.address {} is reachable by others",
                                address)

@@ -122,8 +122,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
                       : "To start without parameters: the invitation that 'server --pair' prints");
   if (!config) return refuse(problems);
   const std::string others = who_may_change_rules(*config, facts.parameter_files);
-  if (!others.empty() && config->reached_by_others)
-    problems.push_back(others);  // mutant: open_rules
+  if (!others.empty() && config->reached_by_others) problems.push_back(others);
   Assembly assembly = assemble(*config, facts.full_name, start);
   problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
   if (!problems.empty()) return refuse(problems);

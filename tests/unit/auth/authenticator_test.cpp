@@ -91,7 +91,7 @@ TEST(Authenticator, RefusesAFileThatEverybodyMayChange) {
   AuthOptions options;
   options.token_file = write_file("wide_open.yaml", token_entry("anna"), 0602);
   EXPECT_THAT(make_authenticator(options, kEarly).problems,
-              ElementsAre(HasSubstr("may change it")));
+              ElementsAre(HasSubstr("every user of this machine may change")));
 }
 
 // Two refreshes: the writer of the file must be done.

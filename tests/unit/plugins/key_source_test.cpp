@@ -131,7 +131,7 @@ TEST(KeyFile, RefusesWhatEverybodyMayChange) {
   ::chmod(file.c_str(), 0602);
   std::vector<std::string> problems;
   EXPECT_FALSE(KeyFile(file).changed(problems));
-  EXPECT_THAT(problems, ElementsAre(HasSubstr("may change it")));
+  EXPECT_THAT(problems, ElementsAre(HasSubstr("every user of this machine may change")));
 }
 
 }  // namespace
