@@ -54,7 +54,6 @@ SideOptions options() {
   o.reassembly.message_bytes_max = 1 << 20;
   o.reassembly.open_bytes_max = 2 << 20;
   o.links_max = 4;
-  o.calls_max = 4;
   o.calls_waiting_max = 8;
   o.call_bytes_max = 1 << 20;
   o.compress_job_bytes = 64;

@@ -255,19 +255,6 @@ void CallCheck::check_caps(const Host& host, const EndpointSpec& spec, const Cli
     violated(describe(host) + " has " + std::to_string(client.open.size()) +
              " calls under way at " + spec.topic + ", more than " + std::to_string(of_service));
   }
-  std::uint64_t all = 0;
-  std::uint64_t busy = 0;  // services with a call
-  for (const auto& [key, other] : clients_) {
-    if (key.first != host.index()) continue;
-    all += other.open.size();
-    busy += other.open.empty() ? 0 : 1;
-  }
-  // The first of each service does not count.
-  const std::uint64_t of_all = (host.plan().options.calls_max + busy) * links;
-  if (all > of_all) {
-    violated(describe(host) + " has " + std::to_string(all) + " calls under way, more than " +
-             std::to_string(of_all));
-  }
 }
 
 void CallCheck::on_invocation_over(const Host& host, ServiceClientId client,

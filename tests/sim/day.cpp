@@ -142,16 +142,13 @@ void Day::check_empty(const Host& host) const {
   }
 }
 
-// A service whose server has less than it takes at a time, on a link that has less than it may
-// have.
+// Calls wait at a service whose server has less than it takes at a time.
 void Day::watch_places() {
   if (over_) return;
   std::map<std::pair<int, std::string>, TimePoint> waits;
   for (const auto& host : world_.hosts)
     for (const auto& link : host->running() ? host->status().links : std::vector<LinkStatus>{}) {
-      std::uint32_t placed = 0;
-      for (const auto& s : link.services) placed += s.exported ? s.pending - s.waiting : 0;
-      if (!link.open || placed >= host->plan().options.calls_max) continue;
+      if (!link.open) continue;
       for (const auto& s : link.services) {
         if (!s.exported || s.waiting == 0 || s.pending - s.waiting >= kServerTakes) continue;
         const std::pair key{host->index(), s.service};
@@ -159,7 +156,8 @@ void Day::watch_places() {
         const TimePoint since = known == waits_.end() ? world_.schedule.now() : known->second;
         if (since + kPlacesTake < world_.schedule.now())
           violated(std::to_string(s.waiting) + " calls of " + s.service + " wait at " +
-                   describe(*host) + " although only " + std::to_string(placed) + " are under way");
+                   describe(*host) + " although only " + std::to_string(s.pending - s.waiting) +
+                   " are under way there");
         waits[key] = since;
       }
     }

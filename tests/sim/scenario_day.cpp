@@ -93,7 +93,6 @@ void limit(Rng& rng, SideOptions& options) {
   options.history_bytes_max = 1 << 20;
   options.resume_for = 90s;  // the longest cut, and what it takes to be linked again
   options.resume_bytes_max = 600'000;
-  options.calls_max = 16;
   options.calls_waiting_max = 60;
   options.call_bytes_max = 300'000;
   options.account = usual.account;

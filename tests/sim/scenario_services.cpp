@@ -142,7 +142,6 @@ void add_services(Scenario& scenario) {
   }
   for (auto& host : scenario.hosts) {
     host.options.policy = with_services(rng, host.options.policy, host.meets_strangers);
-    if (rng.chance(250)) host.options.calls_max = static_cast<std::uint32_t>(rng.between(2, 12));
     if (rng.chance(150)) {
       host.options.calls_waiting_max = static_cast<std::uint32_t>(rng.between(3, 40));
     }

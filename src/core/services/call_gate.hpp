@@ -1,5 +1,4 @@
-// Decides which call a real server gets next, by the places of a link, the places of a caller, and
-// the room in the server's queue.
+// Decides which call a real server gets next.
 #pragma once
 
 #include <compare>
@@ -16,28 +15,21 @@
 
 namespace connect_bridge {
 
-// The scheduler of the calls that peers make here. It knows calls by their ids only; a call is
+// The scheduler of the calls that peers make here. It knows calls by their ids only; a call waits
+// until next() gives it out to be handed over to its server, and takes one of its caller's places
+// until it leaves. A caller is a link at a service.
 //
-//   waiting      for a place;
-//   placed       it has one, and waits for room in the server's queue;
-//   handed over  it was given out by next(), and keeps its place until it leaves.
-//
-// Fairness. A call takes two places: one of its link, shared by all services of that link, and one
-// of its caller (a link at a service), so that a service which never answers leaves places of the
-// link for the others. The first call of a caller takes none of its link: however many services
-// answer nothing, each other one can be called. The services of a link take turns at its places,
-// one call each time. A server's queue is short and shared by all links: a caller has one placed
-// call at a time, and placed calls are handed over in the order in which they were placed, so links
-// take turns at the server, however many calls each of them has. The calls of one caller are handed
-// over in the order of their numbers; while one of them is prepared (decompressed by a worker),
-// those behind it wait. A call for the result of an action lasts as long as its goal does, so it
-// takes no place of its link, and such callers have a limit of their own.
+// For each service by itself: callers with a call that may begin take turns, one call each time, so
+// that a link with a thousand calls holds up no other. The server's queue is short and shared by
+// them: none begins without room in it. The calls of one caller begin in the order of their
+// numbers; while one of them is prepared (decompressed by a worker), those behind it wait. A call
+// for the result of an action lasts as long as its goal does, so such callers have more places.
 //
 // After every change that may let a call begin, call next() until it returns nothing. Pure: no
 // outputs, no links. Single-threaded.
 class CallGate {
  public:
-  // One link at one service; the service is identified by its client.
+  // The service is identified by its client.
   struct Caller {
     LinkId link;
     ServiceClientId service;
@@ -53,14 +45,14 @@ class CallGate {
     std::uint32_t queue_depth = 10;  // of the server's queue; 0: no limit
   };
 
-  explicit CallGate(std::uint32_t link_places) : link_places_(link_places) {}
+  CallGate() = default;
   CallGate(const CallGate&) = delete;
   CallGate& operator=(const CallGate&) = delete;
 
-  // ---- links and callers
+  // ---- services and callers
   // `results`: calls for results of actions.
   void open(ServiceClientId service, bool results);
-  // The server is gone: what was in its queue is lost, and no placed call is handed over to it.
+  // The server is gone: what was in its queue is lost, and no call begins there any more.
   void server_gone(ServiceClientId service);
   // After its callers are.
   void close(ServiceClientId service);
@@ -68,9 +60,6 @@ class CallGate {
   void admit(const Caller& caller, const Terms& terms);
   // All calls of the caller leave.
   void dismiss(const Caller& caller);
-  // The link is dead and its callers will be dismissed: its free places are not given out any more.
-  void close(LinkId link);
-  void forget(LinkId link);
 
   // ---- calls
   // A new call, which waits. Numbers rise per caller.
@@ -85,12 +74,10 @@ class CallGate {
   void answered(ServiceClientId service, InvocationId request, TimePoint now);
   // The server never got the request, or its answer cannot be used.
   void failed(ServiceClientId service, InvocationId request);
-  // The call was answered or given up, in whatever state: its places become free.
+  // The call was answered or given up, in whatever state: its place becomes free.
   void leave(const Caller& caller, CallId call);
 
   // ---- what is next
-  // The caller may have free places because its terms have changed.
-  void consider(const Caller& caller);
   // Between hold() and release() next() returns nothing.
   void hold() { held_ = true; }
   void release() { held_ = false; }
@@ -101,64 +88,43 @@ class CallGate {
 
   // ---- what there is
   // Whether a further call would have to wait for a place.
-  [[nodiscard]] bool would_wait(const Caller& caller);
+  [[nodiscard]] bool would_wait(const Caller& caller) const;
+  // Calls that have not begun.
   [[nodiscard]] std::size_t waiting(LinkId link) const;
-  // Waiting or placed.
   [[nodiscard]] std::size_t waiting(const Caller& caller) const;
 
  private:
+  struct CallerState {
+    Terms terms;
+    std::set<CallId> waiting;
+    CallId preparing;         // one at most, so that order is kept
+    std::uint32_t taken = 0;  // places
+    bool in_turns = false;
+  };
   struct Service {
     explicit Service(bool is_results);
 
     bool results = false;
+    bool gone = false;
     ServerQueue queue;
     std::uint32_t preparing = 0;  // of all callers: they have room in the queue
-    std::deque<Caller> placed;    // callers with a placed call, in turn
+    std::map<LinkId, CallerState> callers;
+    std::deque<LinkId> turns;  // of callers whose next call may begin when there is room
     Timers<ServiceClientId>::Timer timer;
   };
-  struct LinkPlaces {
-    std::uint32_t taken = 0;  // without those for results, and the first of each service
-    std::size_t waiting = 0;
-    std::deque<ServiceClientId> turns;  // services whose calls wait for a place of the link
-    bool closed = false;
-  };
-  struct CallerState {
-    Terms terms;
-    std::set<CallId> waiting;
-    CallId placed;     // one at most, so that links take turns
-    CallId preparing;  // one at most, so that order is kept
-    std::uint32_t taken = 0;
-    bool in_turns = false;  // of its link
-  };
-  struct Found {  // a caller with its service and link
-    const Caller& caller;
-    CallerState& state;
-    Service& service;
-    LinkPlaces& link;
-  };
 
-  [[nodiscard]] std::optional<Found> find(const Caller& caller);
-  [[nodiscard]] static bool has_place(const CallerState& state, const Service& service);
-  // Whether its next call takes no place of the link: it is for a result, or the only one.
-  [[nodiscard]] static bool passes_link(const Found& at);
-  [[nodiscard]] static bool has_room(const CallerState& state, Service& service, TimePoint now);
-  // Each returns the next call to hand over, if there is one.
-  std::optional<Next> let_in(ServiceClientId service, TimePoint now);
-  std::optional<Next> share_places(Caller caller, TimePoint now);
-  std::optional<Next> take_place(const Found& at, TimePoint now);
-  static void line_up(const Found& at);
-  static void free_place(const Found& at);
+  [[nodiscard]] Service* find(ServiceClientId service);
+  [[nodiscard]] CallerState* find(const Caller& caller);
+  [[nodiscard]] static bool has_place(const Service& service, const CallerState& caller);
+  // It may have a call that may begin now: it has its turn behind those that had one before.
+  void line_up(const Caller& caller);
+  [[nodiscard]] std::optional<Next> next_of(ServiceClientId id, TimePoint now);
   void watch(ServiceClientId id, Service& service);
-  void mark(const Caller& caller);
 
-  std::uint32_t link_places_;
   Timers<ServiceClientId> timers_;  // of queues where callers wait for room
   std::map<ServiceClientId, Service> services_;
-  std::map<LinkId, LinkPlaces> links_;
-  std::map<Caller, CallerState> callers_;
-  // Where a server's queue may have room again and, if a link is set, that link free places.
-  std::deque<Caller> due_;
-  std::optional<Caller> sharing_;  // the caller whose link's places are being given out
+  std::map<LinkId, std::size_t> waiting_;  // without links of which none waits
+  std::set<ServiceClientId> due_;          // where a call may begin
   bool held_ = false;
 };
 

@@ -122,11 +122,6 @@ void RealService::renew(LinkId link, const Now& now) {
   serving_.offers_due = true;
 }
 
-void RealService::consider_callers() {
-  for (auto& [id, attachment] : attachments_)
-    if (attachment.has_calls()) serving_.gate.consider(attachment.caller());
-}
-
 // ---- the client
 
 void RealService::use_client() {

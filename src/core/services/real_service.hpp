@@ -35,8 +35,6 @@ class RealService {
   void review(Link& link, const Now& now);
   void on_link_lost(LinkId link);
   void on_link_dead(LinkId link, const Now& now);
-  // Each of its callers may have free places.
-  void consider_callers();
 
   // ---- the client
   void on(const ServiceReady& ready, const Now& now);

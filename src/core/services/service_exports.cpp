@@ -26,7 +26,6 @@ void ServiceExports::review(Link& link, const Now& now) {
 
 void ServiceExports::go_on(const Now& now) {
   serving_.gate.release();
-  for (auto& [key, service] : services_) service.consider_callers();
   serving_.begin_calls(now);
 }
 
@@ -41,11 +40,7 @@ void ServiceExports::on_link_lost(LinkId link) {
 }
 
 void ServiceExports::on_link_dead(LinkId link, const Now& now) {
-  // Closed first: as its attachments end one by one, the places that become free must not begin
-  // calls of those that end next. The link's entries go last, as calls give back to them.
-  serving_.gate.close(link);
   for (auto& [key, service] : services_) service.on_link_dead(link, now);
-  serving_.gate.forget(link);
   serving_.loads.erase(link);
 }
 

@@ -47,7 +47,7 @@ struct Serving : SideView {
   const ServiceOptions& options;
   Random& random;
 
-  CallGate gate{options.calls_max};
+  CallGate gate{};
   Timers<Due> timers{};
   std::map<LinkId, ServedLoad> loads{};
   std::unordered_map<ServiceClientId, RealService*> by_client{};

@@ -17,7 +17,7 @@ struct Step {
   std::string begins;  // "1.2/3": call 3 of link 1 at service 2 is handed over
 };
 
-// A gate with four places per link, told of what happens in words:
+// A gate that is told of what happens in words:
 //
 //   open 1, results 1     service 1 can be called
 //   admit 1.2 3           link 1 has 3 places at service 2; with a further number, the depth of the
@@ -28,7 +28,7 @@ struct Step {
 //   leave 1.2 3           call 3 of link 1 at service 2 is given up
 //   slow 1.2 3            when call 3 is handed over, a worker prepares it first
 //   ready 1.2 3           and is done
-//   dismiss 1.2, gone 1, hold, release 1.2, pass 5000 (ms)
+//   dismiss 1.2, gone 1, hold, release, pass 5000 (ms)
 //
 // Requests are numbered per service as they are handed over.
 class Words {
@@ -42,6 +42,8 @@ class Words {
       gate.expire(now_);
     } else if (verb == "hold") {
       gate.hold();
+    } else if (verb == "release") {
+      gate.release();
     } else if (verb == "open" || verb == "results" || verb == "gone" || verb == "answer") {
       of_service(verb, {number(words)}, words);
     } else {
@@ -50,7 +52,7 @@ class Words {
     return begun();
   }
 
-  CallGate gate{4};
+  CallGate gate;
 
  private:
   static std::uint32_t number(std::istringstream& words) {
@@ -81,10 +83,6 @@ class Words {
     if (verb == "leave") gate.leave(who, {number(words)});
     if (verb == "slow") slow_.insert({who, {number(words)}});
     if (verb == "ready") hand_over({who, {number(words)}});
-    if (verb == "release") {
-      gate.release();
-      gate.consider(who);
-    }
     if (verb != "add") return;
     for (std::uint32_t left = number(words); left > 0; --left) gate.add(who, {++last_[who]});
   }
@@ -128,36 +126,13 @@ TEST(CallGate, ACallerHasItsPlaces) {
         {"answer 1 2", ""}});
 }
 
-TEST(CallGate, ServicesTakeTurnsAtThePlacesOfTheirLink) {
+TEST(CallGate, AServiceThatHangsHoldsUpNoOther) {
   play({{"open 1", ""},
         {"open 2", ""},
-        {"admit 1.1 9", ""},
-        {"admit 1.2 9", ""},
-        {"admit 2.2 9", ""},
-        {"add 1.1 8", "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5"},
-        {"add 1.2 3", "1.2/1"},  // the first takes none of them
-        {"add 2.2 1", "2.2/1"},  // another link has places of its own
-        {"answer 1 1", "1.1/6"},
-        {"answer 1 2", "1.2/2"},
-        {"answer 1 3", "1.1/7"},
-        {"answer 1 4", "1.2/3"}});
-}
-
-// To cancel a goal, or to stop, must be possible however many services hang.
-TEST(CallGate, ServicesThatHangLeaveOneCallForEachOther) {
-  play({{"open 1", ""},
-        {"open 2", ""},
-        {"open 3", ""},
-        {"admit 1.1 3", ""},
-        {"admit 1.2 3", ""},
-        {"admit 1.3 3", ""},
-        {"add 1.1 4", "1.1/1 1.1/2 1.1/3"},
-        {"add 1.2 4", "1.2/1 1.2/2 1.2/3"},
-        {"add 1.3 3", "1.3/1"},
-        {"answer 3 1", "1.3/2"},
-        {"answer 1 1", "1.3/3"},
-        {"answer 3 2", "1.1/4"},
-        {"answer 3 3", ""}});
+        {"admit 1.1 2", ""},
+        {"admit 1.2 2", ""},
+        {"add 1.1 9", "1.1/1 1.1/2"},
+        {"add 1.2 2", "1.2/1 1.2/2"}});
 }
 
 TEST(CallGate, LinksTakeTurnsAtAFullServer) {
@@ -167,10 +142,10 @@ TEST(CallGate, LinksTakeTurnsAtAFullServer) {
         {"admit 3.1 4", ""},
         {"add 1.1 9", "1.1/1 1.1/2 1.1/3 1.1/4"},
         {"add 2.1 9", "2.1/1 2.1/2 2.1/3 2.1/4"},
-        {"add 3.1 9", "3.1/1 3.1/2"},  // ten lie in the queue now, and 3.1/3 is placed
-        {"answer 1 1", "3.1/3"},       // and 3.1/4 is placed before 1.1/5
-        {"answer 1 2", "3.1/4"},
-        {"answer 1 5", "1.1/5 1.1/6 2.1/5"},  // proves that 3 and 4 are taken, too
+        {"add 3.1 9", "3.1/1 3.1/2"},  // ten lie in the queue now
+        {"answer 1 1", "3.1/3"},       // link 1 has a place again, behind link 3
+        {"answer 1 2", "1.1/5"},
+        {"answer 1 5", "3.1/4 1.1/6 2.1/5"},  // proves that 3 and 4 are taken, too
         {"answer 1 6", "2.1/6"}});
 }
 
@@ -184,7 +159,7 @@ TEST(CallGate, ARuleSaysHowMuchTheQueueKeeps) {
         {"answer 1 5", "1.1/3 2.1/5"}});
 }
 
-TEST(CallGate, WhoLeavesWhilePlacedMakesWay) {
+TEST(CallGate, WhoLeavesWhileItWaitsMakesWay) {
   play({{"open 1", ""},
         {"admit 1.1 4", ""},
         {"admit 2.1 4", ""},
@@ -192,7 +167,7 @@ TEST(CallGate, WhoLeavesWhilePlacedMakesWay) {
         {"add 1.1 4", "1.1/1 1.1/2 1.1/3 1.1/4"},
         {"add 2.1 4", "2.1/1 2.1/2 2.1/3 2.1/4"},
         {"add 3.1 4", "3.1/1 3.1/2"},
-        {"leave 3.1 3", ""},  // the next one of the caller is placed
+        {"leave 3.1 3", ""},
         {"answer 1 1", "3.1/4"}});
 }
 
@@ -218,13 +193,10 @@ TEST(CallGate, AServerThatIsGoneIsGivenNothing) {
         {"dismiss 1.1", ""}});
 }
 
-TEST(CallGate, ResultsTakeNoPlaceOfTheLink) {
+TEST(CallGate, ResultsHavePlacesOfTheirOwn) {
   play({{"results 1", ""},
-        {"open 2", ""},
         {"admit 1.1 1", ""},
-        {"admit 1.2 9", ""},
-        {"add 1.1 6", "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5 1.1/6"},
-        {"add 1.2 6", "1.2/1 1.2/2 1.2/3 1.2/4 1.2/5"}});
+        {"add 1.1 6", "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5 1.1/6"}});
 }
 
 TEST(CallGate, APreparedCallHoldsThoseBehindIt) {
@@ -253,19 +225,7 @@ TEST(CallGate, NothingBeginsWhileItIsHeld) {
         {"hold", ""},
         {"leave 1.1 1", ""},
         {"admit 1.1 3", ""},
-        {"release 1.1", "1.1/2"}});
-}
-
-TEST(CallGate, PlacesOfADeadLinkAreForNobody) {
-  Words words;
-  for (const char* step : {"open 1", "open 2", "admit 1.1 9", "admit 1.2 9"}) words.does(step);
-  EXPECT_EQ(words.does("add 1.1 5"), "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5");
-  EXPECT_EQ(words.does("add 1.2 2"), "1.2/1");
-  words.gate.close(LinkId{1});
-  EXPECT_EQ(words.does("dismiss 1.1"), "");
-  EXPECT_EQ(words.does("dismiss 1.2"), "");
-  words.gate.forget({1});
-  EXPECT_EQ(words.gate.waiting(LinkId{1}), 0U);
+        {"release", "1.1/2"}});
 }
 
 TEST(CallGate, TellsWhetherACallWouldWait) {
@@ -279,16 +239,6 @@ TEST(CallGate, TellsWhetherACallWouldWait) {
   EXPECT_TRUE(words.gate.would_wait(one));
   EXPECT_EQ(words.gate.waiting(one), 3U);
   EXPECT_EQ(words.gate.waiting(LinkId{1}), 3U);
-}
-
-TEST(CallGate, TheFirstCallOfAServiceNeverWaitsForItsLink) {
-  Words words;
-  for (const char* step : {"open 1", "open 2", "admit 1.1 9", "admit 1.2 9", "add 1.1 9"})
-    words.does(step);
-  const CallGate::Caller other{{1}, {2}};
-  EXPECT_FALSE(words.gate.would_wait(other));
-  EXPECT_EQ(words.does("add 1.2 1"), "1.2/1");
-  EXPECT_TRUE(words.gate.would_wait(other));
 }
 
 }  // namespace

@@ -53,31 +53,10 @@ TEST(ServiceExports, NoMoreCallsAtATimeThanTheRuleSays) {
   EXPECT_EQ(s.did(), "drop_invocation 1.1\ninvoke 1.4 4\n");
 }
 
-TEST(ServiceExports, ALinksServicesShareItsPlacesInTurn) {
-  auto options = server({callable()});
-  options.calls_max = 1;
-  Script s(options);
-  s.graph({}, {service("/a"), service("/b")});
-  s.join(1);
-  s.say(1, Attach{{1}, {1}});
-  s.say(1, Attach{{2}, {2}});
-  s.give(ServiceReady{{1}, true, ""});
-  s.give(ServiceReady{{2}, true, ""});
-  for (std::uint32_t call = 1; call <= 4; ++call) s.message(1, 1, call, "a");
-  for (std::uint32_t call = 1; call <= 3; ++call) s.message(1, 2, call, "b");
-  // The first of each takes no place.
-  EXPECT_NE(s.did().find("invoke 1.1 a\ninvoke 1.2 a\ninvoke 2.3 b\n"), std::string::npos);
-  std::string order;
-  for (std::uint32_t i = 1; i <= 4; ++i) {
-    s.give(InvocationFailed{{i == 3 ? 2U : 1U}, {i}, "no"});
-    order += s.did();
-  }
-  EXPECT_EQ(order, "invoke 1.4 a\ninvoke 2.5 b\ninvoke 1.6 a\ninvoke 2.7 b\n");
-}
-
 TEST(ServiceExports, BeyondWhatMayWaitACallIsRefused) {
-  auto options = server({callable()});
-  options.calls_max = 1;
+  auto capped = callable();
+  capped.treatment.calls_max = 2;
+  auto options = server({capped});
   options.calls_waiting_max = 1;
   Script s(options);
   attached(s);
@@ -88,9 +67,28 @@ TEST(ServiceExports, BeyondWhatMayWaitACallIsRefused) {
   EXPECT_EQ(first(s).refused, 2U);
 }
 
-TEST(ServiceExports, BytesOfRequestsAndAnswersAreBounded) {
+TEST(ServiceExports, CallsOfAllServicesThatAPeerMayHaveAreBounded) {
   auto options = server({callable()});
-  options.calls_max = 1;
+  options.calls_waiting_max = 10'000;
+  Script s(options);
+  s.graph({}, {service("/a"), service("/b")});
+  s.join(1);
+  for (const std::uint32_t id : {1U, 2U}) {
+    s.say(1, Attach{{id}, {id}});
+    s.give(ServiceReady{{id}, true, ""});
+  }
+  s.said(1);
+  for (std::uint32_t call = 1; call <= 4096; ++call)
+    for (const std::uint32_t id : {1U, 2U}) s.message(1, id, call, "q");
+  EXPECT_EQ(s.said(1), "");
+  s.message(1, 1, 4097, "q");
+  EXPECT_EQ(s.said(1), "refuse 1 4097 limit\n");
+}
+
+TEST(ServiceExports, BytesOfRequestsAndAnswersAreBounded) {
+  auto capped = callable();
+  capped.treatment.calls_max = 2;
+  auto options = server({capped});
   options.call_bytes_max = 20;
   Script s(options);
   attached(s);

@@ -223,20 +223,6 @@ TEST(ServiceExportsLine, LinksTakeTurns) {
   EXPECT_EQ(handed_over(s), "2/3 1/14 1/15 1/16");
 }
 
-TEST(ServiceExportsLine, ALinksLimitDoesNotKeepItFromItsTurn) {
-  auto options = server({callable()});
-  options.calls_max = 12;
-  Script s(options);
-  both_attached(s);
-  call(s, 1, 1, 30);
-  call(s, 2, 1, 1);
-  handed_over(s);
-  EXPECT_EQ(first(s).pending, 30U);
-  answer(s, 1, "a");
-  answer(s, 2, "a");
-  EXPECT_EQ(handed_over(s), "1/11 2/1");
-}
-
 TEST(ServiceExportsLine, AFullQueueHoldsUpNoOtherService) {
   Script s(server({callable()}));
   s.graph({}, {service("/a"), service("/b")});

@@ -95,9 +95,9 @@ TEST(ServiceExports, WhatIsNoLongerAllowedEndsAlsoWhileTheLinkIsLost) {
 }
 
 TEST(ServiceExports, WhatWaitsIsNotBegunWhenItsRightEnds) {
-  auto options = server({callable()});
-  options.calls_max = 1;
-  Script s(options);
+  auto capped = callable();
+  capped.treatment.calls_max = 2;
+  Script s(server({capped}));
   s.graph({}, {service("/a"), service("/b")});
   s.join(1);
   for (const std::uint32_t id : {1U, 2U}) {
