@@ -60,7 +60,7 @@ def test_they_start_one_after_the_other(two_clients, after):
         publisher.publish(Int32(data=number))
         if caller.ready():
             caller.ask(f"{number}")
-        if time.monotonic() < began + 4:  # until then they may not know each other
+        if time.monotonic() < began + 2:  # until then they may not know each other
             settled = number + 1
         time.sleep(0.02)
     second.wait_linked()

@@ -56,6 +56,7 @@ TEST_F(FastDdsProfileTest, IsThereForAMomentAndNothingStays) {
     path = given();
     EXPECT_NE(text_given().find("is_default_profile=\"true\""), std::string::npos) << path;
     EXPECT_EQ(text_given().find("segment_size"), std::string::npos);
+    EXPECT_NE(text_given().find("<leaseAnnouncement>"), std::string::npos);
   }
   EXPECT_EQ(given(), "");
   EXPECT_FALSE(std::filesystem::exists(path));

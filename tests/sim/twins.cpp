@@ -24,7 +24,7 @@ constexpr Duration kTakeOver = 1s;
 // docs/protocol.md section 14: what a bridge waits for before it claims a topic, and a service; and
 // the time in which claims arrive.
 constexpr Duration kTopicWaits = 500ms;
-constexpr Duration kServiceWaits = 3500ms;
+constexpr Duration kServiceWaits = 1500ms;
 constexpr Duration kClaimsCross = 250ms;
 constexpr Duration kServiceSettles = 1s;
 constexpr Duration kDeadAfter = 3s;
@@ -83,7 +83,7 @@ TwinPlan make_twins(std::uint64_t seed) {
   plan.proxies = rng.chance(500);
   if (rng.chance(300)) plan.name_delay = rng.between(1ms, 300ms);
   plan.second_start = rng.chance(300) ? Duration{rng.between(0, 30'000'000)} : rng.between(0s, 4s);
-  plan.meeting = rng.chance(300) ? rng.between(1ms, 30ms) : rng.between(30ms, 3100ms);
+  plan.meeting = rng.chance(300) ? rng.between(1ms, 30ms) : rng.between(30ms, 1100ms);
   plan.end = static_cast<TwinEnd>(rng.below(5));
   plan.tells_origins = rng.chance(600);
   if (rng.chance(300)) plan.block_max = rng.between(2ms, 200ms);

@@ -12,9 +12,10 @@ namespace connect_bridge {
 // topics would only repeat each other's samples for a while, and mostly a graph is discovered in
 // this time.
 inline constexpr Duration kTopicDiscovery = std::chrono::milliseconds(500);
-// Two servers of one name would both execute each call: Fast DDS at times knows another process
-// only when that announces itself again, after up to 3 s.
-inline constexpr Duration kServiceDiscovery = std::chrono::milliseconds(3500);
+// Two servers of one name would both execute each call: at times a process knows another one only
+// when that announces itself again, and bridges do so every 500 ms (ros/rcl/fastdds_profile.hpp).
+// Beside the time until claims have followed, up to 0.4 s on a busy machine, one may be lost.
+inline constexpr Duration kServiceDiscovery = std::chrono::milliseconds(1500);
 // Beside another bridge, from the claim to the mirror: claims of the same thing cross, and of those
 // who claim at once all but one hear that in time. For services also where a loop stands still for
 // a moment, as its publishers may block.

@@ -67,7 +67,6 @@ bool has_room(std::size_t segment_bytes) {
          memory.f_bavail * memory.f_frsize / 8 >= segment_bytes;
 }
 
-// A transport of the user comes before those that there are anyway.
 std::string segment_of(std::size_t bytes) {
   return R"(  <transport_descriptors>
     <transport_descriptor>
@@ -77,18 +76,26 @@ std::string segment_of(std::size_t bytes) {
          std::to_string(bytes) + R"(</segment_size>
     </transport_descriptor>
   </transport_descriptors>
-  <participant profile_name="connect_bridge" is_default_profile="true">
-    <rtps><userTransports><transport_id>connect_bridge</transport_id></userTransports></rtps>
-  </participant>
 )";
 }
 
 std::string text_for(const Version& version, std::size_t segment_bytes) {
   const std::string period = version.period;
+  const bool has_segment = segment_bytes > 0 && has_room(segment_bytes);
+  // A transport of the user comes before those that there are anyway.
+  const char* const transports =
+      has_segment ? "<userTransports><transport_id>connect_bridge</transport_id></userTransports>"
+                  : "";
   return R"(<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">
-)" + (segment_bytes > 0 && has_room(segment_bytes) ? segment_of(segment_bytes) : "") +
-         R"(  <data_writer profile_name="connect_bridge" is_default_profile="true">
+)" + (has_segment ? segment_of(segment_bytes) : "") +
+         R"(  <participant profile_name="connect_bridge" is_default_profile="true">
+    <rtps>)" +
+         transports + R"(<builtin><discovery_config>
+      <leaseAnnouncement><sec>0</sec><nanosec>500000000</nanosec></leaseAnnouncement>
+    </discovery_config></builtin></rtps>
+  </participant>
+  <data_writer profile_name="connect_bridge" is_default_profile="true">
     <times><)" +
          period + "><sec>0</sec><nanosec>100000000</nanosec></" + period + R"(></times>
   </data_writer>

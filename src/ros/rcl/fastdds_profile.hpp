@@ -1,4 +1,4 @@
-// What Fast DDS does by default with large messages in the graph, made better.
+// What Fast DDS does by default with large messages and new processes, made better.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,11 @@ namespace connect_bridge::ros {
 // is full. A reader learns of the loss by the writer's next heartbeat, which comes every 3 s:
 // commands were up to 2.5 s late beside a sample of 64 MiB. This profile gives all publishers and
 // services of the process a heartbeat every 100 ms while somebody has not acknowledged a sample.
+//
+// A process at times knows one that was there before only when that announces itself again, which
+// it does every 3 s: of 211 pairs that started within 0.8 s, 22 knew each other after 3 s, all
+// others within 0.9 s. This process announces itself every 500 ms. Bridges of one graph rely on
+// that (core/graph/claiming.hpp).
 //
 // A participant sends through a segment of shared memory of its own, 512 KiB by default. What does
 // not fit is lost, often all of a large message: best-effort ones above 1 MB never arrive, reliable

@@ -129,7 +129,7 @@ TEST(SideActions, AGoalBringsTheDemandForItsFeedback) {
   Script s(server({acting("/**")}));
   s.graph({});
   s.join(1);
-  s.pass(3500);
+  s.pass(1500);
   ChannelOffer feedback = channel(1, "/fib/_action/feedback", {origin(1, 9)});
   feedback.type = std::string(kFib) + "_FeedbackMessage";
   ChannelOffer goal = service_channel(2, "/fib/_action/send_goal");

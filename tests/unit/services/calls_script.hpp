@@ -11,7 +11,7 @@ namespace connect_bridge::side_test {
 void attached(Script& s);
 void answer(Script& s, std::uint32_t invocation, const std::string& text);
 
-inline constexpr std::int64_t kDiscovered = 3500;  // no mirror before
+inline constexpr std::int64_t kDiscovered = 1500;  // no mirror before
 
 // The peer on connection 1 offers /s on channel 1; the side is attached, and mirror 1 exists.
 void mirrored(Script& s);

@@ -129,10 +129,10 @@ TEST(MirroredService, NoMirrorBeforeTheGraphIsDiscovered) {
   s.update();
   EXPECT_EQ(s.said(), "attach 1 1\n");
   EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
-  s.pass_to(3499);
+  s.pass_to(1499);
   EXPECT_FALSE(service.is_claimed());
   EXPECT_EQ(s.did(), "");
-  s.pass_to(3500);
+  s.pass_to(1500);
   EXPECT_TRUE(service.is_claimed());
   EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
 }

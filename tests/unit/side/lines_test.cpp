@@ -157,7 +157,7 @@ TEST(Lines, OfCallsThatAreRefusedHereAreFewHoweverOftenAnIdentityComes) {
 TEST(Lines, OfCallsThatAnIdentityRefusesAreFewHoweverOftenItComes) {
   Script s(server({callable()}));
   s.graph({});
-  s.pass(3500);
+  s.pass(1500);
   const auto come_and_refuse = [&](std::uint32_t n, const std::string& who) {
     s.login(n, {}, called(who));
     s.say(n, Accepts{});

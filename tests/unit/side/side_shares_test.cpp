@@ -86,7 +86,7 @@ TEST(Shares, ServicesAppearAtABoundedRate) {
   options.account.mirror_period = std::chrono::milliseconds(20);
   Script s(options);
   s.graph({});
-  s.pass(3500);
+  s.pass(1500);
   s.did();
   const auto offer = [&](std::uint32_t n, std::uint32_t services, const std::string& name) {
     s.login(n, {}, called(name));
@@ -113,7 +113,7 @@ TEST(Shares, ServicesTakePlaces) {
   options.account.services_max = 16;
   Script s(options);
   s.graph({});
-  s.pass(3500);
+  s.pass(1500);
   s.did();
   s.login(1, {}, called("busy"));
   s.say(1, Accepts{});
