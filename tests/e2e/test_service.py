@@ -3,8 +3,10 @@
 import os
 import pathlib
 import pty
+import shutil
 import signal
 import socket
+import subprocess
 import sys
 import time
 
@@ -66,6 +68,15 @@ def test_the_service_manager_is_told(make_server, manager):
     while (told := listener.recv(256)) == b"WATCHDOG=1":
         pass
     assert told == b"STOPPING=1"
+
+
+def test_the_unit_is_sandboxed():
+    if not shutil.which("systemd-analyze"):
+        pytest.skip("NOT TESTED: there is no systemd-analyze")
+    unit = pathlib.Path(__file__).parents[2] / "config" / "connect_bridge.service"
+    judge = ["systemd-analyze", "security", "--offline=true", "--threshold=20", unit]
+    told = subprocess.run(judge, capture_output=True, text=True, timeout=20)
+    assert told.returncode == 0, told.stdout + told.stderr
 
 
 def test_a_hangup_during_the_start(make_server):
