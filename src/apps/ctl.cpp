@@ -35,20 +35,28 @@ int write_tables(const std::string& manual) {
 }
 
 CLI::App* add_token(CLI::App& app, TokenRequest& request) {
-  auto* token =
-      app.add_subcommand("token", "Make a token for a client, and its entry for the server");
+  auto* token = app.add_subcommand("token",
+                                   "Make a token for a client and its entry for the server, or "
+                                   "remove a client's entries");
   token->add_option("identity", request.identity, "Who has the token, as rules call them")
       ->required();
-  token->add_option("--group", request.groups, "A group that rules can ask for; several times");
-  auto* expires = token->add_option("--expires", request.expires,
-                                    "When it ends: 2027-01-31 or 2027-01-31T12:00:00Z");
+  auto* remove =
+      token->add_flag("--remove", request.remove, "Remove its entries from the file, make none");
+  token->add_option("--group", request.groups, "A group that rules can ask for; several times")
+      ->excludes(remove);
+  auto* expires = token
+                      ->add_option("--expires", request.expires,
+                                   "When it ends: 2027-01-31 or 2027-01-31T12:00:00Z")
+                      ->excludes(remove);
   token->add_option("--days", request.days, "When it ends: after so many days")
       ->check(CLI::Range(1, 36500))
-      ->excludes(expires);
-  token->add_option("--comment", request.comment, "For people");
-  token->add_option("--file", request.file,
-                    "The server's token file, which gets the entry; a running server reads it "
-                    "within two seconds");
+      ->excludes(expires)
+      ->excludes(remove);
+  token->add_option("--comment", request.comment, "For people")->excludes(remove);
+  auto* file = token->add_option("--file", request.file,
+                                 "The server's token file, which gets the entry; a running server "
+                                 "reads it within two seconds");
+  remove->needs(file);
   return token;
 }
 
@@ -98,7 +106,7 @@ int main(int argc, char** argv) {
   }
   if (*explain) return run_explain(question);
   if (*certs) return connect_bridge::run_certs(order);
-  if (*token) return make_token(request);
+  if (*token) return request.remove ? remove_token(request) : make_token(request);
   if (*check) return connect_bridge::check_file(file, role);
   return *document ? write_tables(manual) : 0;
 }

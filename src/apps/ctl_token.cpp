@@ -66,3 +66,13 @@ int make_token(const TokenRequest& request) {
   return refuse("the token could not be written (" + std::string(std::strerror(errno)) +
                 "): remove its entry, and make another one");
 }
+
+int remove_token(const TokenRequest& request) {
+  std::size_t removed = 0;
+  const auto wrong = connect_bridge::remove_token_entries(request.file, request.identity, removed);
+  if (!wrong.empty()) return refuse(wrong);
+  std::fprintf(
+      stderr, "%s: %zu %s of %s removed; a running server ends its links within two seconds\n",
+      request.file.c_str(), removed, removed == 1 ? "entry" : "entries", request.identity.c_str());
+  return 0;
+}

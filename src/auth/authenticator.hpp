@@ -48,11 +48,13 @@ class Authenticator {
   [[nodiscard]] virtual unsigned threads() const { return 1; }
 };
 
-// The server pairs with one client by a code.
+inline constexpr std::chrono::minutes kPairingTime{10};
+
+// The server pairs with one client for each code that is put into a file (write_invited()).
 struct PairingOptions {
-  std::string code;                             // secret; 128 random bits in 32 hexadecimal digits
-  std::chrono::steady_clock::time_point until;  // the code is valid until then
-  std::vector<std::string> groups{"paired"};    // of the client
+  std::string file;  // in a folder that only this process's user may write to
+  std::chrono::steady_clock::duration lifetime = kPairingTime;  // of a code
+  bool strict_modes = true;                                     // as in LoginOptions
 };
 
 struct AuthOptions : LoginOptions {

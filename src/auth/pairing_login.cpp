@@ -1,8 +1,10 @@
 #include "auth/pairing_login.hpp"
 
 #include <openssl/crypto.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 
 #include "auth/token_file.hpp"
@@ -17,6 +19,13 @@ constexpr char kIdentityPrefix[] = "paired/";
 bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
          c == '_' || c == '.';
+}
+
+// "HASH GROUP GROUP"
+std::string invited_line(const Digest& code, const std::vector<std::string>& groups) {
+  std::string line = to_hex(code);
+  for (const std::string& group : groups) line += " " + group;
+  return line;
 }
 
 }  // namespace
@@ -46,14 +55,34 @@ std::string pairing_name(const std::string& host) {
   return name.empty() ? "client" : name;
 }
 
+std::string write_invited(const std::string& file, const std::string& code,
+                          const std::vector<std::string>& groups) {
+  return write_secret_file(file, invited_line(sha256(view_of(code)), groups) + "\n");
+}
+
 PairingLogin::PairingLogin(PairingOptions options, std::string token_file,
                            std::unique_ptr<TokenLogin> tokens)
-    : token_file_(std::move(token_file)),
-      tokens_(std::move(tokens)),
-      code_(sha256(view_of(options.code))),
-      groups_(std::move(options.groups)),
-      until_(options.until) {
-  wipe(options.code);
+    : options_(std::move(options)), token_file_(std::move(token_file)), tokens_(std::move(tokens)) {
+  ::unlink(options_.file.c_str());
+}
+
+void PairingLogin::take_invited() {
+  if (::access(options_.file.c_str(), F_OK) != 0) return;
+  std::string problem;
+  const auto text = read_login_file(options_.file, options_.strict_modes, problem);
+  // One that stays would be taken again, with new tries.
+  if (::unlink(options_.file.c_str()) != 0) return;
+  if (!text) return untold_.problems.push_back(problem);
+  std::istringstream words(*text);
+  std::string word;
+  words >> word;
+  const auto code = parse_digest(word);
+  if (!code) return untold_.problems.push_back(options_.file + ": not an invitation");
+  Invited invited;
+  invited.code = *code;
+  while (words >> word) invited.groups.push_back(word);
+  invited.until = std::chrono::steady_clock::now() + options_.lifetime;
+  invited_ = std::move(invited);
 }
 
 Judgement PairingLogin::judge(const Attempt& attempt, Stamp now) {
@@ -63,17 +92,20 @@ Judgement PairingLogin::judge(const Attempt& attempt, Stamp now) {
 Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   const auto shown = parse_pairing_credential(attempt.credential);
   if (!shown) return {std::nullopt, "not a credential of a pairing"};
-  if (!open_ || is_over()) return {std::nullopt, "the pairing has ended"};  // mutant: pairing_end
+  take_invited();
+  if (!invited_ || is_over()) return {std::nullopt, "no pairing is open"};  // mutant: pairing_end
+  const Digest& code = invited_->code;
   // Compares digests, so that a partial match reveals nothing.
-  if (CRYPTO_memcmp(code_.data(), shown->code.data(), code_.size()) != 0) {
-    if (++tries_ >= kTriesMax)  // mutant: pairing_tries
+  if (CRYPTO_memcmp(code.data(), shown->code.data(), code.size()) != 0) {
+    if (++invited_->tries >= kTriesMax)  // mutant: pairing_tries
       end("the pairing has ended after " + std::to_string(kTriesMax) +
-          " wrong codes: start with --pair again");
+          " wrong codes: server --pair makes another one");
     return {std::nullopt, "wrong code of a pairing"};
   }
-  if (!paired_) return add(shown->token, shown->name, attempt, now);  // mutant: pairing_once
-  if (*paired_ != shown->token) return {std::nullopt, "the code of the pairing is used up"};
-  return tokens_->find(*paired_, now);
+  const auto& paired = invited_->paired;
+  if (!paired) return add(shown->token, shown->name, attempt, now);  // mutant: pairing_once
+  if (*paired != shown->token) return {std::nullopt, "the code of the pairing is used up"};
+  return tokens_->find(*paired, now);
 }
 
 // The file decides: the client's identity is what the file says afterwards.
@@ -85,7 +117,7 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   entry.identity = own;
   for (int number = 2; tokens_->knows(entry.identity); ++number)
     entry.identity = own + "-" + std::to_string(number);
-  entry.groups = groups_;
+  entry.groups = invited_->groups;
   entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
   entry.digest = token;
   std::string problem = append_token_entry(token_file_, entry);
@@ -98,14 +130,16 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   std::move(read.problems.begin(), read.problems.end(), std::back_inserter(untold_.problems));
   Judgement found = tokens_->find(token, now);
   if (found.identity) {
-    paired_ = token;
-    untold_.news.push_back(
-        "paired with '" + entry.identity + "' at " + attempt.peer + ": its token is in " +
-        token_file_ + "; remove that entry to end its access" +
-        (entry.identity == own ? ""
-                               : ". The entry '" + own +
-                                     "' of an earlier client of that name "
-                                     "stays: remove it if that was the same one"));
+    invited_->paired = token;
+    const auto removed = [this](const std::string& identity) {
+      return "ctl token " + identity + " --remove --file '" + token_file_ + "'";
+    };
+    std::string news = "paired with '" + entry.identity + "' at " + attempt.peer +
+                       "; this ends its access: " + removed(entry.identity);
+    if (entry.identity != own)
+      news += ". '" + own +
+              "', an earlier client of that name, stays; if it was the same one: " + removed(own);
+    untold_.news.push_back(std::move(news));
   }
   return found;
 }
@@ -113,18 +147,20 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
 // By the steady clock: on a robot without a battery-backed clock the system time may be set during
 // the pairing.
 bool PairingLogin::is_over() const {
-  return std::chrono::steady_clock::now() >= until_;
+  return std::chrono::steady_clock::now() >= invited_->until;
 }
 
 void PairingLogin::end(std::string news) {
-  open_ = false;
+  invited_.reset();
   untold_.news.push_back(std::move(news));
 }
 
 Refreshed PairingLogin::refresh(Stamp now) {
-  if (open_ && is_over())
-    end(paired_ ? "the pairing has ended"
-                : "no client has paired in time and the code has expired: start with --pair again");
+  take_invited();
+  if (invited_ && is_over())
+    end(invited_->paired ? "the pairing has ended"
+                         : "no client has paired in time and the code has expired: server --pair "
+                           "makes another one");
   Refreshed refreshed = std::exchange(untold_, {});
   Refreshed more = tokens_->refresh(now);
   std::move(more.changes.begin(), more.changes.end(), std::back_inserter(refreshed.changes));

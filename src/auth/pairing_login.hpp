@@ -32,15 +32,23 @@ struct PairingCredential {
 // to 64 bytes.
 [[nodiscard]] std::string pairing_name(const std::string& host);
 
-// Logins of other methods go to the token login. One client can pair with a code: a second one is
-// refused, but the same client may log in with it again until the pairing ends, because the answer
-// to its first login may have been lost. Ten wrong codes end the pairing. One thread.
+// Invites one client, which gets these groups, to the server that looks into this file: the one
+// that runs, or the next one. The file has the code's hash alone, and replaces an invitation that
+// was not taken yet. Returns what is wrong, empty if nothing.
+[[nodiscard]] std::string write_invited(const std::string& file, const std::string& code,
+                                        const std::vector<std::string>& groups);
+
+// Logins of other methods go to the token login. An invitation is taken from its file, which is
+// removed, at a login and once a second, and replaces the one before. One client can pair with a
+// code: a second one is refused, but the same client may log in with it again until the pairing
+// ends, because the answer to its first login may have been lost. Ten wrong codes end the pairing.
+// One thread.
 class PairingLogin : public Authenticator {
  public:
   static constexpr unsigned kTriesMax = 10;
 
-  // The file, from which `tokens` was made, gets the new client's entry, with the groups of
-  // `options`.
+  // The token file, from which `tokens` was made, gets the new client's entry. An invitation that
+  // is in its file already is one that no server has taken in time: it is removed.
   PairingLogin(PairingOptions options, std::string token_file, std::unique_ptr<TokenLogin> tokens);
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
@@ -50,17 +58,22 @@ class PairingLogin : public Authenticator {
   [[nodiscard]] Judgement pair(const Attempt& attempt, Stamp now);
   [[nodiscard]] Judgement add(const Digest& token, const std::string& name, const Attempt& attempt,
                               Stamp now);
+  struct Invited {
+    Digest code{};
+    std::vector<std::string> groups;
+    std::chrono::steady_clock::time_point until;
+    unsigned tries = 0;
+    std::optional<Digest> paired;  // digest of the token of the client that has used the code
+  };
+
+  void take_invited();
   [[nodiscard]] bool is_over() const;
   void end(std::string news);
 
+  const PairingOptions options_;
   const std::string token_file_;
   std::unique_ptr<TokenLogin> tokens_;
-  const Digest code_;
-  const std::vector<std::string> groups_;
-  const std::chrono::steady_clock::time_point until_;
-  bool open_ = true;
-  unsigned tries_ = 0;
-  std::optional<Digest> paired_;  // digest of the token of the client that has used the code
+  std::optional<Invited> invited_;
   Refreshed untold_;
 };
 

@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -74,6 +75,39 @@ std::string target_of(const std::string& file) {
   return target ? target.get() : file;
 }
 
+// A comment above an entry belongs to that one, not to the one before.
+bool is_between_entries(std::string_view line) {
+  line = trim(line);
+  return line.empty() || line.front() == '#';
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    lines.push_back(text.substr(begin, end - begin));
+    begin = end;
+  }
+  return lines;
+}
+
+// Of a valid file, without the lines of an identity's entries.
+std::string without(const std::string& text, const std::string& identity) {
+  std::vector<std::string> lines = lines_of(text);
+  const YAML::Node entries = YAML::Load(text);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (entries[i]["identity"].Scalar() != identity) continue;
+    const auto line_of = [&](std::size_t entry) {
+      return static_cast<std::size_t>(entries[entry].Mark().line);
+    };
+    const std::size_t begin = line_of(i);
+    std::size_t end = i + 1 < entries.size() ? line_of(i + 1) : lines.size();
+    while (end > begin + 1 && is_between_entries(lines[end - 1])) --end;
+    for (std::size_t line = begin; line < end; ++line) lines[line].clear();
+  }
+  return fmt::format("{}", fmt::join(lines, ""));
+}
+
 }  // namespace
 
 std::string write_secret_file(const std::string& named, const std::string& text) {
@@ -135,6 +169,31 @@ std::string append_token_entry(const std::string& named, const TokenEntry& entry
   text += to_text(entry);
   problem = token_entries_problem(text, file);
   return problem.empty() ? write_secret_file(file, text) : problem;
+}
+
+std::string remove_token_entries(const std::string& named, const std::string& identity,
+                                 std::size_t& removed) {
+  const std::string file = target_of(named);
+  const Folder folder(file);
+  folder.lock();
+  std::string problem;
+  const auto text = read_secret_file(file, problem);
+  if (!text) return problem;
+  std::vector<std::string> problems, warnings;
+  TokenTable before;
+  before.read(*text, file, Stamp{0}, problems, warnings);
+  if (!problems.empty()) return fmt::format("{}", fmt::join(problems, "\n"));
+  removed = before.has_plain() ? 0 : before.of_identity(identity).count;
+  if (removed == 0) return file + ": has no entry of " + identity;
+  std::string rest = without(*text, identity);
+  if (trim(rest).empty()) rest = "# No entries.\n";
+  TokenTable after;
+  after.read(rest, file, Stamp{0}, problems, warnings);
+  if (!problems.empty() || after.of_identity(identity).count != 0 ||
+      after.size() + removed != before.size())
+    return file + ": the entry of " + identity +
+           " does not stand on lines of its own: remove it by hand";
+  return write_secret_file(file, rest);
 }
 
 }  // namespace connect_bridge

@@ -1,6 +1,7 @@
 // Writing of token files, for `ctl token` and for pairing.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -31,5 +32,11 @@ struct TokenEntry {
 // Adds an entry at the end, as write_secret_file() does. Two writers wait for each other. Returns
 // what is wrong, empty if nothing; then the file is as it was.
 [[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry);
+
+// Removes all entries of an identity, with the same care; comments stay. `removed`: how many. Only
+// entries that stand on lines of their own. Returns what is wrong, empty if nothing; then the file
+// is as it was.
+[[nodiscard]] std::string remove_token_entries(const std::string& file, const std::string& identity,
+                                               std::size_t& removed);
 
 }  // namespace connect_bridge

@@ -81,6 +81,7 @@ void Dialing::on_tls(const ErrorCode& error) {
   if (error) return fail("TLS: " + failure_text(error, tls, server_name()));
   // Checked before we send the first byte.
   const std::string problem = pin_problem(tls, options_.tls.pins);
+  met_other_key_ = !problem.empty();
   if (!problem.empty())  // mutant: pin
     return fail(
         (options_.tls.pins_by_invitation ? "this is not the server of the invitation: " : "TLS: ") +

@@ -35,6 +35,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   [[nodiscard]] bool answered() const { return stage_ != nullptr; }
   // Whether its time ended without that.
   [[nodiscard]] bool was_silent() const { return was_silent_; }
+  // Whether the server has another key than those that are pinned.
+  [[nodiscard]] bool met_other_key() const { return met_other_key_; }
   // See Way.
   [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return way_->tried(); }
 
@@ -61,6 +63,7 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   std::unique_ptr<Response> response_;
   const char* stage_ = nullptr;  // what is being waited for; null: the way
   bool was_silent_ = false;
+  bool met_other_key_ = false;
   Done done_;
 };
 

@@ -156,6 +156,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   const auto dial = dials.find(id);
   const bool answered = dial != dials.end() && dial->second->answered();
   const bool silent = dial != dials.end() && dial->second->was_silent();
+  const bool other_key = dial != dials.end() && dial->second->met_other_key();
   const auto tried = dial != dials.end() ? dial->second->tried() : std::nullopt;
   dials.erase(id);
   silent_dials = silent ? std::min(silent_dials + 1, kSilentDials) : 0;
@@ -165,7 +166,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
     } else {
       dialled = asio::ip::address();  // a network that comes may be the one that knows the name
     }
-    events.input(DialFailed{id, std::move(problem), answered});
+    events.input(DialFailed{id, std::move(problem), answered, other_key});
     return;
   }
   ConnectionOpened opened{id, options.url.authority()};

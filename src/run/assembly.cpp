@@ -59,7 +59,10 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
 
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
                     Assembly& assembly) {
-  AuthOptions auth{config.auth, start.pairing};
+  AuthOptions auth{config.auth, std::nullopt};
+  if (start.folder)
+    auth.pairing = PairingOptions{.file = start.folder->invited_file(),
+                                  .strict_modes = config.auth.strict_modes};
   if (auth.token.empty() && auth.token_file.empty())
     if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
   AuthSetup setup = make_authenticator(auth, wall_clock());

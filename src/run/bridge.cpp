@@ -191,16 +191,17 @@ void Bridge::open_gate(const OpenGate& gate) {
 void Bridge::on_network(Input&& input) {
   if (const auto* const closed = std::get_if<ConnectionClosed>(&input)) {
     login_desk_.cancel(closed->connection);
-    if (ends_by(*closed)) return;
+    if (ends_by(refused_invitation(closed->code))) return;
   }
+  if (const auto* const failed = std::get_if<DialFailed>(&input))
+    if (failed->other_key && ends_by(failed->reason)) return;
   loop_.feed(std::move(input));
 }
 
-// The core would show the same code again, and each time costs a try that the server counts.
-// SIGTERM is the way in which everything ends.
-bool Bridge::ends_by(const ConnectionClosed& closed) {
-  const std::string problem = parts_.joining ? refused_invitation(closed.code) : "";
-  if (problem.empty()) return false;
+// The core would show the same code again, and each time costs a try that the server counts; and
+// where another server answers, somebody has to look. SIGTERM is the way in which everything ends.
+bool Bridge::ends_by(const std::string& problem) {
+  if (!parts_.joining || problem.empty()) return false;
   node_.log(LogLevel::kError, problem);
   exit_code_ = kExitConfiguration;
   std::raise(SIGTERM);

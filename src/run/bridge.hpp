@@ -53,12 +53,12 @@ class Bridge {
   // Opens the listener. Returns what is wrong (the port is in use, ...), empty if nothing.
   [[nodiscard]] std::string open();
   // Until SIGINT or SIGTERM, or until the server refuses the invitation that this client was
-  // started with; returns after an orderly end, at most a second later.
+  // started with, or another server answers; returns after an orderly end, at most a second later.
   void run();
   // Server: where it listens, once it is open.
   [[nodiscard]] std::uint16_t port() const { return network_.listen_port(); }
-  // After run(): that of the program, kExitConfiguration where the server has refused the
-  // invitation.
+  // After run(): that of the program, kExitConfiguration where the invitation cannot be
+  // used.
   [[nodiscard]] int exit_code() const { return exit_code_; }
 
  private:
@@ -69,8 +69,9 @@ class Bridge {
   void send_request(SendRequest&& request);
   void open_gate(const OpenGate& gate);
   void on_network(Input&& input);
-  // Whether this client ends because of that.
-  [[nodiscard]] bool ends_by(const ConnectionClosed& closed);
+  // Whether this client ends because of that: it was started with an invitation, which cannot be
+  // used. Empty: no problem.
+  [[nodiscard]] bool ends_by(const std::string& problem);
   void close_connection(const CloseConnection& end);
   void authenticate(Authenticate&& request);
   void judge_certificate(const Authenticate& request);

@@ -2,12 +2,14 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 
 #include "auth/pairing_login.hpp"
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
+#include "config/key_search.hpp"
 #include "config/syntax.hpp"
 #include "core/base/close_code.hpp"
 #include "core/base/hex.hpp"
@@ -19,7 +21,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::minutes kMinutes{10};
 constexpr int kCertificateDays = 3650;  // long, as the client checks the key's pin
 constexpr std::int64_t kPort = 9090;
 
@@ -114,6 +115,25 @@ std::string dialed(const ParameterMap& parameters, const std::string& host) {
   return "wss://" + authority + (path.empty() ? "/" : path);
 }
 
+std::string text_of(const RunningServer& running, const PairingFolder& folder) {
+  return "a server runs already with the pairing in " + folder.path() + " (process " +
+         std::to_string(running.process) + ", port " + std::to_string(running.port) + ")";
+}
+
+constexpr char kOneOfTheTwo[] = "end it first, or give this one a name: --ros-args -r __node:=NAME";
+
+// The server that runs takes the client: what is given for this process would not be used.
+std::string go_to_running(const PairingFolder& folder, Start& start) {
+  const std::string which = text_of(*start.running, folder);
+  const bool says_more = std::any_of(start.parameters.begin(), start.parameters.end(),
+                                     [](const auto& given) { return !is_ros_key(given.first); });
+  if (says_more)
+    return which + ", and gets no other parameters: leave them out to invite a client to it, " +
+           kOneOfTheTwo;
+  start.news.push_back(which + ": it takes the client that pairs");
+  return {};
+}
+
 void pair_server(const Arguments& arguments, const PairingFolder& folder, Start& start) {
   if (!goes_by_pairing(start.parameters)) {
     start.problems.emplace_back(
@@ -122,6 +142,8 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
     return;
   }
   std::string problem = make_server_files(folder);
+  start.running = folder.running();
+  if (problem.empty() && start.running) problem = go_to_running(folder, start);
   if (problem.empty()) {
     const ParameterMap stored = stored_or_new(folder, start.parameters, problem);
     const ParameterMap next = lasting(start.parameters, stored);
@@ -142,11 +164,10 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
   if (!wrong.empty())
     return start.problems.push_back("--pair \"" + arguments.host +
                                     "\": expected a host name or address, with or without a port");
-  start.news.push_back(news_of(folder));
-  start.pairing = PairingOptions{invitation.code, std::chrono::steady_clock::now() + kMinutes};
-  start.pairing->groups = {kPaired};
+  if (!start.running) start.news.push_back(news_of(folder));
+  start.groups = {kPaired};
   if (arguments.operates) {
-    start.pairing->groups.emplace_back(kOperators);
+    start.groups.emplace_back(kOperators);
     start.news.emplace_back(
         "the client that pairs joins the group 'operators': unless you change the rules it may "
         "publish, call services, send goals and set parameters");
@@ -239,16 +260,24 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   } else if (goes_by_pairing(given) && folder.has("params.yaml")) {
     start.folder = folder;
     start.parameters = filled(given, folder.parameters(problem));
+    if (const auto running = folder.running(); running && problem.empty())
+      problem = text_of(*running, folder) + ": " + kOneOfTheTwo;
     start.news.push_back(news_of(folder));
   }
   if (!problem.empty()) start.problems.push_back(problem);
   return start;
 }
 
+std::string invite(const Start& start) {
+  const std::string wrong =
+      write_invited(start.folder->invited_file(), start.invitation->code, start.groups);
+  return wrong.empty() ? "" : "--pair: " + wrong;
+}
+
 std::string refused_invitation(std::optional<std::uint16_t> close_code) {
   if (close_code != static_cast<std::uint16_t>(CloseCode::kLoginRefused)) return {};
   return "the server refused the invitation: its code is wrong, was used already or is too old. "
-         "Start the server with --pair again for another one";
+         "'server --pair' makes another one there";
 }
 
 std::string invitation_text(Invitation invitation, std::uint16_t port) {
@@ -259,7 +288,8 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   const auto colon = authority.find(':', bracket == std::string::npos ? 0 : bracket);
   const std::string listening = ":" + std::to_string(port);
   if (colon == std::string::npos) invitation.url.insert(slash, listening);
-  std::string text = "\nTo pair a client, start there within " + std::to_string(kMinutes.count()) +
+  std::string text = "\nTo pair a client, start there within " +
+                     std::to_string(kPairingTime.count()) +
                      " minutes (this works once):\n\n  ros2 run connect_bridge client '" +
                      to_text(invitation) + "'\n\n";
   if (colon != std::string::npos && authority.substr(colon) != listening)

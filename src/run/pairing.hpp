@@ -31,18 +31,24 @@ struct Start {
   ParameterMap parameters;
   // Where further parameters come from, now or after the first login.
   std::optional<PairingFolder> folder;
-  std::optional<PairingOptions> pairing;  // server
   // Server: stores the parameters for the next start, after this one has succeeded; returns what is
   // wrong, or nothing.
   std::function<std::string()> keep;
   std::optional<Invitation> invitation;  // server: to be printed; its URL may have no port
-  std::optional<Joining> joining;        // client
+  std::vector<std::string> groups;       // of the client that is invited
+  // The server of this folder that runs already: it takes the client, this process starts nothing.
+  std::optional<RunningServer> running;
+  std::optional<Joining> joining;  // client
 };
 
 // Makes files if the arguments request a pairing; reads those of an earlier one if the parameters
 // have neither address nor login. `node`: full name.
 [[nodiscard]] Start start_with(const ParameterMap& given, const Arguments& arguments,
                                const std::string& node);
+
+// Opens the pairing of an invitation at the server, this one or the one that runs already. Returns
+// what is wrong, or nothing.
+[[nodiscard]] std::string invite(const Start& start);
 
 // What a client tells that has shown an invitation, and whose connection the server has ended with
 // this code; empty: its login was not refused, it goes on trying.

@@ -1,6 +1,8 @@
 #include "run/pairing_folder.hpp"
 
+#include <fcntl.h>
 #include <pwd.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,6 +10,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 
 #include "auth/credential.hpp"
 #include "auth/file_trust.hpp"
@@ -39,11 +42,32 @@ bool is_rule(const std::string& key) {
 
 }  // namespace
 
+// The lock ends with the process, whatever ends it; what stands in the file stays.
+RunningMark::RunningMark(const std::string& file, std::uint16_t port)
+    : handle_(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600)) {
+  if (handle_ < 0 || ::flock(handle_, LOCK_EX | LOCK_NB) != 0) return;
+  std::ofstream(file) << ::getpid() << " " << port << "\n";
+}
+
+RunningMark::~RunningMark() {
+  if (handle_ >= 0) ::close(handle_);
+}
+
 PairingFolder::PairingFolder(const std::string& node)
     : path_(ros_home() + "/connect_bridge/" + folder_name(node)) {}
 
 bool PairingFolder::has(const std::string& name) const {
   return ::access(file(name).c_str(), F_OK) == 0;
+}
+
+std::optional<RunningServer> PairingFolder::running() const {
+  const int handle = ::open(running_file().c_str(), O_RDONLY | O_CLOEXEC);
+  if (handle < 0) return std::nullopt;
+  const bool held = ::flock(handle, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(handle);
+  RunningServer server;
+  if (held && std::ifstream(running_file()) >> server.process >> server.port) return server;
+  return std::nullopt;
 }
 
 std::string PairingFolder::make() const {

@@ -1,12 +1,34 @@
 // The files of a pairing, from which a program can start without a parameter file.
 #pragma once
 
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/parameter.hpp"
 
 namespace connect_bridge {
+
+// The server that runs with a folder.
+struct RunningServer {
+  pid_t process = 0;
+  std::uint16_t port = 0;  // where it listens
+};
+
+// From its construction until its end, other processes find this server by running().
+class RunningMark {
+ public:
+  RunningMark(const std::string& file, std::uint16_t port);
+  ~RunningMark();
+  RunningMark(const RunningMark&) = delete;
+  RunningMark& operator=(const RunningMark&) = delete;
+
+ private:
+  int handle_;
+};
 
 // The folder of one node: $ROS_HOME/connect_bridge/NODE, or ~/.ros/connect_bridge/NODE. It holds
 // params.yaml, which is a ROS parameter file like any other, and the files that it names.
@@ -17,6 +39,11 @@ class PairingFolder {
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
   [[nodiscard]] std::string parameter_file() const { return file("params.yaml"); }
+  // Where a server that runs is asked to let one client in (PairingOptions).
+  [[nodiscard]] std::string invited_file() const { return file("invited"); }
+  // What a RunningMark is made with.
+  [[nodiscard]] std::string running_file() const { return file("running"); }
+  [[nodiscard]] std::optional<RunningServer> running() const;
   [[nodiscard]] bool has(const std::string& name) const;
 
   // Creates it, with the folders above it, for its owner alone. Returns what is wrong, also with

@@ -32,9 +32,9 @@ const char* default_name(Role role) {
   return role == Role::kServer ? "connect_server" : "connect_client";
 }
 
-constexpr char kPairsAtStart[] =
-    "A server makes an invitation when it starts: end one that runs already, then start it with "
-    "--pair.";
+constexpr char kNoServerOfOurs[] =
+    "A server that was started from this user's pairing folder would take the client. End what "
+    "listens there, or give this one another port.";
 
 int refuse(const std::vector<std::string>& problems, const char* hint = "") {
   std::fprintf(stderr, "Not started: %zu problem%s in the configuration:\n", problems.size(),
@@ -106,11 +106,25 @@ struct BeginsLastSteps {
   ~BeginsLastSteps() { last_steps.begin(); }
 };
 
+// Not to the log: it holds a secret.
+void print_invitation(const Invitation& invitation, std::uint16_t port) {
+  std::fputs(invitation_text(invitation, port).c_str(), stdout);
+  std::fflush(stdout);
+}
+
+int invite_to_running(const ros::Node& node, const Start& start) {
+  if (const std::string problem = invite(start); !problem.empty()) return refuse({problem});
+  for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
+  print_invitation(*start.invitation, start.running->port);
+  return 0;
+}
+
 int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
   const ros::NodeFacts& facts = node.facts();
   const Arguments arguments = read_arguments(facts.arguments, role);
   const Start start = start_with(facts.parameter_overrides, arguments, facts.full_name);
   if (!start.problems.empty()) return refuse(start.problems);
+  if (start.running) return invite_to_running(node, start);
   std::vector<std::string> problems;
   const auto config = read_config(node, role, start.parameters, problems);
   const HostFindings host = check_host(start.parameters);
@@ -138,13 +152,14 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   Bridge bridge(node, std::move(*assembly.parts));
   const BeginsLastSteps at_the_end{last_steps};
   std::string problem = bridge.open();
-  if (!problem.empty()) return refuse({problem}, arguments.pairs ? kPairsAtStart : "");
+  if (!problem.empty()) return refuse({problem}, arguments.pairs ? kNoServerOfOurs : "");
   if (start.keep) problem = start.keep();
+  if (problem.empty() && start.invitation) problem = invite(start);
   if (!problem.empty()) return refuse({problem});
-  if (start.invitation) {  // not to the log: it holds a secret
-    std::fputs(invitation_text(*start.invitation, bridge.port()).c_str(), stdout);
-    std::fflush(stdout);
-  }
+  std::optional<RunningMark> mark;
+  if (role == Role::kServer && start.folder)
+    mark.emplace(start.folder->running_file(), bridge.port());
+  if (start.invitation) print_invitation(*start.invitation, bridge.port());
   try {
     bridge.run();
   } catch (const std::exception& error) {

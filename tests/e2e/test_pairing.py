@@ -2,9 +2,11 @@
 
 import re
 import stat
+import subprocess
 import time
 
 import pytest
+import yaml
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
@@ -169,25 +171,63 @@ def test_another_key_at_the_address_is_refused(world):
     other.wait_for(_LINE)
     client = world.run("client", "operator", line)
     client.wait_for("this is not the server of the invitation: .* which is not in tls.pin")
+    assert client.process.wait(10) == 2
     assert not list(world.home("operator").rglob("params.yaml"))
 
 
-def test_an_entry_that_is_removed_ends_the_link(world):
+def test_a_client_that_is_removed_loses_its_link(world):
     server, line = world.pair()
     client = world.run("client", "operator", line)
     client.wait_for("paired: from now on")
     (tokens,) = world.home("robot").rglob("tokens.yaml")
-    tokens.write_text("# nobody\n- {identity: other, token_sha256: " + "0" * 64 + "}\n")
+    identity, file = server.wait_for(r"ctl token (\S+) --remove --file '(.+?)'").groups()
+    assert file == str(tokens)
+    subprocess.run(
+        [build_dir() / "ctl", "token", identity, "--remove", "--file", file], check=True
+    )
     client.wait_for("was withdrawn")
+    # It has a server still that starts without words.
+    server.stop()
+    world.run("server", "robot").wait_for("listening on")
 
 
-def test_a_second_server_says_that_one_runs(world):
+def test_a_paired_client_seldom_tries_a_server_with_another_key(world):
+    server, line = world.pair()
+    client = world.run("client", "operator", line)
+    client.wait_for("paired: from now on")
+    server.stop()
+    other = world.run(
+        "server", "impostor", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
+    )
+    other.wait_for(_LINE)
+    client.wait_for("this is not the server of the invitation: .*; trying again every few minutes")
+    assert client.process.poll() is None
+
+
+def test_a_running_server_takes_another_client(world):
+    server, line = world.pair()
+    world.run("client", "operator", line).wait_for("paired: from now on")
+    asks = world.run("server", "robot", "--pair", "localhost", "--operate")
+    another = asks.wait_for(_LINE).group(1)
+    assert asks.process.wait(10) == 0
+    assert another.startswith(f"wss+pair://localhost:{world.port}/#")
+    asks.wait_for(f"a server runs already .*process {server.pid}, port {world.port}")
+    world.run("client", "another operator", another).wait_for("paired: from now on")
+    (tokens,) = world.home("robot").rglob("tokens.yaml")
+    first, second = yaml.safe_load(tokens.read_text())
+    assert second["groups"] == ["paired", "operators"]
+    # The same name twice: both commands are named.
+    server.wait_for(f"ctl token {second['identity']} --remove --file '{tokens}'")
+    server.wait_for(f"it was the same one: ctl token {first['identity']} --remove")
+
+
+def test_what_listens_there_and_does_not_pair_is_named(world):
     world.pair()
     second = world.run(
-        "server", "robot", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
+        "server", "another robot", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
     )
     second.wait_for("a server that runs already, or another program")
-    second.wait_for("end one that runs already, then start it with --pair")
+    second.wait_for("End what listens there, or give this one another port")
     assert second.process.wait(10) == 2
 
 

@@ -21,6 +21,8 @@ void Dialer::failed(TimePoint now, DialFailure failure, Random& random) {
     const Duration long_wait = options_.refused_retry * (1 << (refused ? refusals_ : 0));
     wait = std::max(wait, by_server ? long_wait + up_to(long_wait / 2) : long_wait);
   }
+  if (failure == DialFailure::kOtherKey)
+    wait = options_.other_key_retry + up_to(options_.other_key_retry / 2);
   if (refused) refusals_ = std::min(refusals_ + 1, kRefusalsSoon);
   next_ = now + wait;
   not_before_ = by_server ? *next_ : TimePoint{};

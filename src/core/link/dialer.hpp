@@ -19,11 +19,15 @@ struct DialerOptions {
   // wrong with the login. Half of it more at random. Just so long after many answers of something
   // that is no server of ours.
   Duration refused_retry = std::chrono::seconds(5);
+  // After an answer of a server with another key than ours has. Half of it more at random. Another
+  // network, where its address may be that of the right one, ends the wait.
+  Duration other_key_retry = std::chrono::minutes(2);
 };
 
 enum class DialFailure : std::uint8_t {
   kGone,      // nobody answered, or a connection was lost
   kAnswered,  // by a proxy without a server behind it, with a wrong certificate ...
+  kOtherKey,  // by a server that is not the one of our pins
   kPutOff,    // the login could not be taken or judged now
   kRefused,   // the login or the protocol version, until somebody changes it
 };

@@ -69,8 +69,12 @@ void Links::on(ConnectionOpened& input, const Now& now) {
 void Links::on(DialFailed& input, const Now& now) {
   if (input.connection != dialing_) return;
   const std::string reason = to_text(input.reason, kReasonBytesMax);
-  last_failure_.tell({LogLevel::kWarn, "cannot connect: ", reason, "; trying again"}, now);
-  dial_later(input.answered ? DialFailure::kAnswered : DialFailure::kGone, now);
+  const std::string hint = input.other_key ? "; trying again every few minutes" : "; trying again";
+  last_failure_.tell({LogLevel::kWarn, "cannot connect: ", reason, hint}, now);
+  dial_later(input.other_key  ? DialFailure::kOtherKey
+             : input.answered ? DialFailure::kAnswered
+                              : DialFailure::kGone,
+             now);
 }
 
 void Links::look_at(Connection& stranger, const Now& now) {

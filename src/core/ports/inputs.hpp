@@ -170,7 +170,8 @@ struct ConnectionOpened {
 struct DialFailed {
   ConnectionId connection;
   std::string reason;
-  bool answered = false;  // somebody is there, but not a server that takes us
+  bool answered = false;   // somebody is there, but not a server that takes us
+  bool other_key = false;  // it has another key than the pins that are given
 };
 // One WebSocket message.
 struct PacketReceived {

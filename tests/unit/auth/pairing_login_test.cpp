@@ -40,14 +40,22 @@ class Pairing : public testing::Test {
     ::chmod(file_.c_str(), 0600);
   }
 
-  void open(std::chrono::steady_clock::duration lifetime = std::chrono::minutes(10)) {
+  void start(PairingOptions pairing) {
     AuthOptions options;
     options.token_file = file_;
-    options.pairing = PairingOptions{kCode, std::chrono::steady_clock::now() + lifetime};
+    options.pairing = std::move(pairing);
     AuthSetup setup = make_authenticator(options, kPairingNow);
     ASSERT_THAT(setup.problems, IsEmpty());
     login_ = std::move(setup.authenticator);
   }
+  void invite(const std::string& code, const std::vector<std::string>& groups = {"paired"}) {
+    EXPECT_EQ(write_invited(invited(), code, groups), "");
+  }
+  void open(std::chrono::steady_clock::duration lifetime = std::chrono::minutes(10)) {
+    start({invited(), lifetime});
+    invite(kCode);
+  }
+  [[nodiscard]] std::string invited() const { return file_ + ".invited"; }
 
   Judgement pair(const std::string& code, const std::string& token, Stamp now = kPairingNow,
                  const std::string& name = "laptop") {
@@ -108,7 +116,7 @@ TEST_F(Pairing, ASecondClientIsRefusedAndTheFirstMayAskAgain) {
 
 TEST_F(Pairing, ItEndsInTime) {
   open(std::chrono::milliseconds(0));
-  EXPECT_THAT(pair(kCode, kPairedToken).reason, HasSubstr("ended"));
+  EXPECT_THAT(pair(kCode, kPairedToken).reason, HasSubstr("no pairing is open"));
   EXPECT_THAT(login_->refresh(kPairingNow).news, ElementsAre(HasSubstr("in time")));
   EXPECT_THAT(login_->refresh(kPairingNow).news, IsEmpty());  // said once
   EXPECT_FALSE(pair(kCode, kPairedToken).identity);
@@ -154,10 +162,49 @@ TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
   ::chmod(file_.c_str(), 0600);
   open();
   EXPECT_EQ(pair(kCode, kPairedToken).identity.value().name, "paired/laptop-2");
-  EXPECT_THAT(login_->refresh(kPairingNow).news,
-              ElementsAre(AllOf(HasSubstr("paired with 'paired/laptop-2'"),
-                                HasSubstr("The entry 'paired/laptop' of an earlier client"))));
+  EXPECT_THAT(
+      login_->refresh(kPairingNow).news,
+      ElementsAre(AllOf(HasSubstr("paired with 'paired/laptop-2'"),
+                        HasSubstr("ctl token paired/laptop --remove --file '" + file_ + "'"))));
   EXPECT_EQ(log_in("token-of-before-0123456789").identity.value().name, "paired/laptop");
+}
+
+TEST_F(Pairing, ARunningServerTakesAnInvitation) {
+  start({invited()});
+  EXPECT_THAT(pair(kCode, kPairedToken).reason, HasSubstr("no pairing is open"));
+  invite(kCode, {"paired", "operators"});
+  EXPECT_THAT(login_->refresh(kPairingNow).news, IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(invited()));
+  EXPECT_THAT(pair(kCode, kPairedToken).identity.value().groups,
+              ElementsAre("paired", "operators"));
+}
+
+TEST_F(Pairing, TheNextInvitationTakesThePlaceOfTheLast) {
+  open();
+  ASSERT_TRUE(pair(kCode, kPairedToken).identity);
+  const std::string next = "ffeeddccbbaa99887766554433221100";
+  invite(next);
+  const std::string other = "a-token-of-somebody-else";
+  EXPECT_FALSE(pair(kCode, other).identity);
+  EXPECT_EQ(pair(next, other).identity.value().name, "paired/laptop-2");
+  EXPECT_TRUE(log_in(kPairedToken).identity);
+}
+
+// Its time would begin now, which may be days later.
+TEST_F(Pairing, AnInvitationThatNobodyTookIsVoidAtTheNextStart) {
+  invite(kCode);
+  start({invited()});
+  EXPECT_FALSE(std::filesystem::exists(invited()));
+  EXPECT_FALSE(pair(kCode, kPairedToken).identity);
+}
+
+TEST_F(Pairing, WhatIsNoInvitationInvitesNobody) {
+  start({invited()});
+  for (const char* text : {"", "\n", "00 paired\n", kCode}) {
+    std::ofstream{invited()} << text;
+    EXPECT_THAT(login_->refresh(kPairingNow).problems, ElementsAre(HasSubstr("not an invitation")));
+    EXPECT_FALSE(pair(kCode, kPairedToken).identity) << text;
+  }
 }
 
 TEST_F(Pairing, AFileThatCannotBeWrittenPairsNobody) {

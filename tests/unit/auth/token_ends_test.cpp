@@ -163,8 +163,7 @@ TEST_F(TokenEndsOfAFile, AreToldWhileAClientMayPair) {
   write(entry_ending("anna", 10, 1));
   AuthOptions options;
   options.token_file = file_;
-  options.pairing = PairingOptions{"00112233445566778899aabbccddeeff",
-                                   std::chrono::steady_clock::now() + std::chrono::minutes(10)};
+  options.pairing = PairingOptions{file_ + ".invited"};
   login_ = make_authenticator(options, kEndsNow).authenticator;
   ASSERT_TRUE(login_);
   EXPECT_THAT(look(kEndsNow).warnings, ElementsAre(HasSubstr("'anna'")));

@@ -233,5 +233,55 @@ TEST(TokenFile, HasTheEntriesOfAllItsWriters) {
   EXPECT_EQ(all.table.size(), std::size_t{kWriters * kEntries});
 }
 
+struct Removing {
+  explicit Removing(const std::string& text) { std::ofstream{file} << text; }
+  std::string remove(const std::string& identity) {
+    return remove_token_entries(file, identity, removed);
+  }
+  [[nodiscard]] std::string content() const {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  std::string file = test::scratch_folder() + "to_remove.yaml";
+  std::size_t removed = 0;
+};
+
+TEST(TokenFile, AnIdentitysEntriesAreRemovedAndCommentsStay) {
+  const std::string bert = "# of bert\n" + entry("bert", kBert) + "\n# the end\n";
+  const std::string anna = to_text({"anna", {"ops"}, "", "her laptop", digest_of_token(kAnna)});
+  Removing file("# all\n" + anna + "# new\n" + entry("anna", "anna-fedcba9876543210") + bert);
+  EXPECT_EQ(file.remove("anna"), "");
+  EXPECT_EQ(file.removed, 2U);
+  EXPECT_EQ(file.content(), "# all\n# new\n" + bert);
+  EXPECT_THAT(file.remove("anna"), HasSubstr("has no entry of anna"));
+  EXPECT_EQ(file.remove("bert"), "");
+  EXPECT_THAT(Reading(file.content()).problems, IsEmpty());
+}
+
+TEST(TokenFile, TheLastEntryLeavesAFileThatIsReadStill) {
+  Removing file(to_text({"anna", {}, "", "", digest_of_token(kAnna)}));
+  EXPECT_EQ(file.remove("anna"), "");
+  const Reading rest(file.content());
+  EXPECT_THAT(rest.problems, IsEmpty());
+  EXPECT_EQ(rest.table.size(), 0U);
+}
+
+TEST(TokenFile, WhatCannotBeRemovedByLinesStays) {
+  const std::string digest = to_hex(digest_of_token(kAnna));
+  const std::string one_line =
+      "[{identity: anna, token_sha256: " + digest +
+      "}, {identity: bert, token_sha256: " + to_hex(digest_of_token(kBert)) + "}]\n";
+  for (const std::string& text :
+       {one_line, "-\n  identity: anna\n  token_sha256: " + digest + "\n"}) {
+    Removing file(text);
+    EXPECT_THAT(file.remove("anna"), HasSubstr("by hand"));
+    EXPECT_EQ(file.content(), text);
+  }
+  Removing wrong("- {identity: anna}\n");
+  EXPECT_THAT(wrong.remove("anna"), HasSubstr("'token_sha256' is missing"));
+  Removing single(std::string(kAnna) + "\n");
+  EXPECT_THAT(single.remove(TokenTable::kSingleIdentity), HasSubstr("has no entry"));
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -154,6 +154,19 @@ TEST(Dialer, AMinimumBeyondTheMaximumHolds) {
   }
 }
 
+// Nobody changes its key back within seconds; another network may have the right one.
+TEST(Dialer, AfterAnotherKeyItTriesEveryFewMinutesOrInAnotherNetwork) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  for (int i = 0; i < 20; ++i) {
+    dialer.failed(now_ms(0).steady, Failure::kOtherKey, random);
+    ASSERT_GE(*dialer.deadline(), now_ms(120'000).steady);
+    ASSERT_LE(*dialer.deadline(), now_ms(180'000).steady);
+  }
+  dialer.hurry(now_ms(5).steady);
+  EXPECT_EQ(dialer.deadline(), now_ms(5).steady);
+}
+
 TEST(Dialer, StopsForGood) {
   Random random(1);
   Dialer dialer(kOptions);

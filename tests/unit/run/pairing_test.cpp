@@ -3,11 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "config/config.hpp"
 #include "config/explain_right.hpp"
+#include "core/base/hex.hpp"
+#include "core/base/sha256.hpp"
 #include "run/pairing_folder.hpp"
 #include "unit/scratch.hpp"
 
@@ -102,8 +106,7 @@ TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
 TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start first = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{9443}}});
   ASSERT_THAT(first.problems, IsEmpty());
-  ASSERT_TRUE(first.invitation && first.pairing);
-  EXPECT_EQ(first.pairing->code, first.invitation->code);
+  ASSERT_TRUE(first.invitation);
   EXPECT_THAT(first.news, ElementsAre(HasSubstr("params.yaml")));
   EXPECT_THAT(parse_config(first.parameters, Role::kServer, {}).problems, IsEmpty());
   EXPECT_THAT(serve({}).parameters, IsEmpty());  // nothing stays of what may not even start
@@ -111,7 +114,7 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start later = serve({});
   EXPECT_THAT(later.problems, IsEmpty());
   EXPECT_EQ(later.parameters, first.parameters);
-  EXPECT_FALSE(later.invitation || later.pairing);
+  EXPECT_FALSE(later.invitation);
   const Start again = serve({"--pair", "robot.local"});
   EXPECT_EQ(again.invitation->pin, first.invitation->pin);
   EXPECT_NE(again.invitation->code, first.invitation->code);
@@ -124,12 +127,37 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
 // A client that pairs to operate is in one more group, for which the same parameters have a rule.
 TEST_F(PairingStart, AClientMayLookUnlessItIsToOperate) {
   const Start look = serve({"--pair"});
-  EXPECT_THAT(look.pairing->groups, ElementsAre("paired"));
+  EXPECT_THAT(look.groups, ElementsAre("paired"));
   const Start operate = serve({"--pair", "--operate"});
-  EXPECT_THAT(operate.pairing->groups, ElementsAre("paired", "operators"));
+  EXPECT_THAT(operate.groups, ElementsAre("paired", "operators"));
   EXPECT_EQ(operate.parameters, look.parameters);
   EXPECT_EQ(std::get<std::vector<std::string>>(look.parameters.at("rule.operate.groups")),
             std::vector<std::string>{"operators"});
+}
+
+TEST_F(PairingStart, AServerThatRunsTakesTheClient) {
+  const PairingFolder folder("/connect_server");
+  ASSERT_EQ(serve({"--pair"}).keep(), "");
+  EXPECT_FALSE(folder.running());
+  {
+    const RunningMark mark(folder.running_file(), 9443);
+    const Start asks = serve({"--pair", "robot.local", "--operate"});
+    ASSERT_THAT(asks.problems, IsEmpty());
+    ASSERT_TRUE(asks.running);
+    EXPECT_EQ(asks.running->process, ::getpid());
+    EXPECT_EQ(asks.running->port, 9443);
+    EXPECT_EQ(asks.invitation->url, "wss://robot.local/");
+    EXPECT_EQ(invite(asks), "");
+    std::string line;
+    std::getline(std::ifstream{folder.invited_file()}, line);
+    EXPECT_EQ(line, to_hex(sha256(view_of(asks.invitation->code))) + " paired operators");
+    // It would not get what is given here, nor may two share the clients.
+    EXPECT_THAT(serve({"--pair"}, {{"listen.port", std::int64_t{1}}}).problems,
+                ElementsAre(HasSubstr("gets no other parameters")));
+    EXPECT_THAT(serve({}).problems, ElementsAre(HasSubstr("end it first")));
+  }
+  EXPECT_FALSE(folder.running());
+  EXPECT_THAT(serve({}).problems, IsEmpty());
 }
 
 // Neither to read the robot's log nor to write into it.
