@@ -16,6 +16,7 @@
 #include "ros/node/remaps.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/middleware.hpp"
+#include "run/arguments.hpp"
 #include "run/assembly.hpp"
 #include "run/exit_codes.hpp"
 #include "run/heap.hpp"

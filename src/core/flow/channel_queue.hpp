@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
@@ -15,10 +16,50 @@
 #include "core/flow/packet.hpp"
 #include "core/flow/queue_options.hpp"
 #include "core/flow/replay.hpp"
-#include "core/flow/sent_messages.hpp"
-#include "core/flow/turn.hpp"
 
 namespace connect_bridge {
+
+// A channel's place in ClassSchedule, in bytes by the channel's clock, which runs with what it
+// sends.
+struct Turn {
+  bool scheduled = false;
+  std::uint64_t clock = 0;
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;  // as expected when it began
+};
+
+// Sent messages of one channel that may not have arrived and are to be sent again on the next
+// connection, in the order in which they were sent.
+class SentMessages {
+ public:
+  struct Sent {
+    OutMessage message;     // as it would be sent again
+    std::size_t bytes = 0;  // of its body as it left
+  };
+
+  void add(OutMessage message, std::size_t bytes) {
+    bytes_ += kept_bytes_of(message);
+    sent_.push_back({std::move(message), bytes});
+  }
+  // The peer has all of this message.
+  void arrived(std::uint32_t sequence) {
+    if (sent_.empty() || sent_.front().message.sequence != sequence) return;
+    bytes_ -= kept_bytes_of(sent_.front().message);
+    sent_.pop_front();
+  }
+  void clear() { static_cast<void>(take()); }
+  // Bodies, and kKeptMessageBytes for each.
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  // Returns all; empty afterwards.
+  std::deque<Sent> take() {
+    bytes_ = 0;
+    return std::exchange(sent_, {});
+  }
+
+ private:
+  std::deque<Sent> sent_;
+  std::uint64_t bytes_ = 0;
+};
 
 // Belongs to an Outbox. Every message pushed ends as sent or dropped under one reason; counts() is
 // exact after each call.

@@ -17,7 +17,6 @@
 #include "core/base/timers.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
-#include "core/flow/control_queue.hpp"
 #include "core/flow/in_flight.hpp"
 #include "core/flow/light_budget.hpp"
 #include "core/flow/link_cap.hpp"
@@ -121,6 +120,34 @@ class Outbox {
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 
  private:
+  // The control texts that wait to be sent.
+  class ControlQueue {
+   public:
+    // False: it would exceed `bytes_max`, and nothing was queued.
+    [[nodiscard]] bool push(std::string text, std::uint64_t bytes_max) {
+      if (bytes_ + text.size() > bytes_max) return false;
+      bytes_ += text.size();
+      texts_.push_back(std::move(text));
+      return true;
+    }
+    // The next text. Only if one waits.
+    Packet take() {
+      const std::string text = std::move(texts_.front());
+      texts_.pop_front();
+      bytes_ -= text.size();
+      Packet packet;
+      packet.text = true;
+      packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
+      return packet;
+    }
+    [[nodiscard]] bool empty() const { return texts_.empty(); }
+    [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+
+   private:
+    std::deque<std::string> texts_;
+    std::uint64_t bytes_ = 0;
+  };
+
   Packet next_control(const Now& now);
   [[nodiscard]] bool more_waits() const {
     return !schedule_.empty() || !controls_.empty() || small_.waits() || small_.aborts_wait();

@@ -9,7 +9,6 @@
 #include <string>
 
 #include "core/base/random.hpp"
-#include "core/base/random_token.hpp"
 #include "core/base/timers.hpp"
 #include "core/link/dialer.hpp"
 #include "core/link/last_failure.hpp"

@@ -17,9 +17,7 @@ TimePoint FirstMessages::Waiting::leaves() const {
   return expires - kEarly;
 }
 
-void FirstMessages::wait(Timers<Mirror*>& timers, Mirror& mirror, TimePoint found) {
-  timers_ = &timers;
-  mirror_ = &mirror;
+void FirstMessages::wait(TimePoint found) {
   found_ = found;
   set_due();
 }
@@ -27,7 +25,7 @@ void FirstMessages::wait(Timers<Mirror*>& timers, Mirror& mirror, TimePoint foun
 void FirstMessages::set_due() {
   TimePoint at = found_;
   for (const Waiting& message : messages_) at = std::min(at, message.leaves());
-  due_ = timers_->set(at, mirror_);
+  due_ = timers_.set(at);
 }
 
 bool FirstMessages::keep(const Payload& raw, TimePoint expires, OfferedTopic* feeder) {

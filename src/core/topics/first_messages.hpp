@@ -21,9 +21,11 @@ class OfferedTopic;
 // no link offers it now. Single-threaded.
 class FirstMessages {
  public:
-  // The mirror exists now, and the subscribers have found it at `found`: `timers` call it then, or
-  // earlier for a message that cannot wait so long.
-  void wait(Timers<Mirror*>& timers, Mirror& mirror, TimePoint found);
+  explicit FirstMessages(Timers<Mirror*>::Of timers) : timers_(timers) {}
+
+  // The mirror exists now, and the subscribers have found it at `found`: a deadline calls it then,
+  // or earlier for a message that cannot wait so long.
+  void wait(TimePoint found);
   [[nodiscard]] bool waits() const { return bool(due_); }
   [[nodiscard]] bool empty() const { return messages_.empty(); }
   // Whether one more fits without displacing others.
@@ -60,9 +62,8 @@ class FirstMessages {
   void publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror, OfferedTopic* feeder,
                      const Now& now);
 
-  Timers<Mirror*>* timers_ = nullptr;  // with mirror_ and found_: of the last wait()
-  Mirror* mirror_ = nullptr;
-  TimePoint found_{};
+  Timers<Mirror*>::Of timers_;
+  TimePoint found_{};  // of the last wait()
   Timers<Mirror*>::Timer due_;
   std::deque<Waiting> messages_;
   std::size_t bytes_ = 0;

@@ -25,6 +25,12 @@ constexpr Duration kMatching = std::chrono::milliseconds(200);
 
 }  // namespace
 
+Mirror::Mirror(ImportContext& context, MirrorKey key)
+    : context_(context),
+      key_(std::move(key)),
+      warning_(context, *this),
+      first_({context.timers, this}) {}
+
 // ---- who offers it
 
 bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
@@ -206,7 +212,7 @@ void Mirror::create(const Now& now) {
   if (candidates_.front().link->arrived.contains(key_.first))
     pauses_ = context_.timers.set(now.steady + kMatching, this);
   if (context_.options.matching > Duration::zero() || !first_.empty())
-    first_.wait(context_.timers, *this, now.steady + context_.options.matching);
+    first_.wait(now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
   Qos qos = qos_;
   qos.depth = depth();

@@ -11,26 +11,45 @@
 #include "core/base/timers.hpp"
 #include "core/graph/claiming.hpp"
 #include "core/graph/graph_view.hpp"
+#include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/topics/command.hpp"
 #include "core/topics/first_messages.hpp"
-#include "core/topics/mirror_candidate.hpp"
 #include "core/topics/mirror_qos.hpp"
 #include "core/topics/subscriber_warning.hpp"
 
 namespace connect_bridge {
 
 struct ImportContext;
+class OfferedTopic;
 
 using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
+
+// A link that offers the origin of a mirror.
+struct MirrorCandidate {
+  Link* link = nullptr;
+  OfferedTopic* offered = nullptr;  // null: it is lost, or has not offered it again
+  bool declined = false;            // its type, and the peer has not withdrawn it yet
+  Qos qos{};                        // of the origin, as this link offers it
+  bool told = false;                // that no publisher could be made, whatever the reason
+
+  [[nodiscard]] bool is_usable() const { return offered && !declined; }
+};
+
+// Null: the link is not one of them.
+template <class Candidates>
+auto* find_candidate(Candidates& candidates, LinkId link) {
+  const auto it = std::find_if(candidates.begin(), candidates.end(),
+                               [&](const MirrorCandidate& c) { return c.link->id == link; });
+  return it == candidates.end() ? nullptr : &*it;
+}
 
 // The same origin may be offered by several links (two clients in one graph): these are its
 // candidates, and the first one feeds it. It is in the graph while a candidate is left, unless the
 // origin is in the graph itself, or another bridge mirrors it. Single-threaded.
 class Mirror {
  public:
-  Mirror(ImportContext& context, MirrorKey key)
-      : context_(context), key_(std::move(key)), warning_(context_, *this) {}
+  Mirror(ImportContext& context, MirrorKey key);
   Mirror(const Mirror&) = delete;
   Mirror& operator=(const Mirror&) = delete;
 

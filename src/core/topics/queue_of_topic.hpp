@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "core/flow/channel_queue.hpp"
+#include "core/flow/queue_options.hpp"
 #include "core/policy/keep.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
