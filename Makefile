@@ -46,8 +46,8 @@ setup: prefix
 rmw-cyclonedds: setup ## SOURCES=dir: build rmw_cyclonedds_cpp from checkouts; then CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp make test
 	@$(in_env) tools/setup/rmw_cyclonedds.sh "$(SOURCES)"
 
-programs = server client ctl auth_jwt auth_service
-build: ## set up what server, client, ctl and the login plugins need, and build these into build/ (BUILD=dir for another folder)
+programs = server client ctl relay auth_jwt auth_service
+build: ## set up what server, client, ctl, relay and the login plugins need, and build these into build/ (BUILD=dir for another folder)
 	@bash tools/setup/packages.sh programs
 	@bash tools/setup/prefix.sh $(PREFIX) programs
 	@$(in_env) TESTS= TARGETS="$(programs)" $(call compile,$(BUILD))
@@ -105,7 +105,7 @@ asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the 
 	@$(in_env) $(call around_asan,$(smoke) -j $(JOBS))
 
 asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 12 minutes; PART=n: every tenth of them, from the n-th (0 to 9)
-	@$(in_env) TARGETS="server client ctl auth_jwt auth_service auth_plugin ros_bench wan" $(asan_compile)
+	@$(in_env) TARGETS="server client ctl relay auth_jwt auth_service auth_plugin ros_bench wan" $(asan_compile)
 	@$(in_env) $(call around_asan,-L e2e $(if $(PART),-I $$(($(PART) % 10 + 1))$(comma)$(comma)10) -j $(places))
 
 # Neither core nor the simulator has threads.

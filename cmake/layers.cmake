@@ -1,5 +1,5 @@
 # One static library per layer, from every source file in its folder; a layer without files is left out.
-# Arrows: apps -> run -> {ros, net, auth, config} -> core; apps -> plugins -> {net, auth, config}.
+# Arrows: apps -> run -> {ros, net, auth, config} -> core; apps -> {plugins, relay} -> {net, auth, config}.
 
 # connect_layer(<name> [<library>...]): connect_<name> from src/<name>, which may use the given libraries.
 function(connect_layer name)
@@ -60,6 +60,7 @@ set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/net/traffic.cpp" PR
 connect_layer(net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
 connect_available(below connect_net connect_auth connect_config connect_core)
 connect_layer(plugins ${below} connect_boost)
+connect_layer(relay ${below} connect_boost)
 
 # A login plugin is src/apps/auth_<method>.cpp: a library beside the programs, with its own copy of what it needs.
 set(plugins)
@@ -71,6 +72,12 @@ foreach(method jwt service)
   target_link_options(${plugin} PRIVATE LINKER:--exclude-libs,ALL)
   set_target_properties(${plugin} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}" VISIBILITY_INLINES_HIDDEN ON)
 endforeach()
+
+# The relay is without ROS.
+if(TARGET connect_relay AND EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/src/apps/relay.cpp")
+  add_executable(relay "src/apps/relay.cpp")
+  target_link_libraries(relay PRIVATE connect_relay ${below} connect_options)
+endif()
 
 if(CONNECT_ROS)
   include(ros)

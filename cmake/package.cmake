@@ -1,5 +1,5 @@
 # Installation, as an ament package where ament is there.
-connect_available(programs server client ctl)
+connect_available(programs server client ctl relay)
 if(programs)
   install(TARGETS ${programs} RUNTIME DESTINATION lib/${PROJECT_NAME})
 endif()

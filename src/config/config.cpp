@@ -80,22 +80,61 @@ class ConfigMaker {
   void check_listen() {
     if (config_.listen.told_by != ToldBy::kXForwardedFor && config_.listen.trusted_proxies.empty())
       add("listen.proxy_header", "", "listen.trusted_proxies too, else it has no effect");
+    read_relay();
     const std::string& address = config_.listen_address;
     config_.listen.addresses = syntax::listen_addresses(address);
     const bool beyond = !syntax::listens_on_loopback(address);
     config_.reached_by_others =
         beyond || !config_.listen.trusted_proxies.empty();  // mutant: login_behind_proxies
+    const bool by_relay = config_.listen.relay.has_value();
+    if (by_relay) config_.reached_by_others = true;  // mutant: login_behind_a_relay
     if (!config_.reached_by_others) return;
     if (config_.auth.method == "none") {  // mutant: login_needed
       add("auth.method", "\"none\"",
           beyond ? fmt::format("a login (token), since listen.address {} is reachable by others",
                                address)
-                 : "a login (token), since others connect through the proxies of "
-                   "listen.trusted_proxies");
+          : by_relay ? "a login (token), since others connect through the relay"
+                     : "a login (token), since others connect through the proxies of "
+                       "listen.trusted_proxies");
     }
     if (beyond && !values_.given("tls.certificate") && !values_.given("tls.private_key")) {
       judge_plain_listener(address);
     }
+  }
+
+  void read_relay() {
+    constexpr const char* kUrl = "listen.relay.url";
+    if (!values_.given(kUrl)) {
+      for (const char* key : {"listen.relay.token_file", "listen.relay.ca"})
+        if (values_.given(key)) add(key, "", "listen.relay.url too, else it has no effect");
+      if (!config_.relay_pins.empty())
+        add("listen.relay.pin", "", "listen.relay.url too, else it has no effect");
+      return;
+    }
+    if (!values_.given("listen.relay.token_file"))
+      add("listen.relay.token_file", "", "the file with this robot's token at the relay");
+    if (!values_.given("tls.certificate") && !values_.given("tls.private_key"))
+      add(kUrl, "",
+          "tls.certificate and tls.private_key too: clients verify this server through the relay");
+    const auto url = syntax::parse_url(values_.text(kUrl));
+    if (!url) return;
+    config_.listen.relay = RelayOptions{*url, {}, {}};
+    config_.listen.relay->tls.ca_file = values_.text("listen.relay.ca");
+    config_.listen.relay->tls.pins = config_.relay_pins;
+    config_.relay_token_file = values_.text("listen.relay.token_file");
+  }
+
+  // The owner of the relay's domain can get a public certificate for any name in it.
+  void check_dial_by_relay(const Url& url) {
+    if (!url.secure) return add("url", "", "wss://, since it leads through a relay");
+    if (!values_.given("tls.pin") && !values_.given("tls.ca"))  // mutant: blind_relay
+      add("tls.pin", "",
+          fmt::format(
+              "tls.pin, or tls.ca with an authority of your own and a certificate for '{}': "
+              "through a relay a certificate of a public authority proves nothing",
+              url.robot));
+    if (values_.given("tls.server_name"))
+      add("tls.server_name", "", "nothing: through a relay it is the robot's name in the url");
   }
 
   void read_dial() {
@@ -107,6 +146,7 @@ class ConfigMaker {
     config_.dial.url = *url;
     config_.reached_by_others = !syntax::is_loopback(url->host);
     config_.dial.proxy = read_http_proxy(values_, *url, around_.variable, parsed_.problems);
+    if (!url->robot.empty()) check_dial_by_relay(*url);
     if (url->secure) return;
     for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
@@ -155,8 +195,9 @@ class ConfigMaker {
   }
 
   void check_files() {
-    for (const char* key : {"auth.token_file", "auth.jwt_keys", "auth.https_ca", "auth.plugin",
-                            "tls.certificate", "tls.private_key", "tls.ca"}) {
+    for (const char* key :
+         {"auth.token_file", "auth.jwt_keys", "auth.https_ca", "auth.plugin", "tls.certificate",
+          "tls.private_key", "tls.ca", "listen.relay.token_file", "listen.relay.ca"}) {
       if (!values_.valid(key) || syntax::parse_http_url(values_.text(key))) continue;
       check_file(key, values_.text(key));
     }

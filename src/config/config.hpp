@@ -24,8 +24,10 @@ struct Config {
   Role role = Role::kServer;
   // Server: IP addresses (IPv6 without brackets) with commas, "*" for every one, or "systemd".
   std::string listen_address;
-  ListenOptions listen;  // without TLS
-  DialOptions dial;      // client; without TLS
+  ListenOptions listen;  // without TLS, and the relay's token
+  std::vector<std::string> relay_pins;
+  std::string relay_token_file;
+  DialOptions dial;  // client; without TLS
   // Server: with a certificate it speaks TLS only.
   TlsOptions tls;
   // Where the token (a client's credential) comes from, strongest first: `token`, `token_file`, the

@@ -77,7 +77,8 @@ std::optional<HttpProxy> parse_http_proxy(std::string_view text) {
     text.remove_prefix(at + 1);
   }
   const auto reached = syntax::parse_url("ws://" + std::string{text});
-  if (!reached || reached->target != "/" || text.ends_with('/')) return std::nullopt;
+  if (!reached || !reached->robot.empty() || reached->target != "/" || text.ends_with('/'))
+    return std::nullopt;
   proxy.host = reached->host;
   proxy.port = reached->port;
   return proxy;

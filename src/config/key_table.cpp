@@ -38,13 +38,29 @@ void add_listen(Rows& rows) {
                "`proxy_protocol`: by the PROXY protocol (1 or 2); each of their connections must "
                "then begin with it."},
       [](Config& c) { return &c.listen.told_by; });
+  add({.key = "listen.relay.url",
+       .syntax = check_relay_url,
+       .help = "A relay through which clients get here too, with this robot's name there: "
+               "wss://robot7@relay.example/. It needs tls.certificate and a login."});
+  add({.key = "listen.relay.token_file",
+       .syntax = check_not_empty,
+       .help = "File with the token that the relay knows this robot by."});
+  add({.key = "listen.relay.ca",
+       .syntax = check_not_empty,
+       .help = "File with the certificates to trust for the relay's own certificate (PEM); without "
+               "it those of the system."});
+  add({.key = "listen.relay.pin",
+       .syntax = check_pin,
+       .help = "SHA-256 of the public keys that the relay may have, in base64; as `tls.pin`."},
+      [](Config& c) { return &c.relay_pins; });
 }
 
 void add_dial(Rows& rows) {
   const auto add = row_adder(rows, "Who is reached where", UsedBy::kClient);
   add({.key = "url",
        .syntax = check_url,
-       .help = "The server to dial, wss:// or ws://. Required."});
+       .help = "The server to dial, wss:// or ws://; by a relay with the robot's name there, "
+               "wss://robot7@relay.example/. Required."});
   add({.key = "http_proxy",
        .fallback = "environment",
        .syntax = check_http_proxy,

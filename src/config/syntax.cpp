@@ -117,7 +117,13 @@ std::optional<Url> parse_url(std::string_view text) {
   url.secure = scheme == "wss";
   const std::string_view rest = text.substr(scheme.size() + 3);
   const std::size_t slash = rest.find('/');
-  if (!read_authority(rest.substr(0, slash), url)) return std::nullopt;
+  std::string_view authority = rest.substr(0, slash);
+  if (const std::size_t at = authority.find('@'); at != std::string_view::npos) {
+    url.robot = authority.substr(0, at);
+    if (!is_robot_name(url.robot)) return std::nullopt;
+    authority.remove_prefix(at + 1);
+  }
+  if (!read_authority(authority, url)) return std::nullopt;
   url.target = slash == std::string_view::npos ? "/" : rest.substr(slash);
   if (!is_target(url.target)) return std::nullopt;
   return url;
@@ -127,7 +133,8 @@ std::optional<Url> parse_http_url(std::string_view text) {
   constexpr std::string_view kHttp = "http";
   if (!text.starts_with(kHttp)) return std::nullopt;
   auto url = parse_url("ws" + std::string{text.substr(kHttp.size())});
-  if (url && !url->secure && !is_loopback(url->host)) return std::nullopt;
+  if (url && (!url->robot.empty() || (!url->secure && !is_loopback(url->host))))
+    return std::nullopt;
   return url;
 }
 
@@ -219,10 +226,18 @@ Complaint check_address_range(std::string_view text) {
 
 Complaint check_url(std::string_view text) {
   if (text.find('@') != std::string_view::npos && !parse_url(text)) {
-    return "a URL without user and password; a token belongs in auth.token_file";
+    return "a URL without user and password (a token belongs in auth.token_file), or with the name "
+           "of a robot at a relay: a to z, 0 to 9 and -, as in wss://robot7@relay.example/";
   }
   return expect(parse_url(text).has_value(),
                 "a URL that begins with wss:// (or ws://), e.g. wss://robot.example/connect");
+}
+
+Complaint check_relay_url(std::string_view text) {
+  const auto url = parse_url(text);
+  return expect(url && url->secure && !url->robot.empty() && url->target == "/",
+                "this robot's name and the relay, e.g. wss://robot7@relay.example/; the name of "
+                "a to z, 0 to 9 and -");
 }
 
 Complaint check_http_url(std::string_view text) {

@@ -30,6 +30,7 @@ inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
 [[nodiscard]] std::vector<std::string> listen_addresses(std::string_view text);
 // Whether all of them are loopback.
 [[nodiscard]] bool listens_on_loopback(std::string_view text);
+// "wss://..." or "ws://..."; with "robot7@" before the host of a relay.
 [[nodiscard]] std::optional<Url> parse_url(std::string_view text);
 // "https://..."; on this machine "http://..." too.
 [[nodiscard]] std::optional<Url> parse_http_url(std::string_view text);
@@ -48,6 +49,7 @@ using Complaint = std::optional<std::string>;
 Complaint check_listen_address(std::string_view text);
 Complaint check_address_range(std::string_view text);
 Complaint check_url(std::string_view text);
+Complaint check_relay_url(std::string_view text);
 Complaint check_http_url(std::string_view text);
 Complaint check_file_or_http_url(std::string_view text);
 Complaint check_path(std::string_view text);

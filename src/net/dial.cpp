@@ -63,6 +63,7 @@ void Dialing::on_connected(TcpSocket socket) {
 }
 
 std::string Dialing::server_name() const {
+  if (!options_.url.robot.empty()) return options_.url.robot;  // mutant: name_through_a_relay
   return options_.tls.server_name.empty() ? options_.url.host : options_.tls.server_name;
 }
 

@@ -16,14 +16,6 @@ constexpr int kProxyShare = ListenOptions::kLoopbackShare;
 // What a customer with many addresses may do, in times of what one of them may.
 constexpr int kCustomerShare = 2;
 
-// The first bytes of an IPv6 address, an IPv4 address whole.
-std::string network_of(const asio::ip::address& address, int bytes) {
-  if (address.is_v4()) return address.to_string();
-  auto all = address.to_v6().to_bytes();
-  std::fill(all.begin() + bytes, all.end(), static_cast<unsigned char>(0));
-  return asio::ip::make_address_v6(all).to_string();
-}
-
 // Limits count by network: an IPv6 customer has at least a /64 of addresses, and mostly a /56.
 void set_address(ConnectionOpened& from, const asio::ip::address& address) {
   from.address = network_of(address, 8);
@@ -71,7 +63,21 @@ std::string Listener::open(const ListenOptions& options) {
   const std::size_t line_max = std::max<std::size_t>(options.pending_max / 2, 1);
   line_ = decltype(line_)({line_max, line_max});
   for (const DoorPtr& door : doors_) accept(door);
-  return {};
+  return options.relay ? open_relay(*options.relay) : "";
+}
+
+std::string Listener::open_relay(const RelayOptions& options) {
+  const auto weak = weak_from_this();
+  RelayDoor::Events events{[weak](TcpSocket socket, const Source& source) {
+                             if (const auto self = weak.lock())
+                               self->admit_visitor(std::move(socket), source);
+                           },
+                           [weak](LogLevel level, const std::string& text) {
+                             if (const auto self = weak.lock()) self->log(level, text);
+                           }};
+  relay_ = std::make_shared<RelayDoor>(io_, options, sockets_, std::move(events));
+  const std::string problem = relay_->open();
+  return problem.empty() ? "" : "listen.relay: " + problem;
 }
 
 std::string Listener::open_doors(const ListenOptions& options) {
@@ -145,6 +151,7 @@ std::string Listener::take_socket(int socket) {
 }
 
 void Listener::close() {
+  if (relay_) relay_->close();
   for (const DoorPtr& door : doors_) {
     ErrorCode ignored;
     door->acceptor.close(ignored);
@@ -261,6 +268,17 @@ void Listener::admit(TcpSocket socket) {
       proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
   tune_socket(socket.native_handle(), sockets_);
   start(std::move(socket), visitor, proxy);
+}
+
+// Its TLS is between the client and us, so it is a client like any other.
+void Listener::admit_visitor(TcpSocket socket, const Source& source) {
+  const auto visitor = std::make_shared<Visitor>();
+  ConnectionOpened& from = visitor->from;
+  from.peer = host_and_port(source.address.to_string(), source.port);
+  set_address(from, source.address);
+  if (!take_handshake(from)) return drop(socket, from, "dropped, too many handshakes");
+  visitor->slot = admission_->take_pending(from.address, from.share);
+  start(std::move(socket), visitor, false);
 }
 
 void Listener::start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy) {

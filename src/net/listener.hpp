@@ -19,6 +19,7 @@
 #include "net/admission.hpp"
 #include "net/door_counts.hpp"
 #include "net/refusals.hpp"
+#include "net/relay_door.hpp"
 #include "net/tls_files.hpp"
 
 namespace connect_bridge {
@@ -77,11 +78,14 @@ class Listener : public std::enable_shared_from_this<Listener> {
 
   // Empty, or what is wrong.
   std::string open_doors(const ListenOptions& options);
+  std::string open_relay(const RelayOptions& options);
   std::string take_socket(int socket);
   std::string bind(const std::string& address, std::uint16_t port);
   void accept(const DoorPtr& door);
   void on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket);
   void admit(TcpSocket socket);
+  // By the relay, for whom it says.
+  void admit_visitor(TcpSocket socket, const Source& source);
   void accept_later(const DoorPtr& door);
   // Whether it may begin a handshake; then it counts. False: its address has begun too many.
   bool take_handshake(const ConnectionOpened& from);
@@ -111,6 +115,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   SocketOptions sockets_;
   Events events_;
   std::vector<DoorPtr> doors_;
+  std::shared_ptr<RelayDoor> relay_;  // null: none is configured
   std::shared_ptr<Admission> admission_;
   std::shared_ptr<const AcceptOptions> options_;
   std::optional<TlsFiles> tls_;

@@ -169,7 +169,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
     events.input(DialFailed{id, std::move(problem), answered, other_key});
     return;
   }
-  ConnectionOpened opened{id, options.url.authority()};
+  ConnectionOpened opened{id, options.url.whom()};
   ErrorCode error;
   const auto remote = socket->next_layer().socket().remote_endpoint(error);
   if (!error) watch_route_to(remote.address());

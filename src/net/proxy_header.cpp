@@ -219,6 +219,13 @@ ip::address plain_address(const ip::address& address) {
   return address;
 }
 
+std::string network_of(const ip::address& address, int bytes) {
+  if (address.is_v4()) return address.to_string();
+  auto all = address.to_v6().to_bytes();
+  std::fill(all.begin() + bytes, all.end(), static_cast<unsigned char>(0));
+  return ip::make_address_v6(all).to_string();
+}
+
 ProxyHeader read_proxy_header(ByteView bytes) {
   const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   const auto may_be = [&](std::string_view begin) {

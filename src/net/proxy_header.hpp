@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -32,6 +33,9 @@ using AddressRanges = std::vector<AddressRange>;
 
 // IPv4 addresses in IPv6 notation are shown and counted as IPv4.
 [[nodiscard]] boost::asio::ip::address plain_address(const boost::asio::ip::address& address);
+
+// The first bytes of an IPv6 address, an IPv4 address whole: those whose limits count together.
+[[nodiscard]] std::string network_of(const boost::asio::ip::address& address, int bytes);
 
 struct Source {
   boost::asio::ip::address address;

@@ -254,6 +254,9 @@ std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& na
   if (is_tls_reason(error, SSL_R_TLSV1_ALERT_UNKNOWN_CA)) {
     return "the other end does not trust the authority of our certificate";
   }
+  if (is_tls_reason(error, SSL_R_TLSV1_UNRECOGNIZED_NAME)) {
+    return "no '" + name + "' is connected to the relay there";
+  }
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated) {
     return "the other end ended the connection";
   }

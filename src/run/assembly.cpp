@@ -80,6 +80,17 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   parts.listen.pending_max = config.limits.strangers_max + kStrangersSpare;
   parts.listen.connections_max = config.limits.links_max + parts.listen.pending_max;
   if (!config.tls.certificate_file.empty()) parts.listen.tls = parts.config.tls;
+  if (!parts.listen.relay) return;
+  const CredentialOptions at_relay{"token", "", config.relay_token_file, config.auth.strict_modes};
+  const Credential token = client_credential(at_relay);
+  for (const std::string& problem : token.problems)
+    assembly.problems.push_back("listen.relay.token_file, which is read as " + problem);
+  append(assembly.warnings, token.warnings);
+  parts.listen.relay->tls.distrusted = parts.config.tls.distrusted;
+  parts.listen.relay->token = [at_relay] {
+    const Credential now = client_credential(at_relay);
+    return now.problems.empty() ? std::string(now.bytes.begin(), now.bytes.end()) : std::string{};
+  };
 }
 
 void assemble_client(const Config& config, const Start& start, BridgeParts& parts,

@@ -161,7 +161,8 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
   if (!problem.empty()) return start.problems.push_back("--pair: " + problem);
   std::string wrong;
   static_cast<void>(parse_invitation(to_text(invitation), wrong));
-  if (!wrong.empty())
+  const bool names_robot = arguments.host.find('@') != std::string::npos;  // as only a relay does
+  if (!wrong.empty() || names_robot)
     return start.problems.push_back("--pair \"" + arguments.host +
                                     "\": expected a host name or address, with or without a port");
   if (!start.running) start.news.push_back(news_of(folder));

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,6 +63,13 @@ struct SocketOptions {
 // write itself may come from the client unchanged.
 enum class ToldBy : std::uint8_t { kXForwardedFor, kForwarded, kProxyProtocol };
 
+// A server that nobody can dial waits at a relay for those who want to get to it.
+struct RelayOptions {
+  Url url;                               // with the name of the robot that this server is there
+  TlsOptions tls;                        // `ca_file` and `pins` of the relay
+  std::function<std::string()> token{};  // read at each login; empty: there is none now
+};
+
 struct ListenOptions {
   // Literals; "::" takes IPv6 and IPv4, "*" whatever there is.
   std::vector<std::string> addresses{"127.0.0.1"};
@@ -71,6 +79,7 @@ struct ListenOptions {
   std::vector<int> sockets;
   std::string path = "/";  // the only path that upgrades; others get 404
   std::optional<TlsOptions> tls;
+  std::optional<RelayOptions> relay;  // needs `tls`
   // Addresses and ranges ("10.0.0.0/8") of proxies that are trusted to give the client's address:
   // the limits for an address then use that. With ToldBy::kProxyProtocol all their connections must
   // begin with such a header; connections of others must not.

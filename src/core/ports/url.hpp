@@ -22,19 +22,32 @@ namespace connect_bridge {
   return address.ends_with(']') ? address : address.substr(0, address.rfind(':'));
 }
 
+// The name of a robot at its relay (docs/protocol.md, "Relay").
+[[nodiscard]] inline bool is_robot_name(std::string_view text) {
+  constexpr std::size_t kRobotNameMax = 63;
+  return !text.empty() && text.size() <= kRobotNameMax && text.front() != '-' &&
+         text.back() != '-' &&
+         text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string_view::npos;
+}
+
 struct Url {
   bool secure = false;       // wss or https
   std::string host{};        // name or address literal, IPv6 without its brackets
   std::uint16_t port = 80;   // if secure 443
   std::string target = "/";  // path and query
+  std::string robot{};       // that the relay at `host` leads to; empty: `host` is no relay
 
   // The value of the HTTP header "Host".
   [[nodiscard]] std::string authority() const {
     return port == (secure ? 443 : 80) ? bracketed(host) : host_and_port(host, port);
   }
+  // Who is dialled, for people: "robot7@relay.example".
+  [[nodiscard]] std::string whom() const {
+    return (robot.empty() ? "" : robot + "@") + authority();
+  }
   // For logs and messages: without the query, which may hold a secret. `scheme`: "ws" or "http".
   [[nodiscard]] std::string text(std::string_view scheme) const {
-    return std::string{scheme} + (secure ? "s://" : "://") + authority() +
+    return std::string{scheme} + (secure ? "s://" : "://") + whom() +
            target.substr(0, target.find('?'));
   }
 };

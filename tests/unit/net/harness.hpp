@@ -175,6 +175,7 @@ class RawPeer {
   void send(std::string_view bytes) {
     if (::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) < 0) ended = true;
   }
+  void half_close() { ::shutdown(socket_, SHUT_WR); }
   // Takes what is there; sets `ended` when the other side has closed.
   void poll() {
     char buffer[4096];

@@ -59,7 +59,7 @@ TEST(Invitation, APartOfOneIsRefusedWithoutTheCode) {
        {std::string{}, std::string{"wss"}, std::string{"wss+pair://"},
         std::string{"wss+pair://robot.local:9090/"}, line.substr(0, line.size() - 1), line + "A",
         std::string{"wss+pair://a b/"} + line.substr(28),
-        std::string{"wss+pair://user@robot/"} + line.substr(28)}) {
+        std::string{"wss+pair://user:word@robot/"} + line.substr(28)}) {
     std::string problem;
     static_cast<void>(parse_invitation(wrong, problem));
     EXPECT_THAT(problem, HasSubstr("the invitation is not complete")) << wrong;

@@ -1,0 +1,131 @@
+// Joins robots and operators that nobody can dial, on a machine with an address; without ROS.
+#include <fmt/chrono.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "auth/file_trust.hpp"
+#include "relay/relay.hpp"
+#include "relay/relay_file.hpp"
+#include "version.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr int kExitWrong = 2;
+
+int refuse(const std::vector<std::string>& problems) {
+  for (const auto& problem : problems) std::fprintf(stderr, "relay: %s\n", problem.c_str());
+  return kExitWrong;
+}
+
+void log_line(LogLevel level, const std::string& text) {
+  constexpr const char* kNames[] = {"DEBUG", "INFO", "WARN", "ERROR"};
+  if (level == LogLevel::kDebug) return;
+  const std::string time = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  std::fprintf(stderr, "[%s] [%s] %s\n", kNames[static_cast<int>(level)], time.c_str(),
+               text.c_str());
+}
+
+// Two descriptors for each pair: as many as the host allows.
+void raise_descriptors() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+std::string why_not_readable(const std::string& file) {
+  return std::ifstream(file) ? "" : "it cannot be opened";
+}
+
+// Calls `tick` once a second.
+void each_second(boost::asio::steady_timer& timer, const std::function<void()>& tick) {
+  timer.expires_after(std::chrono::seconds(1));
+  timer.async_wait([&timer, tick](const boost::system::error_code& ended) {
+    if (ended) return;
+    tick();
+    each_second(timer, tick);
+  });
+}
+
+int run(RelaySetup setup) {
+  boost::asio::io_context io(1);
+  const auto relay = std::make_shared<Relay>(io, std::move(setup), &log_line);
+  if (const std::string problem = relay->open(); !problem.empty()) return refuse({problem});
+  log_line(LogLevel::kInfo, "the relay listens on port " + std::to_string(relay->port()));
+  boost::asio::steady_timer seconds(io);
+  each_second(seconds, [&relay] { relay->every_second(); });
+  boost::asio::signal_set stop(io, SIGINT, SIGTERM);
+  stop.async_wait([&](const boost::system::error_code&, int) {
+    relay->close();
+    io.stop();
+  });
+  io.run();
+  return 0;
+}
+
+int start(const std::string& name, bool only_checks) {
+  std::ifstream file(name);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) return refuse({name + " cannot be read"});
+  Surroundings around;
+  around.unreadable = &why_not_readable;
+  around.distrusted = &who_else_may_change;
+  const RelayFile read = read_relay_file(text.str(), around);
+  if (!read.config) return refuse(read.problems);
+  AuthSetup robots = make_authenticator({read.config->auth, std::nullopt},
+                                        static_cast<Stamp>(std::time(nullptr)) * kStampSecond);
+  if (!robots.authenticator) return refuse(robots.problems);
+  std::string problem;
+  TlsOptions tls = read.config->tls;
+  tls.distrusted = read.config->auth.strict_modes ? &who_else_may_change : nullptr;
+  if (!make_server_tls(tls, problem)) return refuse({problem});
+  for (const auto& warning : robots.warnings) log_line(LogLevel::kWarn, warning);
+  if (only_checks) return 0;
+  RelaySetup setup;
+  setup.addresses = read.config->listen.addresses;
+  setup.port = read.config->listen.port;
+  setup.tls = tls;
+  setup.robots = std::move(robots.authenticator);
+  return run(std::move(setup));
+}
+
+}  // namespace
+}  // namespace connect_bridge
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "relay: joins robots (server with listen.relay.url) and operators (client with a url like "
+      "wss://robot7@relay.example/), on a machine that both can dial. It sees who, when and how "
+      "much, and none of the content. Manual: docs/reach.md"};
+  app.set_version_flag("--version",
+                       std::string("connect_bridge ") + connect_bridge::kProgramVersion,
+                       "Print the version");
+  std::string file;
+  bool only_checks = false;
+  app.add_option("file", file, "The configuration, a small YAML file")->required();
+  app.add_flag("--check", only_checks, "Only say what is wrong with the file");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& wrong) {
+    return app.exit(wrong) == 0 ? 0 : connect_bridge::kExitWrong;
+  }
+  std::signal(SIGPIPE, SIG_IGN);
+  connect_bridge::raise_descriptors();
+  try {
+    return connect_bridge::start(file, only_checks);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "relay: %s\n", error.what());
+    return connect_bridge::kExitWrong;
+  }
+}

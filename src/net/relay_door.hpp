@@ -1,0 +1,85 @@
+// A server's place at a relay: who is connected to it there comes in as if by a listener.
+#pragma once
+
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "core/ports/net_options.hpp"
+#include "core/ports/ports.hpp"
+#include "net/proxy_header.hpp"
+#include "net/tls_files.hpp"
+#include "net/tls_lines.hpp"
+#include "net/way.hpp"
+
+namespace connect_bridge {
+
+class RouteWatch;
+
+// Holds a control connection to the relay and makes it again whenever it is lost. For each visitor
+// that the relay tells of it dials there with the ticket (docs/protocol.md, "Relay"). The relay is
+// trusted with the visitors' addresses, and with nothing else: what it asks for is bounded. Thread:
+// that of the io_context.
+class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
+ public:
+  struct Events {
+    // A connection of which no byte was read yet, and for whom.
+    std::function<void(TcpSocket, const Source&)> arrived;
+    std::function<void(LogLevel, const std::string&)> log;
+  };
+
+  RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions sockets, Events events);
+  ~RelayDoor();
+  // Once. Empty, or what is wrong with the files.
+  [[nodiscard]] std::string open();
+  void close();  // no event follows
+
+ private:
+  // A visitor's connection on its way.
+  struct Ticket {
+    explicit Ticket(asio::io_context& io) : limit(io) {}
+    std::string hello;
+    Source source;
+    std::shared_ptr<Way> way;
+    std::unique_ptr<TcpSocket> socket;
+    asio::steady_timer limit;
+  };
+  using TicketPtr = std::shared_ptr<Ticket>;
+
+  void dial();
+  void on_connected(TcpSocket socket);
+  void on_tls(const ErrorCode& error);
+  void on_line(std::string_view line);
+  void on_visitor(std::string_view words);
+  void dial_with(const TicketPtr& ticket);
+  void forget(const TicketPtr& ticket);
+  void ping();
+  void check_address();
+  // Dials again, after a while.
+  void fail(const std::string& why);
+  void after(asio::steady_timer& timer, std::chrono::milliseconds time, void (RelayDoor::*then)());
+  void on_silence() { fail("no answer in time"); }
+
+  asio::io_context& io_;
+  const RelayOptions options_;
+  const SocketOptions sockets_;
+  Events events_;
+  TlsFiles tls_;
+  std::shared_ptr<Way> way_;
+  std::shared_ptr<TlsLines> lines_;
+  std::shared_ptr<RouteWatch> routes_;
+  asio::steady_timer limit_;  // until it is welcome, then for each answer
+  asio::steady_timer next_;   // the next dial, or the next ping
+  std::chrono::milliseconds retry_;
+  bool welcome_ = false;
+  std::string told_;  // the last problem in the log
+  std::set<TicketPtr> tickets_;
+};
+
+// The ClientHello that a ticket is shown with; empty: OpenSSL cannot make it.
+[[nodiscard]] std::string ticket_hello(const std::string& robot, const std::string& ticket);
+
+}  // namespace connect_bridge

@@ -1,0 +1,34 @@
+// What a robot and its relay say to each other (docs/protocol.md, "Relay").
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+#include "core/wire/login.hpp"
+
+namespace connect_bridge {
+
+// What a ClientHello offers first says what the connection is; a visitor's offers anything else.
+inline constexpr char kRelayProtocol[] = "ros2-connect-relay.v1";
+inline constexpr char kTicketProtocol[] = "ros2-connect-ticket.v1";
+inline constexpr std::size_t kTicketSize = 64;  // hexadecimal digits
+
+inline constexpr std::size_t kRelayLineMax = 256;  // bytes with the line end
+inline constexpr std::size_t kRobotLineMax = 16;
+inline constexpr std::size_t kRelayLoginMax = kCredentialBytesMax + 8;
+
+inline constexpr std::chrono::seconds kRelayPing{25};
+inline constexpr std::chrono::seconds kRelayPong{5};
+inline constexpr std::chrono::seconds kRelaySilence{60};
+inline constexpr std::chrono::seconds kTicketTime{5};
+inline constexpr std::chrono::seconds kHelloTime{5};  // and as long for the login after it
+
+// A list of protocols as TLS has it (RFC 7301): each with its length before it.
+[[nodiscard]] inline std::string protocol_list(std::initializer_list<std::string> names) {
+  std::string list;
+  for (const std::string& name : names) list += static_cast<char>(name.size()) + name;
+  return list;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,77 @@
+#include "relay/joint.hpp"
+
+#include <boost/asio/write.hpp>
+#include <utility>
+
+namespace connect_bridge {
+
+void reset(TcpSocket& socket) {
+  ErrorCode ignored;
+  socket.set_option(TcpSocket::linger(true, 0), ignored);
+  socket.close(ignored);
+}
+
+Joint::Joint(TcpSocket visitor, TcpSocket robot)
+    : visitor_(std::move(visitor)),
+      robot_(std::move(robot)),
+      last_(visitor_.socket.get_executor()) {}
+
+void Joint::start(Bytes first, std::function<void()> ended) {
+  first_ = std::move(first);
+  ended_ = std::move(ended);
+  write(visitor_, robot_, asio::buffer(first_));
+  pass(robot_, visitor_);
+}
+
+void Joint::pass(End& from, End& to) {
+  from.socket.async_read_some(asio::buffer(from.read), [self = shared_from_this(), &from, &to](
+                                                           ErrorCode error, std::size_t bytes) {
+    if (!self->ended_) return;
+    if (error == asio::error::eof) return self->on_over(from, to);
+    if (error) return self->finish(false);
+    self->write(from, to, asio::buffer(from.read, bytes));
+  });
+}
+
+void Joint::write(End& from, End& to, asio::const_buffer bytes) {
+  asio::async_write(to.socket, bytes,
+                    [self = shared_from_this(), &from, &to](ErrorCode error, std::size_t) {
+                      if (!self->ended_) return;
+                      if (error) return self->finish(false);
+                      self->pass(from, to);
+                    });
+}
+
+void Joint::on_over(End& from, End& to) {
+  ErrorCode ignored;
+  from.over = true;
+  to.socket.shutdown(TcpSocket::shutdown_send, ignored);
+  if (to.over) return finish(true);
+  last_.expires_after(kLastTime);
+  last_.async_wait([self = shared_from_this()](ErrorCode cancelled) {
+    if (!cancelled && self->ended_) self->finish(false);
+  });
+}
+
+void Joint::finish(bool orderly) {
+  const auto ended = std::exchange(ended_, nullptr);
+  last_.cancel();
+  for (End* const end : {&visitor_, &robot_}) {
+    ErrorCode ignored;
+    if (orderly) {
+      end->socket.close(ignored);
+    } else {
+      reset(end->socket);
+    }
+  }
+  ended();
+}
+
+void Joint::cut() {
+  if (ended_) {
+    ended_ = [] {};
+    finish(false);
+  }
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,367 @@
+#include "relay/relay.hpp"
+
+#include <openssl/ssl.h>
+
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
+#include <chrono>
+#include <utility>
+
+#include "auth/secret.hpp"
+#include "core/base/hex.hpp"
+#include "core/base/sha256.hpp"
+#include "core/wire/text.hpp"
+#include "net/listen_at.hpp"
+#include "net/proxy_header.hpp"
+#include "net/relay_wire.hpp"
+#include "net/socket_tuning.hpp"
+#include "net/steady_now.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kCallersMax = 320;
+constexpr std::size_t kCallersOfAddress = 16;
+constexpr std::size_t kVisitorsOfRobot = 16;
+constexpr std::size_t kPairsOfRobot = 384;
+constexpr int kHandshakes = 300;
+constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
+constexpr std::chrono::milliseconds kAcceptRetry{100};
+constexpr Duration kJudgePeriod = std::chrono::seconds(60);
+
+// A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
+constexpr std::array<unsigned char, 7> kNoSuchName{21, 3, 3, 0, 2, 2, 112};
+
+Stamp wall_now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+// What waits is found by this: how long a look-up takes shows nothing of a ticket.
+std::string key_of(std::string_view ticket) {
+  return to_hex(sha256(view_of(ticket)));
+}
+
+// Whoever offers anything else gets no answer to it.
+int select_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
+                    const unsigned char* offered, unsigned offered_size, void*) {
+  static const std::string ours = protocol_list({kRelayProtocol});
+  unsigned char* found = nullptr;
+  const ByteView list = view_of(ours);
+  if (SSL_select_next_proto(&found, size, list.data(), static_cast<unsigned>(list.size()), offered,
+                            offered_size) != OPENSSL_NPN_NEGOTIATED)
+    return SSL_TLSEXT_ERR_ALERT_FATAL;
+  *chosen = found;
+  return SSL_TLSEXT_ERR_OK;
+}
+
+}  // namespace
+
+Relay::Relay(asio::io_context& io, RelaySetup setup, Log log)
+    : io_(io),
+      setup_(std::move(setup)),
+      log_(std::move(log)),
+      tls_(setup_.tls, Role::kServer),
+      callers_({0, kCallersMax, kCallersOfAddress, {}}),
+      visitors_({0, kCallersMax, kVisitorsOfRobot, {}}),
+      paces_(setup_.address_handshakes_at_once, setup_.address_handshake_period),
+      pace_(kHandshakes, kHandshakePeriod) {}
+
+std::string Relay::open() {
+  std::string problem;
+  if (!tls_.get(problem)) return problem;
+  std::vector<std::string> addresses = setup_.addresses;
+  if (addresses == std::vector<std::string>{"*"})
+    addresses = {bind("::", setup_.port).empty() ? "" : "0.0.0.0"};  // a host without IPv6
+  std::erase(addresses, "");
+  for (const std::string& address : addresses)
+    if (problem.empty()) problem = bind(address, doors_.empty() ? setup_.port : port());
+  for (const auto& door : doors_)
+    if (problem.empty()) accept(door);
+  return problem;
+}
+
+std::string Relay::bind(const std::string& address, std::uint16_t port) {
+  const auto door = std::make_shared<Door>(io_);
+  const ListenResult result = listen_at(door->acceptor, address, port);
+  if (!result.warning.empty()) log_(LogLevel::kWarn, result.warning);
+  if (result.problem.empty()) doors_.push_back(door);
+  return result.problem;
+}
+
+std::uint16_t Relay::port() const {
+  ErrorCode ignored;
+  return doors_.empty() ? std::uint16_t{0} : doors_[0]->acceptor.local_endpoint(ignored).port();
+}
+
+void Relay::accept(const std::shared_ptr<Door>& door) {
+  door->acceptor.async_accept(
+      io_.get_executor(), [weak = weak_from_this(), door](ErrorCode error, TcpSocket socket) {
+        const auto self = weak.lock();
+        if (!self || !door->acceptor.is_open()) return;
+        if (!error) self->admit(std::move(socket));
+        if (!error || error == asio::error::connection_aborted) return self->accept(door);
+        if (self->no_room_.count({steady_now(), 0}))
+          self->log_(LogLevel::kWarn, "cannot accept connections now: " + error.message());
+        door->retry.expires_after(kAcceptRetry);
+        door->retry.async_wait([weak, door](ErrorCode cancelled) {
+          const auto again = weak.lock();
+          if (again && !cancelled) again->accept(door);
+        });
+      });
+}
+
+void Relay::every_second() {
+  if (const auto news = tls_.check())
+    log_(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
+  const Refreshed refreshed = setup_.robots->refresh(wall_now());
+  for (const auto& text : refreshed.news) log_(LogLevel::kInfo, text);
+  for (const auto& text : refreshed.warnings) log_(LogLevel::kWarn, text);
+  for (const auto& text : refreshed.problems) log_(LogLevel::kWarn, text);
+  const TimePoint now = steady_now();
+  if (refreshed.changes.empty() && refreshed.news.empty() && now < judged_at_ + kJudgePeriod)
+    return;
+  judged_at_ = now;
+  std::vector<RobotPtr> gone;
+  for (const auto& [name, robot] : robots_)
+    if (!is_its_name(*robot, robot->credential)) gone.push_back(robot);
+  for (const RobotPtr& robot : gone) end(robot, "its token is no longer valid");
+}
+
+void Relay::close() {
+  for (const auto& door : doors_) {
+    ErrorCode ignored;
+    door->acceptor.close(ignored);
+    door->retry.cancel();
+  }
+  for (const auto& caller : std::exchange(calling_, {})) drop(caller);
+  for (const auto& robot : std::exchange(strangers_, {})) robot->lines->end();
+  for (const auto& entry : std::exchange(robots_, {})) {
+    entry.second->limit.cancel();
+    entry.second->lines->end();
+  }
+  for (const auto& joint : std::exchange(joints_, {})) joint->cut();
+}
+
+// ---- who comes
+
+void Relay::admit(TcpSocket socket) {
+  ErrorCode error;
+  const auto caller = std::make_shared<Caller>(std::move(socket));
+  caller->from = caller->socket.remote_endpoint(error);
+  if (error) return;  // gone already
+  caller->from.address(plain_address(caller->from.address()));
+  caller->place = callers_.take_pending(network_of(caller->from.address(), 8));
+  tune_socket(caller->socket.native_handle(), setup_.sockets);
+  calling_.insert(caller);
+  const auto let_go = [weak = weak_from_this(), of = std::weak_ptr{caller}] {
+    const auto self = weak.lock();
+    const auto gone = of.lock();
+    if (self && gone) self->drop(gone);
+  };
+  caller->place->give_way = let_go;
+  caller->limit.expires_after(kHelloTime);
+  caller->limit.async_wait([let_go](ErrorCode cancelled) {
+    if (!cancelled) let_go();
+  });
+  read_hello(caller);
+}
+
+void Relay::read_hello(const CallerPtr& caller) {
+  const ClientHello hello = read_client_hello(caller->hello);
+  if (hello.state == ClientHello::State::kWrong) return drop(caller);
+  if (hello.state == ClientHello::State::kComplete) return on_hello(caller, hello);
+  const std::size_t have = caller->hello.size();
+  caller->hello.resize(have + hello.missing);
+  asio::async_read(caller->socket, asio::buffer(caller->hello.data() + have, hello.missing),
+                   [weak = weak_from_this(), caller](ErrorCode error, std::size_t) {
+                     const auto self = weak.lock();
+                     if (!self || self->calling_.count(caller) == 0) return;
+                     if (error) return self->drop(caller);
+                     self->read_hello(caller);
+                   });
+}
+
+void Relay::on_hello(const CallerPtr& caller, const ClientHello& hello) {
+  const std::vector<std::string>& offers = hello.protocols;
+  const std::string first = offers.empty() ? "" : offers.front();
+  caller->robot = hello.server_name;
+  if (first == kRelayProtocol) return on_control(caller);
+  if (first == kTicketProtocol) return on_ticket(caller, offers.size() == 2 ? offers[1] : "");
+  on_visitor(caller);
+}
+
+void Relay::drop(const CallerPtr& caller) {
+  calling_.erase(caller);
+  waiting_.erase(caller->ticket);
+  caller->limit.cancel();
+  caller->place.reset();
+  caller->place_at_robot.reset();
+  ErrorCode ignored;
+  caller->socket.close(ignored);
+}
+
+// The few bytes fit into an empty socket; whether they arrive does not matter.
+void Relay::refuse(const CallerPtr& caller) {
+  ErrorCode ignored;
+  caller->socket.non_blocking(true, ignored);
+  caller->socket.write_some(asio::buffer(kNoSuchName), ignored);
+  caller->socket.shutdown(TcpSocket::shutdown_send, ignored);
+  drop(caller);
+}
+
+// ---- control connections
+
+void Relay::on_control(const CallerPtr& caller) {
+  const TimePoint now = steady_now();
+  std::string problem;
+  const TlsContext context = tls_.get(problem);
+  const bool may = context && is_robot_name(caller->robot) &&
+                   paces_.take(network_of(caller->from.address(), 8), 1, now) && pace_.take(now);
+  if (!may) return drop(caller);  // mutant: control_handshakes
+  SSL_CTX_set_alpn_select_cb(context->native_handle(), &select_protocol, nullptr);
+  const auto robot = std::make_shared<Robot>(io_);
+  robot->name = caller->robot;
+  robot->peer = host_and_port(caller->from.address().to_string(), caller->from.port());
+  robot->place = std::move(caller->place);
+  robot->lines = std::make_shared<TlsLines>(std::move(caller->socket), context);
+  const Bytes hello = std::move(caller->hello);
+  drop(caller);
+  strangers_.insert(robot);
+  const auto weak = weak_from_this();
+  const std::weak_ptr<Robot> of = robot;
+  robot->place->give_way = [weak, of] {
+    const auto self = weak.lock();
+    const auto gone = of.lock();
+    if (self && gone) self->end(gone, "gave way");
+  };
+  limit(robot, kHelloTime);
+  robot->lines->shake_hands(true, hello, [weak, of](ErrorCode error) {
+    const auto self = weak.lock();
+    const auto shaken = of.lock();
+    if (self && shaken) self->on_shaken(shaken, error);
+  });
+}
+
+void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
+  if (error) return end(robot, "no TLS");
+  const auto weak = weak_from_this();
+  const std::weak_ptr<Robot> of = robot;
+  const auto on_its_end = [weak, of](const std::string& why) {
+    const auto self = weak.lock();
+    const auto gone = of.lock();
+    if (self && gone) self->end(gone, why);
+  };
+  robot->lines->open(kRelayLoginMax, {[weak, of](std::string_view line) {
+                                        const auto self = weak.lock();
+                                        const auto known = of.lock();
+                                        if (self && known) self->on_line(known, line);
+                                      },
+                                      on_its_end});
+}
+
+void Relay::on_line(const RobotPtr& robot, std::string_view line) {
+  constexpr std::string_view kLogin = "login ";
+  if (strangers_.count(robot) == 0) {
+    if (line != "ping") return end(robot, "it says what it must not");
+    limit(robot, kRelaySilence);
+    return robot->lines->say("pong");
+  }
+  if (!line.starts_with(kLogin)) return end(robot, "it says what it must not");
+  on_login(robot, line.substr(kLogin.size()));
+}
+
+bool Relay::is_its_name(const Robot& robot, const Bytes& credential) {
+  const Judgement judgement = setup_.robots->judge({"token", credential, robot.peer}, wall_now());
+  return judgement.identity && judgement.identity->name == robot.name;  // mutant: name_of_another
+}
+
+void Relay::on_login(const RobotPtr& robot, std::string_view token) {
+  Bytes credential(token.begin(), token.end());
+  if (!is_its_name(*robot, credential)) {
+    if (const auto times = refused_.count({steady_now(), 0}))
+      log_(LogLevel::kWarn, robot->peer + ": its token is not that of " + robot->name + "; " +
+                                std::to_string(*times) + " since the last line");
+    strangers_.erase(robot);
+    robot->lines->say("refused");
+    return robot->lines->finish();
+  }
+  strangers_.erase(robot);
+  robot->place.reset();
+  robot->credential = std::move(credential);
+  if (const auto before = robots_.find(robot->name); before != robots_.end())
+    end(before->second, "it is connected again");
+  robots_[robot->name] = robot;
+  robot->lines->limit_lines(kRobotLineMax);
+  robot->lines->say("welcome");
+  limit(robot, kRelaySilence);
+  log_(LogLevel::kInfo, robot->name + " is here, from " + robot->peer);
+}
+
+void Relay::limit(const RobotPtr& robot, std::chrono::seconds time) {
+  robot->limit.expires_after(time);
+  robot->limit.async_wait(
+      [weak = weak_from_this(), of = std::weak_ptr{robot}](ErrorCode cancelled) {
+        const auto self = weak.lock();
+        const auto silent = of.lock();
+        if (self && silent && !cancelled) self->end(silent, "it is silent");
+      });
+}
+
+void Relay::end(const RobotPtr& robot, const std::string& why) {
+  robot->limit.cancel();
+  robot->place.reset();
+  robot->lines->end();
+  strangers_.erase(robot);
+  const auto found = robots_.find(robot->name);
+  if (found == robots_.end() || found->second != robot) return;
+  robots_.erase(found);
+  log_(LogLevel::kInfo, robot->name + " is gone: " + to_text(why, why.size()));
+}
+
+// ---- visitors
+
+void Relay::on_visitor(const CallerPtr& caller) {
+  const auto found = robots_.find(caller->robot);
+  const auto pairs = pairs_.find(caller->robot);
+  const bool full = pairs != pairs_.end() && pairs->second >= kPairsOfRobot;
+  if (found == robots_.end() || full) return refuse(caller);
+  const std::string ticket = random_token();
+  if (ticket.empty()) return refuse(caller);
+  caller->place_at_robot = visitors_.take_pending(caller->robot);
+  caller->place_at_robot->give_way = caller->place->give_way;
+  caller->ticket = key_of(ticket);
+  waiting_[caller->ticket] = caller;
+  caller->limit.expires_after(kTicketTime);
+  caller->limit.async_wait(
+      [weak = weak_from_this(), of = std::weak_ptr{caller}](ErrorCode cancelled) {
+        const auto self = weak.lock();
+        const auto waits = of.lock();
+        if (self && waits && !cancelled) self->refuse(waits);
+      });
+  const RobotPtr robot = found->second;
+  robot->lines->say("visitor " + ticket + ' ' + caller->from.address().to_string() + ' ' +
+                    std::to_string(caller->from.port()));
+}
+
+void Relay::on_ticket(const CallerPtr& caller, const std::string& ticket) {
+  const auto found = waiting_.find(key_of(ticket));
+  const auto visitor = found == waiting_.end() ? nullptr : found->second.lock();
+  if (!visitor) return drop(caller);
+  const auto joint = std::make_shared<Joint>(std::move(visitor->socket), std::move(caller->socket));
+  Bytes hello = std::move(visitor->hello);
+  drop(visitor);  // the ticket is used
+  drop(caller);
+  joints_.insert(joint);
+  ++pairs_[visitor->robot];
+  joint->start(std::move(hello),
+               [weak = weak_from_this(), robot = visitor->robot, at = std::weak_ptr{joint}] {
+                 const auto self = weak.lock();
+                 if (!self) return;
+                 if (--self->pairs_[robot] == 0) self->pairs_.erase(robot);
+                 self->joints_.erase(at.lock());
+               });
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,130 @@
+// Joins visitors with robots that nobody can dial (docs/protocol.md, "Relay").
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "auth/authenticator.hpp"
+#include "core/base/address_paces.hpp"
+#include "core/base/log_limit.hpp"
+#include "core/base/pace.hpp"
+#include "core/ports/net_options.hpp"
+#include "core/ports/ports.hpp"
+#include "net/admission.hpp"
+#include "net/tls_files.hpp"
+#include "net/tls_lines.hpp"
+#include "relay/client_hello.hpp"
+#include "relay/joint.hpp"
+
+namespace connect_bridge {
+
+struct RelaySetup {
+  std::vector<std::string> addresses;     // as ListenOptions::addresses
+  std::uint16_t port = 0;                 // 0: any free one
+  TlsOptions tls;                         // of the control connections
+  std::unique_ptr<Authenticator> robots;  // identities are the robots' names
+  SocketOptions sockets;
+  // Control handshakes of one address, beyond: dropped.
+  int address_handshakes_at_once = 30;
+  Duration address_handshake_period = std::chrono::milliseconds(100);
+};
+
+// Of what it passes on it reads the ClientHello; it dials nowhere. All that strangers can use up
+// here is bounded. Thread: that of the io_context.
+class Relay : public std::enable_shared_from_this<Relay> {
+ public:
+  using Log = std::function<void(LogLevel, const std::string&)>;
+
+  Relay(asio::io_context& io, RelaySetup setup, Log log);
+  // Once. Empty, or what is wrong.
+  [[nodiscard]] std::string open();
+  // Of the first address.
+  [[nodiscard]] std::uint16_t port() const;
+  // Call it once a second: files that have changed are read again, and whose token is no longer
+  // valid has to go.
+  void every_second();
+  // Cuts everything at once.
+  void close();
+
+ private:
+  // A connection that is in no pair: first its ClientHello is read, then it waits for its login or
+  // for the robot.
+  struct Caller {
+    explicit Caller(TcpSocket of) : socket(std::move(of)), limit(socket.get_executor()) {}
+    TcpSocket socket;
+    asio::ip::tcp::endpoint from;
+    Bytes hello;
+    asio::steady_timer limit;
+    std::shared_ptr<Admission::Pending> place;
+    std::shared_ptr<Admission::Pending> place_at_robot;
+    std::string robot;
+    std::string ticket;  // the key in waiting_; empty: it does not wait there
+  };
+  using CallerPtr = std::shared_ptr<Caller>;
+
+  // A control connection, before its login or after it.
+  struct Robot {
+    explicit Robot(asio::io_context& io) : limit(io) {}
+    std::string name;
+    std::string peer;
+    std::shared_ptr<TlsLines> lines;
+    asio::steady_timer limit;
+    std::shared_ptr<Admission::Pending> place;  // until its login
+    Bytes credential;
+  };
+  using RobotPtr = std::shared_ptr<Robot>;
+
+  struct Door {
+    explicit Door(asio::io_context& io) : acceptor(io), retry(io) {}
+    asio::ip::tcp::acceptor acceptor;
+    asio::steady_timer retry;
+  };
+
+  std::string bind(const std::string& address, std::uint16_t port);
+  void accept(const std::shared_ptr<Door>& door);
+  void admit(TcpSocket socket);
+  void read_hello(const CallerPtr& caller);
+  void on_hello(const CallerPtr& caller, const ClientHello& hello);
+  // Closes it, and forgets it wherever it is.
+  void drop(const CallerPtr& caller);
+  // The same, with a word to who expects TLS.
+  void refuse(const CallerPtr& caller);
+
+  void on_control(const CallerPtr& caller);
+  void on_shaken(const RobotPtr& robot, const ErrorCode& error);
+  void on_line(const RobotPtr& robot, std::string_view line);
+  void on_login(const RobotPtr& robot, std::string_view token);
+  [[nodiscard]] bool is_its_name(const Robot& robot, const Bytes& credential);
+  void limit(const RobotPtr& robot, std::chrono::seconds time);
+  void end(const RobotPtr& robot, const std::string& why);
+
+  void on_visitor(const CallerPtr& caller);
+  void on_ticket(const CallerPtr& caller, const std::string& ticket);
+
+  asio::io_context& io_;
+  RelaySetup setup_;
+  Log log_;
+  TlsFiles tls_;
+  std::vector<std::shared_ptr<Door>> doors_;
+  Admission callers_;   // by address
+  Admission visitors_;  // by robot
+  AddressPaces paces_;  // of control handshakes
+  Pace pace_;
+  std::unordered_set<CallerPtr> calling_;
+  std::unordered_map<std::string, std::weak_ptr<Caller>> waiting_;  // by the hash of their ticket
+  std::unordered_set<RobotPtr> strangers_;                          // without a login yet
+  std::unordered_map<std::string, RobotPtr> robots_;
+  std::unordered_set<std::shared_ptr<Joint>> joints_;
+  std::unordered_map<std::string, std::size_t> pairs_;  // by robot; none that is zero
+  LogLimit no_room_, refused_;
+  TimePoint judged_at_{};
+};
+
+}  // namespace connect_bridge

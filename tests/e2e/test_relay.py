@@ -1,0 +1,323 @@
+"""Server and client dial a relay, since nobody can dial them (docs/protocol.md, "Relay")."""
+
+import contextlib
+import json
+import os
+import select
+import socket
+import ssl
+import subprocess
+import threading
+import time
+
+import pytest
+from connect_bridge_test_interfaces.msg import Blob
+from geometry_msgs.msg import Twist
+
+from graph import until
+from harness.domains import free_port
+from harness.programs import Program, build_dir
+
+ROBOT = "robot7"
+NO_SUCH_NAME = bytes([21, 3, 3, 0, 2, 2, 112])
+SECRET = "a content that nobody on the way may see"
+
+
+def ctl(*words):
+    done = subprocess.run([build_dir() / "ctl", *map(str, words)], check=True, capture_output=True)
+    return done.stdout.decode().strip()
+
+
+class AtRelay:
+    """A relay with the robots robot7 and robot8, and the files for both ends."""
+
+    def __init__(self, folder):
+        self.folder, self.port = folder, free_port()
+        ctl("certs", folder / "relay", "--host", "localhost")
+        ctl("certs", folder / "robot", "--host", ROBOT)
+        tokens = folder / "robots.yaml"
+        for name in (ROBOT, "robot8"):
+            self.token_file(name).write_text(ctl("token", name, "--file", tokens))
+            self.token_file(name).chmod(0o600)
+        self.file = folder / "relay.yaml"
+        self.write(f"{folder}/relay")
+        command = [build_dir() / "relay", self.file]
+        self.program = Program("relay", command, dict(os.environ), folder)
+
+    def write(self, certificates):
+        text = {
+            "listen": {"address": "127.0.0.1", "port": self.port},
+            "tls": {
+                "certificate": f"{certificates}/server.crt",
+                "private_key": f"{certificates}/server.key",
+            },
+            "auth": {"token_file": str(self.folder / "robots.yaml")},
+        }
+        self.file.write_text(json.dumps(text))
+
+    def token_file(self, name):
+        return self.folder / f"{name}.token"
+
+    def start(self):
+        self.program.start()
+        self.program.wait_for("listens on port")
+
+    def server(self, name=ROBOT, token=None):
+        """The parameters of a server that is reached as `name`."""
+        relay = {
+            "url": f"wss://{name}@localhost:{self.port}/",
+            "token_file": str(self.token_file(token or name)),
+            "ca": f"{self.folder}/relay/ca.crt",
+        }
+        keys = f"{self.folder}/robot"
+        return {
+            "listen": {"port": 0, "relay": relay},
+            "tls": {"certificate": f"{keys}/server.crt", "private_key": f"{keys}/server.key"},
+        }
+
+    def client(self, name=ROBOT, port=None):
+        return {
+            "url": f"wss://{name}@localhost:{port or self.port}/",
+            "tls": {"ca": f"{self.folder}/robot/ca.crt"},
+        }
+
+
+@pytest.fixture
+def relay(tmp_path):
+    made = AtRelay(tmp_path)
+    made.start()
+    yield made
+    with contextlib.suppress(RuntimeError):
+        made.program.stop()
+
+
+@pytest.fixture
+def joined(make_pair, relay):
+    """Makes a pair that is linked by the relay; `client_by`: the port that the client dials."""
+
+    def make(start=True, client_by=None, **both):
+        pair = make_pair(start=False)
+        pair.server.set_parameters(
+            {**pair.server.parameters, **relay.server(), **both}
+        )
+        pair.client.set_parameters(
+            {**pair.client.parameters, **relay.client(port=client_by), **both}
+        )
+        if start:
+            pair.server.start().wait_for("reached through the relay")
+            pair.client.start().wait_linked()
+        return pair
+
+    return make
+
+
+def tls_hello(name, protocols=()):
+    """The ClientHello of a client, as bytes."""
+    context = ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    if protocols:
+        context.set_alpn_protocols(list(protocols))
+    into, out = ssl.MemoryBIO(), ssl.MemoryBIO()
+    line = context.wrap_bio(into, out, server_hostname=name)
+    with contextlib.suppress(ssl.SSLWantReadError):
+        line.do_handshake()
+    return out.read()
+
+
+def answer_to(port, sent, seconds=8.0):
+    """All that comes back, and after how long the connection was closed."""
+    begin = time.monotonic()
+    with socket.create_connection(("127.0.0.1", port), seconds) as line:
+        got = b""
+        with contextlib.suppress(ConnectionResetError, BrokenPipeError):
+            line.sendall(sent)
+            while part := line.recv(4096):
+                got += part
+    return got, time.monotonic() - begin
+
+
+def test_topics_cross_both_ways(joined, relay, topic):
+    pair = joined()
+    pair.opened(Blob, topic, Blob())
+    pair.opened(Twist, "/cmd_vel", Twist(), backward=True)
+    link = pair.server.status()["links"][0]
+    assert link["peer"].startswith("127.0.0.1"), "the visitor's address"
+    assert f"{ROBOT} is here" in relay.program.text()
+
+
+def test_the_relay_starts_again(joined, relay, topic):
+    pair = joined(dead_after=3.0)
+    publisher, collector = pair.opened(Blob, topic, Blob())
+    assert relay.program.stop() == 0
+    relay.start()
+    began = time.monotonic()
+    pair.client.wait_for(r"link open with (.|\n)*link open with ")
+    assert time.monotonic() - began < 2.0 + 1.0  # the busy machine has the second
+    publisher.publish(Blob(sequence=7))
+    until(lambda: any(m.sequence == 7 for m in collector.messages), "the message after it")
+
+
+def test_a_token_of_another_takes_no_name(make_side, relay, joined, domains, topic):
+    pair = joined()
+    thief = make_side(
+        "server",
+        domains(1)[0],
+        {**relay.server(ROBOT, token="robot8"), "auth": {"token": "a-token-for-one-run"}},
+        name="thief",
+    )
+    thief.start().wait_for("it refuses the token")
+    assert "is not that of robot7" in relay.program.text()
+    pair.opened(Blob, topic, Blob())
+    assert pair.server.text().count("reached through the relay") == 1
+
+
+def test_a_withdrawn_token_ends_the_connection(joined, relay):
+    joined()
+    tokens = relay.folder / "robots.yaml"
+    entries = tokens.read_text().split("- identity")
+    tokens.write_text("".join("- identity" + e for e in entries if "robot8" in e))
+    relay.program.wait_for("robot7 is gone: its token is no longer valid")
+
+
+def test_who_is_absent_looks_like_who_is_unknown(relay):
+    absent, unknown = (answer_to(relay.port, tls_hello(n))[0] for n in ("robot8", "robot99"))
+    assert absent == unknown == NO_SUCH_NAME
+    nameless = answer_to(relay.port, tls_hello(None))[0]
+    assert nameless == NO_SUCH_NAME
+
+
+def test_a_client_says_that_the_robot_is_not_there(make_side, relay, domains):
+    client = make_side("client", domains(1)[0], {**relay.client(), "auth": {"token": "x" * 20}})
+    client.start().wait_for(f"no '{ROBOT}' is connected to the relay there")
+
+
+def test_without_a_pin_or_an_authority_no_client_starts(make_side, relay, domains):
+    parameters = {**relay.client(), "auth": {"token": "x" * 20}}
+    del parameters["tls"]
+    client = make_side("client", domains(1)[0], parameters)
+    client.start()
+    assert client.process.wait(20) == 2
+    assert "a certificate of a public authority proves nothing" in client.text()
+
+
+def test_junk_harms_nobody(joined, relay, topic):
+    pair = joined()
+    publisher, collector = pair.opened(Blob, topic, Blob())
+    hello = tls_hello(ROBOT)
+    control = tls_hello(ROBOT, ["ros2-connect-relay.v1"])
+    long = b"\x16\x03\x01\x40\x00\x01\x00\x3f\xfc" + bytes(20000)
+    for junk in (b"GET / HTTP/1.1\r\n\r\n", os.urandom(20000), long, b"\x16\x03\x01\x00\x00"):
+        assert answer_to(relay.port, junk)[0] == b""
+    # A ticket that nobody has been given.
+    stolen = tls_hello(ROBOT, ["ros2-connect-ticket.v1", "0" * 64])
+    assert answer_to(relay.port, stolen)[0] == b""
+    # Half a hello, and a control connection that goes on with no TLS.
+    waiting = [socket.create_connection(("127.0.0.1", relay.port)) for _ in range(40)]
+    for line in waiting:
+        line.sendall(hello[: len(hello) // 2])
+    got, seconds = answer_to(relay.port, control)
+    assert got.startswith(b"\x16\x03") and 4 < seconds < 8
+    until(lambda: all(is_closed(line) for line in waiting), "the end of those who are slow")
+    publisher.publish(Blob(sequence=9))
+    until(lambda: any(m.sequence == 9 for m in collector.messages), "a message after all that")
+    assert pair.client.text().count("lost the link") == 0
+    assert relay.program.running()
+
+
+def is_closed(line):
+    readable, _, _ = select.select([line], [], [], 0)
+    with contextlib.suppress(ConnectionResetError):
+        return bool(readable) and line.recv(1) == b""
+    return True
+
+
+class Liar:
+    """Stands between and does what a hostile relay can: bends bytes, and keeps what it saw."""
+
+    def __init__(self, to):
+        self.to = to
+        self.seen = bytearray()
+        self.bend = False
+        self.instead = None  # send the next connection there
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        with contextlib.suppress(OSError):
+            while True:
+                near, _ = self.listener.accept()
+                far = socket.create_connection(("127.0.0.1", self.instead or self.to))
+                for pair in ((near, far), (far, near)):
+                    threading.Thread(target=self._carry, args=pair, daemon=True).start()
+
+    def _carry(self, source, sink):
+        with contextlib.suppress(OSError):
+            while part := bytearray(source.recv(16384)):
+                self.seen += part
+                if self.bend:
+                    part[len(part) // 2] ^= 4
+                sink.sendall(part)
+            sink.shutdown(socket.SHUT_WR)
+            return
+        for line in (source, sink):
+            line.close()
+
+
+def test_a_relay_that_bends_bytes_gets_a_lost_link(joined, relay, topic):
+    liar = Liar(relay.port)
+    pair = joined(client_by=liar.port)
+    publisher, collector = pair.opened(Blob, topic, Blob())
+    text = SECRET.encode()
+    publisher.publish(Blob(sequence=2, data=list(text)))
+    until(lambda: any(m.sequence == 2 for m in collector.messages), "the message")
+    assert text not in liar.seen, "the relay sees what is said"
+    liar.bend = True
+    publisher.publish(Blob(sequence=3, data=list(text)))
+    pair.client.wait_for("lost the link")
+    assert all(m.sequence != 3 or bytes(m.data) == text for m in collector.messages)
+    liar.bend = False
+    until(lambda: pair.client.text().count("link open with ") > 1, "the link again")
+    publisher.publish(Blob(sequence=4))
+    until(lambda: any(m.sequence == 4 for m in collector.messages), "a message after it")
+
+
+def test_a_relay_that_joins_with_another_robot_gets_nothing(joined, make_side, relay, domains):
+    """Another server, with another key: it is told from the client's own."""
+    ctl("certs", relay.folder / "other", "--host", ROBOT)
+    keys = f"{relay.folder}/other"
+    port = free_port()
+    other = make_side(
+        "server",
+        domains(1)[0],
+        {
+            "listen": {"port": port},
+            "tls": {"certificate": f"{keys}/server.crt", "private_key": f"{keys}/server.key"},
+            "auth": {"token": "a-token-for-one-run"},
+        },
+        name="other",
+    )
+    other.start().wait_listening()
+    liar = Liar(relay.port)
+    liar.instead = port
+    pair = joined(start=False, client_by=liar.port)
+    pair.server.start().wait_for("reached through the relay")
+    pair.client.start().wait_for("the server's certificate is from an unknown authority")
+    assert "link open" not in other.text()
+
+
+def test_a_file_that_is_wrong_is_told(relay):
+    def check(text):
+        relay.file.write_text(text)
+        done = subprocess.run(
+            [build_dir() / "relay", relay.file, "--check"], capture_output=True, check=False
+        )
+        return done.returncode, done.stderr.decode()
+
+    right = relay.file.read_text()
+    assert check(right) == (0, "")
+    code, said = check(right.replace('"port"', '"prot"'))
+    assert code == 2 and "listen.prot is wrong" in said
+    code, said = check(right.replace("server.key", "ca.key"))
+    assert code == 2 and "does not belong to the certificate" in said
+    assert check("[")[0] == check("")[0] == 2

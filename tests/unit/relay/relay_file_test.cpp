@@ -1,0 +1,47 @@
+#include "relay/relay_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace connect_bridge {
+namespace {
+
+constexpr char kRight[] =
+    "listen: {address: \"0.0.0.0\", port: 443}\n"
+    "tls: {certificate: relay.crt, private_key: relay.key}\n"
+    "auth: {token_file: robots.yaml}\n";
+
+std::string problems_of(const std::string& text) {
+  std::string all;
+  const RelayFile file = read_relay_file(text, {});
+  EXPECT_EQ(file.config.has_value(), file.problems.empty());
+  for (const std::string& problem : file.problems) all += problem + "\n";
+  return all;
+}
+
+TEST(RelayFile, HasTheParametersOfAServerThatARelayHasToo) {
+  const RelayFile file = read_relay_file(kRight, {});
+  ASSERT_TRUE(file.config);
+  EXPECT_EQ(file.config->listen.addresses, std::vector<std::string>{"0.0.0.0"});
+  EXPECT_EQ(file.config->listen.port, 443);
+  EXPECT_EQ(file.config->tls.certificate_file, "relay.crt");
+  EXPECT_EQ(file.config->auth.token_file, "robots.yaml");
+}
+
+TEST(RelayFile, TellsAllThatIsWrong) {
+  const std::string text = kRight;
+  EXPECT_THAT(problems_of(text + "rules: [all]\n"), testing::HasSubstr("line 4: rules is wrong"));
+  EXPECT_THAT(problems_of(text + "url: [1]\n"), testing::HasSubstr("url is wrong"));
+  EXPECT_THAT(problems_of("listen: {port: 1}\n"),
+              testing::AllOf(testing::HasSubstr("tls.certificate is missing"),
+                             testing::HasSubstr("auth.token_file is missing")));
+  EXPECT_THAT(problems_of(text + "tls.certificate: twice\n"), testing::HasSubstr("given twice"));
+  std::string port = text;
+  port.replace(port.find("443"), 3, "70000");
+  EXPECT_THAT(problems_of(port), testing::HasSubstr("listen.port: 70000 is wrong"));
+  EXPECT_THAT(problems_of("- a\n"), testing::HasSubstr("expected a map"));
+  EXPECT_THAT(problems_of("a: [\n"), testing::HasSubstr("this is no YAML"));
+}
+
+}  // namespace
+}  // namespace connect_bridge
