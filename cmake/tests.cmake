@@ -135,7 +135,6 @@ if(CONNECT_FUZZ)
     add_dependencies(fuzz_targets ${name})
   endforeach()
   target_sources(fuzz_rules PRIVATE ${second_opinion})
-  target_sources(fuzz_pairing PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/src/run/invitation.cpp")
 endif()
 
 # ros: the gateway with real rcl. Files without _test in their name are shared by the tests.

@@ -14,8 +14,10 @@
 #include <string>
 
 #include "auth/file_trust.hpp"
+#include "config/syntax.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
+#include "relay/robot_line.hpp"
 #include "version.hpp"
 
 namespace connect_bridge {
@@ -100,6 +102,26 @@ int start(const std::string& name, bool only_checks) {
   return run(std::move(setup));
 }
 
+// `file`: empty: the relay's own, which is made if it is missing.
+int print_robot_line(const std::string& file, const std::string& robot) {
+  const auto url = syntax::parse_url("wss://" + robot + "/");
+  if (!url || url->robot.empty())
+    return refuse(
+        {"--robot: expected the robot's name (a to z, 0 to 9 and -) and this relay's "
+         "address, as in robot7@relay.example:443"});
+  const std::string folder = relay_folder();
+  std::string problem = file.empty() ? make_relay_files(folder, *url) : "";
+  std::string line;
+  if (problem.empty())
+    line = add_robot(file.empty() ? folder + "/relay.yaml" : file, *url, problem);
+  if (!problem.empty()) return refuse({problem});
+  std::printf(
+      "\nTo pair a client with %s, start there (who has this line can be %s here):\n\n"
+      "  ros2 run connect_bridge server --pair --via '%s'\n\n",
+      url->robot.c_str(), url->robot.c_str(), line.c_str());
+  return 0;
+}
+
 }  // namespace
 }  // namespace connect_bridge
 
@@ -113,7 +135,13 @@ int main(int argc, char** argv) {
                        "Print the version");
   std::string file;
   bool only_checks = false;
-  app.add_option("file", file, "The configuration, a small YAML file")->required();
+  std::string robot;
+  app.add_option("file", file,
+                 "The configuration, a small YAML file; without it that in ~/.connect_relay");
+  app.add_option(
+      "--robot", robot,
+      "Add a robot, with the address of this relay, as robot7@relay.example:443, and print "
+      "the line that its server is started with");
   app.add_flag("--check", only_checks, "Only say what is wrong with the file");
   try {
     app.parse(argc, argv);
@@ -123,6 +151,8 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   connect_bridge::raise_descriptors();
   try {
+    if (!robot.empty()) return connect_bridge::print_robot_line(file, robot);
+    if (file.empty()) file = connect_bridge::relay_folder() + "/relay.yaml";
     return connect_bridge::start(file, only_checks);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "relay: %s\n", error.what());

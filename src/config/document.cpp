@@ -58,11 +58,13 @@ constexpr char kServerHelp[] =
     R"(Usage: ros2 run connect_bridge server --ros-args --params-file FILE [-p KEY:=VALUE ...]
 
    or: ros2 run connect_bridge server --pair [HOST[:PORT]] [--operate] [--ros-args ...]
+   or: ros2 run connect_bridge server --pair --via 'wss+relay://...' [--operate] [--ros-args ...]
 
 The server of ROS2 Connect: joins this ROS 2 graph with the graphs of the clients that dial it, over
 one WebSocket each. Rules say what may cross; without rules nothing does.
 With --pair it makes itself a certificate and a login and prints an invitation, with which a client
-is started on another machine, once; HOST is what clients dial. Later both start without arguments.
+is started on another machine, once; HOST is what clients dial. With --via that is a relay: its line
+is what 'relay --robot' prints (docs/reach.md). Later both start without arguments.
 A paired client may receive all topics, with --operate it may also publish and call everything.
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:

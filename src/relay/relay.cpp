@@ -24,6 +24,8 @@ constexpr std::size_t kCallersMax = 320;
 constexpr std::size_t kCallersOfAddress = 16;
 constexpr std::size_t kVisitorsOfRobot = 16;
 constexpr std::size_t kPairsOfRobot = 384;
+constexpr int kVisitorsAtOnce = 100;
+constexpr Duration kVisitorPeriod = std::chrono::milliseconds(20);
 constexpr int kHandshakes = 300;
 constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
 constexpr std::chrono::milliseconds kAcceptRetry{100};
@@ -65,7 +67,8 @@ Relay::Relay(asio::io_context& io, RelaySetup setup, Log log)
       tls_(setup_.tls, Role::kServer),
       callers_({0, kCallersMax, kCallersOfAddress, {}}),
       visitors_({0, kCallersMax, kVisitorsOfRobot, {}}),
-      paces_(setup_.address_handshakes_at_once, setup_.address_handshake_period),
+      paces_(setup_.address_calls_at_once, setup_.address_call_period),
+      robot_paces_(kVisitorsAtOnce, kVisitorPeriod),
       pace_(kHandshakes, kHandshakePeriod) {}
 
 std::string Relay::open() {
@@ -327,6 +330,10 @@ void Relay::on_visitor(const CallerPtr& caller) {
   const auto pairs = pairs_.find(caller->robot);
   const bool full = pairs != pairs_.end() && pairs->second >= kPairsOfRobot;
   if (found == robots_.end() || full) return refuse(caller);
+  const TimePoint now = steady_now();
+  if (!paces_.take(network_of(caller->from.address(), 8), 1, now) ||
+      !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
+    return refuse(caller);
   const std::string ticket = random_token();
   if (ticket.empty()) return refuse(caller);
   caller->place_at_robot = visitors_.take_pending(caller->robot);

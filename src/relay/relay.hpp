@@ -31,9 +31,9 @@ struct RelaySetup {
   TlsOptions tls;                         // of the control connections
   std::unique_ptr<Authenticator> robots;  // identities are the robots' names
   SocketOptions sockets;
-  // Control handshakes of one address, beyond: dropped.
-  int address_handshakes_at_once = 30;
-  Duration address_handshake_period = std::chrono::milliseconds(100);
+  // Control handshakes and visitors of one address, beyond: dropped, or refused.
+  int address_calls_at_once = 30;
+  Duration address_call_period = std::chrono::milliseconds(100);
 };
 
 // Of what it passes on it reads the ClientHello; it dials nowhere. All that strangers can use up
@@ -113,10 +113,11 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Log log_;
   TlsFiles tls_;
   std::vector<std::shared_ptr<Door>> doors_;
-  Admission callers_;   // by address
-  Admission visitors_;  // by robot
-  AddressPaces paces_;  // of control handshakes
-  Pace pace_;
+  Admission callers_;         // by address
+  Admission visitors_;        // by robot
+  AddressPaces paces_;        // of control handshakes and visitors, by address
+  AddressPaces robot_paces_;  // of visitors, by robot: each costs it a connection
+  Pace pace_;                 // of control handshakes
   std::unordered_set<CallerPtr> calling_;
   std::unordered_map<std::string, std::weak_ptr<Caller>> waiting_;  // by the hash of their ticket
   std::unordered_set<RobotPtr> strangers_;                          // without a login yet

@@ -13,6 +13,7 @@ struct Arguments {
   bool pairs = false;      // server: --pair
   bool operates = false;   // server: --operate, the client that pairs may do more than look
   std::string host;        // server: what clients are to dial, "robot.example:443"; or empty
+  std::string via;         // server: wss+relay://..., the relay's line; empty: by no relay
   std::string invitation;  // client: wss+pair://...; empty: none
   std::vector<std::string> problems;
 };

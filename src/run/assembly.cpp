@@ -171,7 +171,9 @@ void hide_secrets(int argc, char** argv) {
         std::memset(argv[i] + at + key.size(), 'x', argument.size() - at - key.size());
     }
     const auto code = argument.find('#');
-    if (argument.starts_with(kInvitationScheme) && code != std::string_view::npos)
+    const bool has_code =
+        argument.starts_with(kInvitationScheme) || argument.starts_with(kRelayLineScheme);
+    if (has_code && code != std::string_view::npos)
       std::memset(argv[i] + code + 1, 'x', argument.size() - code - 1);
   }
   if (char* token = std::getenv(kTokenVariable)) {

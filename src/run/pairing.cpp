@@ -105,6 +105,9 @@ std::string make_server_files(const PairingFolder& folder) {
 // Where the client dials, without a port if that is not known before the server listens.
 std::string dialed(const ParameterMap& parameters, const std::string& host) {
   const std::string path = string_at(parameters, "listen.path");
+  const std::string relay = string_at(parameters, "listen.relay.url");
+  if (host.empty() && !relay.empty())
+    return relay.substr(0, relay.rfind('/')) + (path.empty() ? "/" : path);
   std::string authority = host;
   if (authority.empty()) {
     authority = syntax::listen_addresses(string_at(parameters, "listen.address")).front();
@@ -123,15 +126,27 @@ std::string text_of(const RunningServer& running, const PairingFolder& folder) {
 constexpr char kOneOfTheTwo[] = "end it first, or give this one a name: --ros-args -r __node:=NAME";
 
 // The server that runs takes the client: what is given for this process would not be used.
-std::string go_to_running(const PairingFolder& folder, Start& start) {
+std::string go_to_running(const PairingFolder& folder, bool by_relay, Start& start) {
   const std::string which = text_of(*start.running, folder);
   const bool says_more = std::any_of(start.parameters.begin(), start.parameters.end(),
                                      [](const auto& given) { return !is_ros_key(given.first); });
-  if (says_more)
+  if (says_more || by_relay)
     return which + ", and gets no other parameters: leave them out to invite a client to it, " +
            kOneOfTheTwo;
   start.news.push_back(which + ": it takes the client that pairs");
   return {};
+}
+
+// By the relay of this line, and not from elsewhere.
+void add_relay(const std::string& text, const PairingFolder& folder, Start& start,
+               std::string& problem) {
+  const Invitation line = parse_relay_line(text, problem);
+  if (problem.empty()) problem = write_secret_file(folder.file("relay.token"), line.code + "\n");
+  start.parameters =
+      filled(start.parameters, {{"listen.address", std::string{"127.0.0.1"}},
+                                {"listen.relay.url", line.url},
+                                {"listen.relay.token_file", folder.file("relay.token")},
+                                {"listen.relay.pin", std::vector<std::string>{line.pin}}});
 }
 
 void pair_server(const Arguments& arguments, const PairingFolder& folder, Start& start) {
@@ -143,7 +158,11 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
   }
   std::string problem = make_server_files(folder);
   start.running = folder.running();
-  if (problem.empty() && start.running) problem = go_to_running(folder, start);
+  if (problem.empty() && start.running) {
+    problem = go_to_running(folder, !arguments.via.empty(), start);
+  } else if (problem.empty() && !arguments.via.empty()) {
+    add_relay(arguments.via, folder, start, problem);
+  }
   if (problem.empty()) {
     const ParameterMap stored = stored_or_new(folder, start.parameters, problem);
     const ParameterMap next = lasting(start.parameters, stored);
@@ -288,12 +307,13 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   const auto bracket = authority.find(']');
   const auto colon = authority.find(':', bracket == std::string::npos ? 0 : bracket);
   const std::string listening = ":" + std::to_string(port);
-  if (colon == std::string::npos) invitation.url.insert(slash, listening);
+  const bool by_relay = authority.find('@') != std::string::npos;
+  if (colon == std::string::npos && !by_relay) invitation.url.insert(slash, listening);
   std::string text = "\nTo pair a client, start there within " +
                      std::to_string(kPairingTime.count()) +
                      " minutes (this works once):\n\n  ros2 run connect_bridge client '" +
                      to_text(invitation) + "'\n\n";
-  if (colon != std::string::npos && authority.substr(colon) != listening)
+  if (!by_relay && colon != std::string::npos && authority.substr(colon) != listening)
     text += "It dials " + authority + ", and this server listens on port " + std::to_string(port) +
             ": a router or proxy must lead from there to here.\n\n";
   return text;

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "auth/authenticator.hpp"
+#include "config/invitation.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/parameter.hpp"
 #include "run/arguments.hpp"
-#include "run/invitation.hpp"
 #include "run/pairing_folder.hpp"
 
 namespace connect_bridge {

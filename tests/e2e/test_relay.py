@@ -3,6 +3,8 @@
 import contextlib
 import json
 import os
+import pathlib
+import re
 import select
 import socket
 import ssl
@@ -17,6 +19,7 @@ from geometry_msgs.msg import Twist
 from graph import until
 from harness.domains import free_port
 from harness.programs import Program, build_dir
+from test_pairing import _LINE, World
 
 ROBOT = "robot7"
 NO_SUCH_NAME = bytes([21, 3, 3, 0, 2, 2, 112])
@@ -321,3 +324,39 @@ def test_a_file_that_is_wrong_is_told(relay):
     code, said = check(right.replace("server.key", "ca.key"))
     assert code == 2 and "does not belong to the certificate" in said
     assert check("[")[0] == check("")[0] == 2
+
+
+def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
+    """Of robot and operator; the relay is made by two of its own."""
+    env = dict(os.environ, HOME=str(tmp_path))
+    begun = []
+    world = World(tmp_path, domains(2), make_graph, begun)
+    try:
+        place = f"{ROBOT}@localhost:{free_port()}"
+        command = [build_dir() / "relay", "--robot", place]
+        told = subprocess.run(command, env=env, check=True, capture_output=True).stdout.decode()
+        line = re.search(r"--via '(wss\+relay://\S+)'", told).group(1)
+        assert line.startswith(f"wss+relay://{place}/#")
+        relay = Program("relay", [build_dir() / "relay"], env, tmp_path)
+        begun.append(relay)
+        relay.start().wait_for("listens on port")
+        begin = time.monotonic()
+        port = ["--ros-args", "-p", "listen.port:=0"]
+        server = world.run("server", "robot", "--pair", "--via", line, *port)
+        invitation = server.wait_for(_LINE).group(1)
+        assert invitation.startswith(f"wss+pair://{place}/#")
+        client = world.run("client", "operator", invitation)
+        client.wait_for("paired: from now on")
+        world.crosses("/first")
+        print(f"the first message after {time.monotonic() - begin:.1f} s")
+        token = line.split("#")[1].split(".")[0]
+        words = (pathlib.Path("/proc") / str(server.pid) / "cmdline").read_text()
+        assert token not in words and token not in server.text() + relay.text()
+        client.stop()
+        server.stop()
+        world.run("server", "robot").wait_for("reached through the relay")
+        world.run("client", "operator").wait_for("link open with ")
+        world.crosses("/second")
+    finally:
+        for program in begun:
+            program.kill()

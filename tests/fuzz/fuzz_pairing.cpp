@@ -4,9 +4,9 @@
 #include <string>
 
 #include "auth/pairing_login.hpp"
+#include "config/invitation.hpp"
 #include "core/base/check.hpp"
 #include "core/base/hex.hpp"
-#include "run/invitation.hpp"
 
 using namespace connect_bridge;
 

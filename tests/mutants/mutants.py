@@ -73,6 +73,7 @@ MUTANTS = [
     Mutant("name_through_a_relay", "through a relay any robot of the authority will do", never),
     Mutant("name_of_another", "a token takes every name at a relay",
            swap(" && judgement.identity->name == robot.name", "")),
+    Mutant("visitors_of_robot", "visitors at a relay without a limit", never),
     Mutant("control_handshakes", "control handshakes without a limit", never),
     # what a file of parameters allows
     Mutant("plaintext_reached", "without TLS anybody may be reached", never),

@@ -50,14 +50,14 @@ std::string visitor_hello(const std::string& robot) {
 }
 
 struct AtRelay {
-  explicit AtRelay(int handshakes = 30) {
+  explicit AtRelay(int calls = 30) {
     const Authority::Files files = relay_authority().sign("relay", "IP:127.0.0.1");
     RelaySetup setup;
     setup.addresses = {"127.0.0.1"};
     setup.tls = TlsOptions{files.certificate, files.key};
     setup.robots = std::make_unique<ByName>();
-    setup.address_handshakes_at_once = handshakes;
-    setup.address_handshake_period = 800s;
+    setup.address_calls_at_once = calls;
+    setup.address_call_period = 800s;
     relay = std::make_shared<Relay>(loop.io, std::move(setup), [](LogLevel, const std::string&) {});
     EXPECT_EQ(relay->open(), "");
   }
@@ -251,6 +251,21 @@ TEST(Relay, ControlHandshakesOfAnAddressAreLimited) {
     EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
     EXPECT_EQ(robot.said.empty(), i == 2) << i;
   }
+}
+
+// Each costs the robot a connection, which it may pay for.
+TEST(Relay, VisitorsOfAnAddressAreLimited) {
+  AtRelay at(3);
+  HandRobot robot(at, "robot7", "robot7-token");
+  ASSERT_TRUE(robot.hears(1));
+  RawPeer first(at.port()), second(at.port()), third(at.port());
+  first.send(visitor_hello("robot7"));
+  second.send(visitor_hello("robot7"));
+  ASSERT_TRUE(robot.hears(3));
+  third.send(visitor_hello("robot7"));
+  EXPECT_TRUE(third.ends(at.loop, 3s));
+  EXPECT_EQ(third.text, kNoSuchRobot);
+  EXPECT_EQ(robot.said.size(), 3U);
 }
 
 TEST(Relay, WhatIsNoTlsIsClosedAtOnce) {

@@ -67,6 +67,22 @@ TEST(Invitation, APartOfOneIsRefusedWithoutTheCode) {
   }
 }
 
+TEST(Invitation, ARelaysLineIsReadAsItWasWritten) {
+  const std::string line = "wss+relay://robot7@relay.example:443/#" + std::string(64, 'a') +
+                           ".47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
+  std::string problem;
+  const Invitation read = parse_relay_line(line, problem);
+  EXPECT_EQ(problem, "");
+  EXPECT_EQ(read.url, "wss://robot7@relay.example:443/");
+  EXPECT_EQ(to_relay_line(read), line);
+  std::string nobody = line;
+  for (const std::string& wrong : {line + "A", nobody.replace(12, 7, ""), std::string{kLine}}) {
+    problem.clear();
+    static_cast<void>(parse_relay_line(wrong, problem));
+    EXPECT_THAT(problem, HasSubstr("the relay's line is not complete")) << wrong;
+  }
+}
+
 TEST(Invitation, NamesThePortWhereTheServerListens) {
   Invitation invitation{"wss://[::1]/connect", "c", "p"};
   EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("wss+pair://[::1]:9090/connect#"));
@@ -241,6 +257,30 @@ TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
   const ParameterMap last = join({}).parameters;
   EXPECT_NE(std::get<std::string>(last.at("auth.token_file")), former);
   for (const auto& [key, value] : own) EXPECT_EQ(last.at(key), value);
+}
+
+TEST_F(PairingStart, AServerIsReachedByARelayThenAndLater) {
+  const std::string line = "wss+relay://robot7@relay.example:443/#" + std::string(64, 'a') +
+                           ".47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
+  const Start first = serve({"--pair", "--via", line});
+  ASSERT_THAT(first.problems, IsEmpty());
+  EXPECT_EQ(first.invitation->url, "wss://robot7@relay.example:443/");
+  EXPECT_THAT(invitation_text(*first.invitation, 9090),
+              testing::AllOf(HasSubstr("'wss+pair://robot7@relay.example:443/#"),
+                             testing::Not(HasSubstr("It dials"))));
+  const Parsed parsed = parse_config(first.parameters, Role::kServer, {});
+  EXPECT_THAT(parsed.problems, IsEmpty());
+  EXPECT_EQ(parsed.config->listen.addresses, std::vector<std::string>{"127.0.0.1"});
+  EXPECT_EQ(first.keep(), "");
+  EXPECT_EQ(serve({}).parameters, first.parameters);
+  EXPECT_EQ(serve({"--pair"}).invitation->url, first.invitation->url);
+  EXPECT_THAT(serve({"--pair", "--via", kLine}).problems,
+              ElementsAre(HasSubstr("--pair: the relay")));
+  EXPECT_THAT(serve({"--via", line}).problems, ElementsAre(HasSubstr("give --pair")));
+  EXPECT_THAT(serve({"--pair", "host", "--via", line}).problems, SizeIs(1));
+  // The client verifies the robot's key.
+  const Start client = join({to_text(*first.invitation)});
+  EXPECT_THAT(parse_config(client.parameters, Role::kClient, {}).problems, IsEmpty());
 }
 
 // After a full disk or an editing mistake.

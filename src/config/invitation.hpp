@@ -1,4 +1,5 @@
-// The one line that a server that pairs prints, and that its client is started with.
+// The lines that one program prints and another one is started with: a server that pairs for its
+// client, a relay for a robot.
 #pragma once
 
 #include <string>
@@ -18,5 +19,12 @@ inline constexpr char kInvitationScheme[] = "wss+pair://";
 [[nodiscard]] std::string to_text(const Invitation& invitation);
 // On return either `problem` is empty, or it says what is wrong, without the code.
 [[nodiscard]] Invitation parse_invitation(const std::string& text, std::string& problem);
+
+// "wss+relay://robot7@relay.example:443/#TOKEN.PIN": what a robot needs of its relay. `code` is the
+// robot's token there, 64 hexadecimal digits and valid until it is withdrawn; `pin` is of the
+// relay's key.
+inline constexpr char kRelayLineScheme[] = "wss+relay://";
+[[nodiscard]] std::string to_relay_line(const Invitation& line);
+[[nodiscard]] Invitation parse_relay_line(const std::string& text, std::string& problem);
 
 }  // namespace connect_bridge

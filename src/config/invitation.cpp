@@ -1,0 +1,94 @@
+#include "config/invitation.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "config/syntax.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::string_view kDialed = "wss://";
+constexpr std::size_t kPinSize = 43;  // of 32 bytes, without the '=' at its end
+constexpr std::size_t kTokenSize = 64;
+
+// Base64 of RFC 4648 section 4 to that of section 5, which a shell and a URL leave as it is.
+std::string to_url_safe(std::string pin) {
+  while (!pin.empty() && pin.back() == '=') pin.pop_back();
+  std::replace(pin.begin(), pin.end(), '+', '-');
+  std::replace(pin.begin(), pin.end(), '/', '_');
+  return pin;
+}
+
+std::string from_url_safe(std::string pin) {
+  std::replace(pin.begin(), pin.end(), '-', '+');
+  std::replace(pin.begin(), pin.end(), '_', '/');
+  return pin + "=";
+}
+
+bool all(std::string_view text, bool (*allowed)(unsigned char)) {
+  return std::all_of(text.begin(), text.end(),
+                     [&](char c) { return allowed(static_cast<unsigned char>(c)); });
+}
+
+bool is_hex(unsigned char c) {
+  return std::isdigit(c) != 0 || (c >= 'a' && c <= 'f');
+}
+
+bool is_url_safe(unsigned char c) {
+  return std::isalnum(c) != 0 || c == '-' || c == '_';
+}
+
+std::string text_of(std::string_view scheme, const Invitation& line) {
+  return std::string{scheme} + line.url.substr(kDialed.size()) + "#" + line.code + "." +
+         to_url_safe(line.pin);
+}
+
+// `url` is there in any case; without a pin the rest is wrong.
+Invitation read_line(const std::string& text, std::string_view scheme, std::size_t code_size) {
+  Invitation read;
+  const std::string_view rest =
+      text.starts_with(scheme) ? std::string_view{text}.substr(scheme.size()) : "";
+  const auto hash = rest.find('#');
+  read.url = std::string{kDialed}.append(rest.substr(0, hash));
+  const std::string secret{hash == std::string_view::npos ? "" : rest.substr(hash + 1)};
+  const auto dot = secret.find('.');
+  if (!syntax::parse_url(read.url) || dot != code_size ||
+      secret.size() != code_size + 1 + kPinSize || !all(secret.substr(0, dot), is_hex) ||
+      !all(secret.substr(dot + 1), is_url_safe))
+    return read;
+  read.code = secret.substr(0, dot);
+  read.pin = from_url_safe(secret.substr(dot + 1));
+  return read;
+}
+
+}  // namespace
+
+std::string to_text(const Invitation& invitation) {
+  return text_of(kInvitationScheme, invitation);
+}
+
+Invitation parse_invitation(const std::string& text, std::string& problem) {
+  Invitation parsed = read_line(text, kInvitationScheme, kCodeSize);
+  if (parsed.pin.empty())
+    problem =
+        "the invitation is not complete: expected what 'server --pair' prints, between "
+        "quotation marks, wss+pair://HOST:PORT/#CODE.PIN";
+  return parsed;
+}
+
+std::string to_relay_line(const Invitation& line) {
+  return text_of(kRelayLineScheme, line);
+}
+
+Invitation parse_relay_line(const std::string& text, std::string& problem) {
+  Invitation parsed = read_line(text, kRelayLineScheme, kTokenSize);
+  if (parsed.pin.empty() || syntax::check_relay_url(parsed.url))
+    problem =
+        "the relay's line is not complete: expected what 'relay --robot' prints, between "
+        "quotation marks, wss+relay://ROBOT@HOST:PORT/#TOKEN.PIN";
+  return parsed;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,73 @@
+#include "relay/robot_line.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "auth/secret.hpp"
+#include "auth/token_file.hpp"
+#include "config/invitation.hpp"
+#include "core/base/bytes.hpp"
+#include "core/base/sha256.hpp"
+#include "net/authority.hpp"
+#include "relay/relay_file.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr int kYears10 = 3650;  // robots check the key's pin
+
+bool is_there(const std::string& file) {
+  return ::access(file.c_str(), F_OK) == 0;
+}
+
+}  // namespace
+
+std::string relay_folder() {
+  const char* const home = std::getenv("HOME");
+  return std::string{home != nullptr ? home : "."} + "/.connect_relay";
+}
+
+std::string make_relay_files(const std::string& folder, const Url& url) {
+  std::string problem;
+  if (!is_there(folder + "/server.crt")) {
+    CertificateOrder order;
+    order.folder = folder;
+    order.hosts = {url.host};
+    order.days = kYears10;
+    problem = make_certificates(order).problem;
+  }
+  const std::string robots = folder + "/robots.yaml";
+  if (problem.empty() && !is_there(robots))
+    problem = write_secret_file(robots, "# The robots of this relay.\n");
+  const std::string file = folder + "/relay.yaml";
+  if (problem.empty() && !is_there(file))
+    problem = write_secret_file(
+        file, "listen: {address: \"*\", port: " + std::to_string(url.port) + "}\n" +
+                  "tls: {certificate: \"" + folder + "/server.crt\", private_key: \"" + folder +
+                  "/server.key\"}\nauth: {token_file: \"" + robots + "\"}\n");
+  return problem;
+}
+
+std::string add_robot(const std::string& relay_file, const Url& url, std::string& problem) {
+  std::ifstream file(relay_file);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) problem = relay_file + " cannot be read";
+  const RelayFile read = problem.empty() ? read_relay_file(text.str(), {}) : RelayFile{};
+  if (!read.problems.empty()) problem = relay_file + ": " + read.problems.front();
+  if (!read.config) return {};
+  Invitation line;
+  line.url = "wss://" + url.robot + "@" + host_and_port(url.host, url.port) + "/";
+  line.code = random_token();
+  if (line.code.empty()) problem = "no random numbers are available";
+  if (problem.empty()) line.pin = pin_of_file(read.config->tls.certificate_file, problem);
+  TokenEntry entry;
+  entry.identity = url.robot;
+  entry.digest = sha256(view_of(line.code));
+  if (problem.empty()) problem = append_token_entry(read.config->auth.token_file, entry);
+  return problem.empty() ? to_relay_line(line) : std::string{};
+}
+
+}  // namespace connect_bridge
