@@ -94,8 +94,6 @@ MUTANTS = [
     Mutant("hidden_names", "hidden names match wildcards", value("false")),
     Mutant("export_right", "export right skipped", value("std::optional<Decision>(Decision{})")),
     Mutant("import_right", "import right skipped", value("std::optional<Decision>(Decision{})")),
-    Mutant("service_import_right", "service import right skipped",
-           value("std::optional<Decision>(Decision{})")),
     Mutant("told_listeners", "listeners are told to whoever", value("true")),
     Mutant("rules_withdraw", "changed rules do not withdraw", always),
     Mutant("kept_right", "what the rules forbid is kept", gone),

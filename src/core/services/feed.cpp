@@ -6,6 +6,7 @@
 
 #include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
+#include "core/offers/import_right.hpp"
 #include "core/services/calls.hpp"
 #include "core/services/mirrored_service.hpp"
 
@@ -47,12 +48,7 @@ void Feed::on_withdraw(const Withdraw& why, const Now& now) {
 }
 
 void Feed::note_end(const Ending& why) const {
-  if (!mirroring_.outputs.audits()) return;
-  const auto& [name, type] = service_.key();
-  audit(mirroring_.outputs, link_, AuditEvent::kChannelEnded,
-        {Direction::kImport, InterfaceKind::kService, mirroring_.wire_name(name), type,
-         decision_.rule},
-        why.reason, why.code);
+  note_import_end(mirroring_, link_, InterfaceKind::kService, service_.key(), decision_.rule, why);
 }
 
 // ---- the attachment

@@ -5,6 +5,7 @@
 
 #include "core/link/standing.hpp"
 #include "core/link/type_difference.hpp"
+#include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/calls.hpp"
 
@@ -217,18 +218,11 @@ bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision d
   return true;
 }
 
-std::optional<Decision> MirroredService::permission(const Feed& feed) const {
-  const auto wire_name = mirroring_.graph_options.names.to_wire(key_.first);
-  if (!wire_name) return std::nullopt;
-  return mirroring_.policy.decide(
-      Direction::kImport, {InterfaceKind::kService, *wire_name, key_.second, feed.action_type()},
-      feed.link().login.identity());
-}
-
 void MirroredService::on_policy() {
   for (auto it = feeds_.begin(); it != feeds_.end();) {
     Feed& feed = (it++)->second;
-    if (auto decision = permission(feed)) {
+    if (auto decision = import_right(mirroring_, feed.link(), InterfaceKind::kService, key_,
+                                     feed.action_type())) {
       feed.on_decision(std::move(*decision));
       if (feed.any_definition()) feed.set_unfit(false);
       if (feeding() == &feed && differs_ && !feed.any_definition()) close();
@@ -236,7 +230,7 @@ void MirroredService::on_policy() {
     }
     Link& link = feed.link();
     const ChannelId channel = feed.channel();
-    const Ending why{"no rule allows importing it any longer", "not_permitted"};
+    const Ending why = no_longer_permitted();
     if (channel) feed.note_end(why);
     remove_feed(link.id);
     if (!channel) continue;

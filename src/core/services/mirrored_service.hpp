@@ -74,7 +74,6 @@ class MirroredService {
 
  private:
   [[nodiscard]] Feed* feeding();
-  [[nodiscard]] std::optional<Decision> permission(const Feed& feed) const;
   // The link that the goals of its action go to; none: it is not such a service, or no link has
   // them.
   [[nodiscard]] LinkId link_of_goals() const;

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "core/link/link_audit.hpp"
-#include "core/policy/interface.hpp"
+#include "core/offers/import_right.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -28,35 +27,17 @@ bool has_too_many_types(const Mirroring& mirroring, const Link& link, const Serv
 }  // namespace
 
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
-  const NameMap& names = mirroring_.graph_options.names;
-  const AuditChannel shown{Direction::kImport, offer.kind, offer.name, offer.type, {}};
-  const auto no = [&](const std::string& code, const std::string& reason) {
-    audit(mirroring_.outputs, link, AuditEvent::kChannelRefused, shown, reason, code);
-    link.send(Decline{offer.channel, code, reason});
-  };
-  // Names and types go into rules, logs and the local graph, so they are checked before anything
-  // else looks at them.
-  if (!is_canonical_name(offer.name) || !is_service_type(offer.type))
-    return no("not_permitted", "the name or type is not canonical");
-  auto decision = mirroring_.policy.decide(
-      Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
-      link.login.identity());  // mutant: service_import_right
-  if (!decision) return no("not_permitted", "no rule allows importing " + offer.name);
-  // Through `remap` two names on the wire may come to one name here: they would share a mirror,
-  // though the rules judge each by its own name.
-  if (names.to_wire(names.to_local(offer.name)) != offer.name)
-    return no("not_permitted", "another name is mapped to its name here");
-  const ServiceKey key{names.to_local(offer.name), offer.type};
+  auto import = judge(mirroring_, link, offer);
+  if (!import) return;
+  const ServiceKey& key = import->key;
   // Before an entry is made: a peer could offer one name with types without end.
   if (has_too_many_types(mirroring_, link, key))
-    return no("limit", "its name is offered with too many types");
+    return decline(mirroring_, link, offer, "limit", "its name is offered with too many types");
   auto& service = mirroring_.services[key];
   if (!service) service = std::make_unique<MirroredService>(key, mirroring_);
-  const std::string rule = decision->rule;
-  if (!service->on_offer(link, offer, std::move(*decision)))
-    return no("failed", "this service is offered twice");
-  audit(mirroring_.outputs, link, AuditEvent::kChannelOpened,
-        {shown.direction, shown.kind, shown.name, shown.type, rule});
+  if (!service->on_offer(link, offer, import->decision))
+    return decline(mirroring_, link, offer, "failed", "this service is offered twice");
+  note_import(mirroring_, link, offer, import->decision.rule);
   mirroring_.update(*service, now);
 }
 

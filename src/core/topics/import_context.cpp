@@ -95,25 +95,4 @@ void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now
   if (mirror.is_over()) mirrors.erase(MirrorKey(mirror.key()));
 }
 
-std::optional<Decision> ImportContext::permission(const Link& link, const std::string& wire_name,
-                                                  const std::string& type,
-                                                  const std::string& action_type) const {
-  if (is_parameter_events(InterfaceKind::kTopic, wire_name))
-    return policy.decide_parameter_events(Direction::kImport, type, link.login.identity());
-  return policy.decide(Direction::kImport, {InterfaceKind::kTopic, wire_name, type, action_type},
-                       link.login.identity());
-}
-
-std::optional<Decision> ImportContext::permission(const Link& link, const TopicKey& key,
-                                                  const std::string& action_type) const {
-  const auto wire_name = graph_options.names.to_wire(key.first);
-  if (!wire_name) return std::nullopt;
-  return permission(link, *wire_name, key.second, action_type);
-}
-
-bool ImportContext::withholds_events(const Link& link, const std::string& node) const {
-  const Interface what{InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, node};
-  return !policy.decide(Direction::kImport, what, link.login.identity());
-}
-
 }  // namespace connect_bridge

@@ -57,15 +57,6 @@ struct ImportContext : SideView {
                    const Now& now) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
-  // Whether our rules let this peer offer a topic, by its name on the wire.
-  [[nodiscard]] std::optional<Decision> permission(const Link& link, const std::string& wire_name,
-                                                   const std::string& type,
-                                                   const std::string& action_type) const;
-  // The same by its local name.
-  [[nodiscard]] std::optional<Decision> permission(const Link& link, const TopicKey& key,
-                                                   const std::string& action_type) const;
-  // Whether no rule of ours lets this peer publish the parameter events of this node.
-  [[nodiscard]] bool withholds_events(const Link& link, const std::string& node) const;
 };
 
 }  // namespace connect_bridge

@@ -60,10 +60,15 @@ void Imports::on_claims(LinkTable& links, const Now& now) {
   for (auto& [key, mirror] : context_.mirrors) mirror.update(now);
 }
 
+std::optional<Decision> Imports::permission(const Link& link, const Mirror& mirror) const {
+  return import_right(context_, link, InterfaceKind::kTopic, mirror.key().first,
+                      mirror.action_type());
+}
+
 bool Imports::is_permitted_as_before(const Mirror& mirror) const {
   if (mirror.candidates().empty()) return false;
   const auto& [link, feeder, declined, qos, told] = mirror.candidates().front();
-  const auto decision = context_.permission(*link, mirror.key().first, mirror.action_type());
+  const auto decision = permission(*link, mirror);
   // Of a lost link the treatment is looked at when it offers the topic again.
   return decision && (!feeder || (decision->treatment == feeder->treatment() &&
                                   !feeder->withholds(mirror.origin())));
@@ -86,8 +91,7 @@ void Imports::on_policy(const Now& now) {
     Mirror& mirror = (it++)->second;
     const auto candidates = mirror.candidates();  // the last one may take the mirror with it
     for (const auto& [link, offered, declined, qos, told] : candidates)
-      if (!offered && !context_.permission(*link, mirror.key().first, mirror.action_type()))
-        context_.remove_candidate(mirror, link->id, now);
+      if (!offered && !permission(*link, mirror)) context_.remove_candidate(mirror, link->id, now);
   }
   for (const MirrorKey& key : emptied)
     if (const auto it = context_.mirrors.find(key); it != context_.mirrors.end())

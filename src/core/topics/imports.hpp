@@ -58,6 +58,7 @@ class Imports {
  private:
   [[nodiscard]] Mirror* find(MirrorId id);
   // Whether the rules let the mirror be fed, by the same link and in the same way as until now.
+  [[nodiscard]] std::optional<Decision> permission(const Link& link, const Mirror& mirror) const;
   [[nodiscard]] bool is_permitted_as_before(const Mirror& mirror) const;
 
   ImportContext context_;

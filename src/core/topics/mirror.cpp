@@ -1,6 +1,7 @@
 #include "core/topics/mirror.hpp"
 
 #include "core/link/standing.hpp"
+#include "core/offers/import_right.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
 
@@ -185,7 +186,7 @@ bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
   Link& link = *candidates_.front().link;
   // While changed rules are applied, one link's topic may be over and the next one's not yet.
-  if (!context_.permission(link, key_.first, action_type_)) return false;
+  if (!import_right(context_, link, InterfaceKind::kTopic, key_.first, action_type_)) return false;
   const Duration wait =
       link.account->wait_to_appear(link.account->mirrors, now.steady);  // mutant: mirrors_pace
   if (wait == Account::kPacing && !waits_) link.mirrors.note_wait();

@@ -90,7 +90,7 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
 }
 
 bool OfferedTopic::recheck(const Now& now) {
-  auto decision = context_.permission(link_, key_, action_type_);
+  auto decision = import_right(context_, link_, InterfaceKind::kTopic, key_, action_type_);
   if (!decision) return false;
   decision_ = *std::move(decision);
   for (auto it = origins_.begin(); it != origins_.end();) {
@@ -115,18 +115,14 @@ void OfferedTopic::renew(const Now& now) {
 
 void OfferedTopic::decline(const Now& now) {
   if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
-  const Ending why{"no rule allows importing it any longer", "not_permitted"};
+  const Ending why = no_longer_permitted();
   note_end(why);
   link_.send(Decline{number_, why.code, why.reason});
   leave_mirrors(now);
 }
 
 void OfferedTopic::note_end(const Ending& why) const {
-  if (!context_.outputs.audits()) return;
-  audit(context_.outputs, link_, AuditEvent::kChannelEnded,
-        {Direction::kImport, InterfaceKind::kTopic, context_.wire_name(key_.first), key_.second,
-         decision_.rule},
-        why.reason, why.code);
+  note_import_end(context_, link_, InterfaceKind::kTopic, key_, decision_.rule, why);
 }
 
 void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {

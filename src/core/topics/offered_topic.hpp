@@ -12,6 +12,7 @@
 #include "core/flow/reassembly.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/link.hpp"
+#include "core/offers/import_right.hpp"
 #include "core/ports/status.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/left_out_origins.hpp"
@@ -37,7 +38,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] bool recheck(const Now& now);
   // Whether this origin of /parameter_events is a node whose parameters no rule opens.
   [[nodiscard]] bool withholds(const OriginOffer& origin) const {
-    return parameter_events_ && context_.withholds_events(link_, origin.node);
+    return parameter_events_ && withholds_events(context_, link_, origin.node);
   }
   // Creates again the mirrors whose rule now requires another QoS.
   void renew(const Now& now);

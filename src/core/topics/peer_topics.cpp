@@ -3,44 +3,21 @@
 #include <utility>
 
 #include "core/compress/compress.hpp"
-#include "core/link/link_audit.hpp"
-#include "core/policy/interface.hpp"
+#include "core/offers/import_right.hpp"
 
 namespace connect_bridge {
-void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
-  const NameMap& names = context_.graph_options.names;
-  // Nothing else may be read of a kind that is not known: it may be one of a later version
-  // (docs/protocol.md section 15).
-  if (offer.kind != InterfaceKind::kTopic)
-    return decline(offer, "unsupported", "such channels are not forwarded");
-  if (!is_canonical_name(offer.name) || !is_topic_type(offer.type))
-    return decline(offer, "not_permitted", "the name or type is not canonical");
-  auto decision = context_.permission(link_, offer.name, offer.type,
-                                      offer.action_type);  // mutant: import_right
-  if (!decision) return decline(offer, "not_permitted", "no rule allows importing " + offer.name);
-  // Through `remap` two names on the wire may come to one name here, and the rules judge each by
-  // its own name.
-  const std::string local = names.to_local(offer.name);
-  if (names.to_wire(local) != offer.name)
-    return decline(offer, "not_permitted", "another name is mapped to its name here");
-  // Rules and limits for a topic apply to one channel.
-  if (!names_.emplace(local, offer.type).second)
-    return decline(offer, "limit", "the topic is offered on another channel");
-  audit(context_.outputs, link_, AuditEvent::kChannelOpened,
-        {Direction::kImport, offer.kind, offer.name, offer.type, decision->rule});
-  OfferedTopic& topic = topics_
-                            .try_emplace(offer.channel, *this, TopicKey{local, offer.type}, offer,
-                                         *std::move(decision))
-                            .first->second;
-  for (const auto& origin : offer.origins) topic.add_origin(origin, now);
-}
 
-// What comes on a declined channel is dropped: it stays without an owner until it is withdrawn.
-void PeerTopics::decline(const ChannelOffer& offer, const std::string& code,
-                         const std::string& reason) {
-  audit(context_.outputs, link_, AuditEvent::kChannelRefused,
-        {Direction::kImport, offer.kind, offer.name, offer.type, {}}, reason, code);
-  link_.send(Decline{offer.channel, code, reason});
+void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
+  auto import = judge(context_, link_, offer);
+  if (!import) return;
+  // Rules and limits for a topic apply to one channel.
+  if (!names_.insert(import->key).second)
+    return decline(context_, link_, offer, "limit", "the topic is offered on another channel");
+  note_import(context_, link_, offer, import->decision.rule);
+  OfferedTopic& topic =
+      topics_.try_emplace(offer.channel, *this, import->key, offer, std::move(import->decision))
+          .first->second;
+  for (const auto& origin : offer.origins) topic.add_origin(origin, now);
 }
 
 void PeerTopics::recheck(const Now& now) {

@@ -44,8 +44,6 @@ class PeerTopics {
   void add_status(LinkStatus& status) const;
 
  private:
-  void decline(const ChannelOffer& offer, const std::string& code, const std::string& reason);
-
   ImportContext& context_;
   Link& link_;
   Budget decoding_{&link_.memory};

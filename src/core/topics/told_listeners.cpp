@@ -1,5 +1,6 @@
 #include "core/topics/told_listeners.hpp"
 
+#include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -9,8 +10,7 @@ bool ToldListeners::permits(Told& told, const Link& link, const TopicKey& topic)
   const auto wire_name = side_.graph_options.names.to_wire(topic.first);
   if (!wire_name || has_action_token(*wire_name)) return false;
   const Interface what{InterfaceKind::kTopic, *wire_name, topic.second};
-  known->second = side_.policy.decide(Direction::kImport, what, link.login.identity())
-                      .has_value();  // mutant: told_listeners
+  known->second = import_right(side_, link, what).has_value();  // mutant: told_listeners
   return known->second;
 }
 

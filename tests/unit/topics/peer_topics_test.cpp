@@ -53,31 +53,6 @@ struct PeerScript : OfferedScript {
   }
 };
 
-TEST(PeerTopics, WhatIsNoTopicOrHasNoProperNameIsDeclined) {
-  PeerScript s;
-  ChannelOffer action = channel(1, "/a", {});
-  action.kind = InterfaceKind::kOther;
-  s.peer.on_offer(action, ms(0));
-  EXPECT_EQ(s.one.said(), "decline 1 unsupported\n");
-  for (const char* name : {"", "a", "/a/", "//a", "/a b", "/1a", "/a\n"}) {
-    s.offer_topic(2, name);
-    EXPECT_EQ(s.one.said(), "decline 2 not_permitted\n") << name;
-  }
-  for (const char* type : {"", "T", "p/srv/S", "p/msg/T/U", "p/msg/"}) {
-    s.offer_topic(3, "/a", type);
-    EXPECT_EQ(s.one.said(), "decline 3 not_permitted\n") << type;
-  }
-  Rule parameters = rule({}, {});  // whose topic no pattern for topics opens
-  parameters.import_parameters = {Pattern::parse("/**").value()};
-  s.policy = Policy({parameters});
-  for (const char* type : {"no type", "p/msg/T"}) {
-    s.offer_topic(4, "/parameter_events", type);
-    EXPECT_EQ(s.one.said(), "decline 4 not_permitted\n") << type;
-  }
-  EXPECT_EQ(s.topics(), "");
-  EXPECT_EQ(s.did(), "");
-}
-
 // It stays without an owner: the peer learns that only when it has sent some more.
 TEST(PeerTopics, WhatComesOnADeclinedChannelIsNoErrorOfThePeer) {
   PeerScript s;

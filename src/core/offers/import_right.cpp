@@ -1,0 +1,86 @@
+#include "core/offers/import_right.hpp"
+
+#include "core/link/link_audit.hpp"
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Key = std::pair<std::string, std::string>;
+
+std::optional<Decision> right_by_name(const SideView& side, const Link& link,
+                                      const Interface& what) {
+  if (is_parameter_events(what.kind, what.name))
+    return side.policy.decide_parameter_events(Direction::kImport, what.type,
+                                               link.login.identity());
+  return import_right(side, link, what);
+}
+
+}  // namespace
+
+std::optional<Decision> import_right(const SideView& side, const Link& link,
+                                     const Interface& what) {
+  return side.policy.decide(Direction::kImport, what, link.login.identity());
+}
+
+std::optional<Decision> import_right(const SideView& side, const Link& link, InterfaceKind kind,
+                                     const Key& key, const std::string& action_type) {
+  const auto wire_name = side.graph_options.names.to_wire(key.first);
+  if (!wire_name) return std::nullopt;
+  return right_by_name(side, link, {kind, *wire_name, key.second, action_type});
+}
+
+bool withholds_events(const SideView& side, const Link& link, const std::string& node) {
+  return !import_right(side, link,
+                       {InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, node});
+}
+
+std::optional<Import> judge(const SideView& side, Link& link, const ChannelOffer& offer) {
+  const auto no = [&](const std::string& code, const std::string& reason) {
+    decline(side, link, offer, code, reason);
+    return std::nullopt;
+  };
+  // Nothing else may be read of a kind that is not known: it may be one of a later version
+  // (docs/protocol.md section 15).
+  const bool is_topic = offer.kind == InterfaceKind::kTopic;
+  if (!is_topic && offer.kind != InterfaceKind::kService)
+    return no("unsupported", "such channels are not forwarded");
+  // Names and types go into rules, logs and the local graph, so they are checked before anything
+  // else looks at them.
+  if (!is_canonical_name(offer.name) ||
+      !(is_topic ? is_topic_type(offer.type) : is_service_type(offer.type)))
+    return no("not_permitted", "the name or type is not canonical");
+  const Interface what{offer.kind, offer.name, offer.type, offer.action_type};
+  auto decision = right_by_name(side, link, what);  // mutant: import_right
+  if (!decision) return no("not_permitted", "no rule allows importing " + offer.name);
+  // Through `remap` two names on the wire may come to one name here: they would share a mirror,
+  // though the rules judge each by its own name.
+  const NameMap& names = side.graph_options.names;
+  Key key{names.to_local(offer.name), offer.type};
+  if (names.to_wire(key.first) != offer.name)
+    return no("not_permitted", "another name is mapped to its name here");
+  return Import{std::move(key), *std::move(decision)};
+}
+
+void decline(const SideView& side, Link& link, const ChannelOffer& offer, const std::string& code,
+             const std::string& reason) {
+  audit(side.outputs, link, AuditEvent::kChannelRefused,
+        {Direction::kImport, offer.kind, offer.name, offer.type, {}}, reason, code);
+  link.send(Decline{offer.channel, code, reason});
+}
+
+void note_import(const SideView& side, const Link& link, const ChannelOffer& offer,
+                 const std::string& rule) {
+  audit(side.outputs, link, AuditEvent::kChannelOpened,
+        {Direction::kImport, offer.kind, offer.name, offer.type, rule});
+}
+
+void note_import_end(const SideView& side, const Link& link, InterfaceKind kind, const Key& key,
+                     const std::string& rule, const Ending& why) {
+  if (!side.outputs.audits()) return;
+  audit(side.outputs, link, AuditEvent::kChannelEnded,
+        {Direction::kImport, kind, side.wire_name(key.first), key.second, rule}, why.reason,
+        why.code);
+}
+
+}  // namespace connect_bridge

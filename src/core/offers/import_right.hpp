@@ -1,0 +1,50 @@
+// Whether what a peer offers may exist here, for topics and services alike.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/graph/side_view.hpp"
+#include "core/link/link.hpp"
+#include "core/policy/policy.hpp"
+#include "core/ports/audit.hpp"
+
+namespace connect_bridge {
+
+// What the rules here say; nullopt: none allows it. Nobody else asks them about imports.
+[[nodiscard]] std::optional<Decision> import_right(const SideView& side, const Link& link,
+                                                   const Interface& what);
+// The same by its local name. Of /parameter_events: of some node or other (withholds_events).
+[[nodiscard]] std::optional<Decision> import_right(const SideView& side, const Link& link,
+                                                   InterfaceKind kind,
+                                                   const std::pair<std::string, std::string>& key,
+                                                   const std::string& action_type);
+// Whether no rule lets the peer publish the parameter events of this node (its name on the wire).
+[[nodiscard]] bool withholds_events(const SideView& side, const Link& link,
+                                    const std::string& node);
+
+// What a peer offers and may have here.
+struct Import {
+  std::pair<std::string, std::string> key;  // local name, type
+  Decision decision;
+};
+// nullopt: it may not, and is declined.
+[[nodiscard]] std::optional<Import> judge(const SideView& side, Link& link,
+                                          const ChannelOffer& offer);
+// What comes on a declined channel is dropped: it stays without an owner until it is withdrawn.
+void decline(const SideView& side, Link& link, const ChannelOffer& offer, const std::string& code,
+             const std::string& reason);
+
+// Lines of the audit log: the channel is imported, by this rule; and its end.
+void note_import(const SideView& side, const Link& link, const ChannelOffer& offer,
+                 const std::string& rule);
+void note_import_end(const SideView& side, const Link& link, InterfaceKind kind,
+                     const std::pair<std::string, std::string>& key, const std::string& rule,
+                     const Ending& why);
+// Why it ends when rules have changed.
+inline Ending no_longer_permitted() {
+  return {"no rule allows importing it any longer", "not_permitted"};
+}
+
+}  // namespace connect_bridge
