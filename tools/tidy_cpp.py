@@ -100,14 +100,17 @@ def references(text):
 
 
 def slices(units, tested):
-    """Headers that one other unit alone includes, and no test: of {unit: headers it includes}."""
-    users = {}
+    """Headers that one other unit alone includes, or none, and no test: {header: that unit}.
+
+    `units`: the headers of the project that each includes, its own among them.
+    """
+    users = {header: set() for headers in units.values() for header in headers}
+    users.update({f'{unit}.hpp': set() for unit in units})
     for unit, headers in units.items():
-        for header in headers:
-            if header.removesuffix('.hpp') != unit:
-                users.setdefault(header, set()).add(unit)
-    return {header: units.pop() for header, units in users.items()
-            if len(units) == 1 and header not in tested}
+        for header in headers - {f'{unit}.hpp'}:
+            users[header].add(unit)
+    return {header: ''.join(users) for header, users in users.items()
+            if len(users) <= 1 and header not in tested}
 
 
 def self_test():
@@ -138,6 +141,8 @@ def self_test():
     if [line for line, *_ in references(text)][1:2] != [12]:
         yield 'references: finds them in another line'
     found = slices({'a/one': {'a/part.hpp', 'a/noun.hpp', 'a/both.hpp', 'a/one.hpp'},
-                    'a/part': {'a/part.hpp'}, 'a/two': {'a/both.hpp'}}, {'a/noun.hpp'})
-    if found != {'a/part.hpp': 'a/one'}:
+                    'a/part': {'a/part.hpp'}, 'a/two': {'a/both.hpp', 'a/one.hpp'},
+                    'a/three': {'a/one.hpp', 'a/two.hpp'}, 'a/dead': set()},
+                   {'a/noun.hpp', 'a/two.hpp', 'a/three.hpp'})
+    if found != {'a/part.hpp': 'a/one', 'a/dead.hpp': ''}:
         yield f'slices: finds {found}'
