@@ -180,9 +180,9 @@ void WireCheck::count(Connection& connection, Channel& channel, std::size_t byte
     connection.first_bytes += bytes;
   } else {
     connection.weighted_bytes += bytes;
+    connection.class_bytes[channel.priority] += bytes;
   }
-  channel.progress_at = connection.weighted_bytes;
-  channel.progress_time = ledger_.now();
+  begin_wait(connection, channel);
 }
 
 void WireCheck::on_message(const Host& host, ConnectionId id, Connection& connection,
@@ -340,42 +340,6 @@ void WireCheck::on_taken(const Host& host, const Reader&, const Writer& writer,
     taken.bytes[id.second] = {connection.weighted_bytes, connection.first_bytes};
   }
   taken_order_.push_back({ledger_.now(), key});
-}
-
-// A topic with queued messages must get its turn: when the classes that share by weight have sent
-// enough for every channel to have had several turns at the worst weight, and some time has passed,
-// each must have sent something.
-void WireCheck::on_status(const Host& host, const Status& status) {
-  const auto& outbox = host.plan().options.outbox;
-  const std::uint64_t turn = outbox.fragment_bytes + outbox.packet_bytes + kMessageHeaderBytes;
-  for (auto& [key, connection] : connections_) {
-    if (key.first != host.index()) continue;
-    const auto channels = connection.channels.size() + 1;
-    for (auto& [id, channel] : connection.channels) {
-      std::uint64_t queued = 0;
-      // With several links the topic's queue cannot be told apart; then nobody is blamed.
-      if (status.links.size() == 1 && channel.demanded) {
-        for (const auto& topic : status.links[0].topics) {
-          if (topic.exported && topic.topic == channel.local && topic.type == channel.type) {
-            queued = topic.queued;
-          }
-        }
-      }
-      if (queued == 0) channel.waits = false;
-      if (queued > 0) ledger_.coverage().count(Judged::kTurns);
-      if (queued > 0 && !channel.waits) {
-        channel.waits = true;
-        channel.progress_at = connection.weighted_bytes;
-        channel.progress_time = ledger_.now();
-      }
-      if (channel.waits && ledger_.now() - channel.progress_time > 2s &&
-          connection.weighted_bytes - channel.progress_at > 26 * channels * turn) {
-        violated(channel.wire + " starves at " + describe(host) +
-                 ": nothing sent while others sent " +
-                 std::to_string(connection.weighted_bytes - channel.progress_at) + " bytes");
-      }
-    }
-  }
 }
 
 std::uint64_t WireCheck::messages_sent(const Host& host, const std::string& wire) const {

@@ -55,8 +55,10 @@ class WireCheck {
     TimePoint demanded_since{};
     std::uint64_t open_bytes = 0;   // of the message that is partly sent: what is missing
     std::uint64_t progress_at = 0;  // the connection's weighted bytes at our last frame
+    std::uint64_t class_at = 0;     // the same of its class alone
     TimePoint progress_time{};
-    bool waits = false;  // had something queued at the last status
+    bool waits = false;           // had something queued at the last status
+    std::uint64_t turn_most = 0;  // the largest turn of the line since our last frame
   };
   struct Connection {
     int records_left = 0;  // login records that precede everything
@@ -69,8 +71,10 @@ class WireCheck {
     std::map<ChannelId, std::uint32_t> sequences;
     std::deque<std::pair<TimePoint, std::size_t>> second;  // packets of the last one
     std::uint64_t second_bytes = 0;
-    std::uint64_t weighted_bytes = 0;  // data of the classes that share by weight
-    std::uint64_t first_bytes = 0;     // control texts, small frames and urgent data
+    std::uint64_t weighted_bytes = 0;               // data of the classes that share by weight
+    std::map<Priority, std::uint64_t> class_bytes;  // of these, by class
+    std::uint64_t turn = 0;                         // what counts at a time, at the last status
+    std::uint64_t first_bytes = 0;                  // control texts, small frames and urgent data
   };
   using Key = std::pair<int, ConnectionId>;  // host
   // A small message of a host that may be urgent.
@@ -80,6 +84,9 @@ class WireCheck {
   };
   using TakenKey = std::pair<int, std::pair<Gid, Stamp>>;
 
+  void begin_wait(Connection& connection, Channel& channel) const;
+  // A channel that waits must have its turn before others have sent more.
+  void check_turn(const Host& host, const Connection& connection, const Channel& channel) const;
   void on_control(const Host& host, const Identity& who, Connection& connection,
                   const Control& control);
   void on_offer(const Host& host, const Identity& who, Connection& connection,

@@ -49,7 +49,8 @@ ChannelQueue& Outbox::add_channel(ChannelId channel, QueueOptions options) {
   const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_);
   auto& queue = at->second;
   if (is_new) return queue;
-  schedule_.leave_class(queue);  // it may change
+  // Else it keeps its turn: where publishers come and go, a large message would wait for ever.
+  if (options.priority != queue.priority()) schedule_.leave_class(queue);
   bytes_of(queue) -= queue.bytes();
   queue.configure(options);
   bytes_of(queue) += queue.bytes();

@@ -361,6 +361,20 @@ TEST(OutboxOrder, AChannelCanChangeItsClassWhileItWaits) {
   EXPECT_EQ(drain(outbox), "1#1:12\n2#1:12\n");
 }
 
+// The options of a topic change with its publishers, which may come and go all the time.
+TEST(OutboxOrder, AChannelWhoseOptionsChangeKeepsItsTurn) {
+  Outbox outbox(one_by_one());
+  for (const auto channel : {kA, kB}) outbox.add_channel(channel, queue(Priority::kBulk));
+  outbox.push(kA, message(1000), now_ms(0));
+  int others = 0;
+  for (bool begun = false; !begun && others < 100; ++others) {
+    outbox.push(kB, message(50), now_ms(0));
+    outbox.add_channel(kA, queue(Priority::kBulk));
+    begun = next(outbox).starts_with("1");
+  }
+  EXPECT_LE(others, 1000 / 50 + 2);
+}
+
 TEST(OutboxOrder, PacketsStayBelowWhatReceiversTake) {
   OutboxOptions options;
   options.queue_delay_target = {};
