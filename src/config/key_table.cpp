@@ -60,7 +60,7 @@ void add_dial(Rows& rows) {
   add({.key = "url",
        .syntax = check_url,
        .help = "The server to dial, wss:// or ws://; by a relay with the robot's name there, "
-               "wss://robot7@relay.example/. Required."});
+               "wss://robot7@relay.example/; on one cable wss://[fe80::1%eth0]/. Required."});
   add({.key = "http_proxy",
        .fallback = "environment",
        .syntax = check_http_proxy,

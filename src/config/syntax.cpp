@@ -1,6 +1,7 @@
 #include "config/syntax.hpp"
 
 #include <arpa/inet.h>
+#include <net/if.h>
 
 #include <algorithm>
 #include <charconv>
@@ -44,13 +45,25 @@ std::string_view take(std::optional<std::string_view>& rest, char separator) {
   return part;
 }
 
-// The bytes of an address as it is sent. No leading zeros, which mean octal to some, and no zones.
+// The bytes of an address as it is sent. No leading zeros, which mean octal to some, and no zone.
 std::optional<Bytes> parse_ip(int family, std::string_view text) {
   Bytes bytes(family == AF_INET ? 4 : 16);
   const bool ends_early = text.find('\0') != std::string_view::npos;
   if (ends_early || inet_pton(family, std::string{text}.c_str(), bytes.data()) != 1)
     return std::nullopt;
   return bytes;
+}
+
+// "fe80::1%eth0": a link-local address exists once on each interface (RFC 4007 section 11).
+bool is_zoned_ip(std::string_view text) {
+  const std::size_t at = text.find('%');
+  if (at == std::string_view::npos) return false;
+  const std::string_view zone = text.substr(at + 1);
+  const auto address = parse_ip(AF_INET6, text.substr(0, at));
+  return address && (*address)[0] == 0xfe && ((*address)[1] & 0xc0) == 0x80 &&
+         zone.size() < IF_NAMESIZE && consists_of(zone, [](char c) {
+           return is_letter(c) || is_digit(c) || c == '-' || c == '.' || c == '_';
+         });
 }
 
 bool is_host_name(std::string_view text) {
@@ -67,7 +80,8 @@ bool is_target(std::string_view text) {
   });
 }
 
-// "host", "host:port", "[ipv6]:port"
+// "host", "host:port", "[ipv6]:port"; an IPv6 address may have a zone, with "%25" in a URL by
+// RFC 6874, with "%" as people write it.
 bool read_authority(std::string_view text, Url& url) {
   std::string_view port;
   if (!text.empty() && text.front() == '[') {
@@ -75,7 +89,9 @@ bool read_authority(std::string_view text, Url& url) {
     if (end == std::string_view::npos) return false;
     url.host = text.substr(1, end - 1);
     port = text.substr(end + 1);
-    if (!parse_ip(AF_INET6, url.host)) return false;
+    if (const auto escaped = url.host.find("%25"); escaped != std::string::npos)
+      url.host.erase(escaped + 1, 2);
+    if (!parse_ip(AF_INET6, url.host) && !is_zoned_ip(url.host)) return false;
   } else {
     const std::size_t colon = text.find(':');
     url.host = text.substr(0, colon);
@@ -207,7 +223,9 @@ Complaint check_listen_address(std::string_view text) {
   constexpr std::size_t kAddressesMax = 8;
   const auto addresses = listen_addresses(text);
   const bool several = addresses.size() <= kAddressesMax &&
-                       std::all_of(addresses.begin(), addresses.end(), is_ip_address);
+                       std::all_of(addresses.begin(), addresses.end(), [](const auto& address) {
+                         return is_ip_address(address) || is_zoned_ip(address);
+                       });
   return expect(text == "*" || text == "systemd" || several,
                 "an IP address, e.g. 127.0.0.1, 0.0.0.0 or ::, up to 8 of them with commas, * for "
                 "every address, or systemd for its sockets");

@@ -32,23 +32,28 @@ namespace connect_bridge {
 
 struct Url {
   bool secure = false;       // wss or https
-  std::string host{};        // name or address literal, IPv6 without its brackets
+  std::string host{};        // name or address literal, IPv6 without brackets, with its zone if any
   std::uint16_t port = 80;   // if secure 443
   std::string target = "/";  // path and query
   std::string robot{};       // that the relay at `host` leads to; empty: `host` is no relay
 
-  // The value of the HTTP header "Host".
+  // The value of the HTTP header "Host". A zone means something on this machine only (RFC 6874).
   [[nodiscard]] std::string authority() const {
-    return port == (secure ? 443 : 80) ? bracketed(host) : host_and_port(host, port);
+    return authority_of(host.substr(0, host.find('%')));
   }
   // Who is dialled, for people: "robot7@relay.example".
   [[nodiscard]] std::string whom() const {
-    return (robot.empty() ? "" : robot + "@") + authority();
+    return (robot.empty() ? "" : robot + "@") + authority_of(host);
   }
   // For logs and messages: without the query, which may hold a secret. `scheme`: "ws" or "http".
   [[nodiscard]] std::string text(std::string_view scheme) const {
     return std::string{scheme} + (secure ? "s://" : "://") + whom() +
            target.substr(0, target.find('?'));
+  }
+
+ private:
+  [[nodiscard]] std::string authority_of(const std::string& to) const {
+    return port == (secure ? 443 : 80) ? bracketed(to) : host_and_port(to, port);
   }
 };
 

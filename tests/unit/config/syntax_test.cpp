@@ -20,6 +20,8 @@ TEST(ConfigSyntax, ReadsThePartsOfAUrl) {
   EXPECT_EQ(parts("WSS://Robot.Example"), "wss Robot.Example 443 /");
   EXPECT_EQ(parts("ws://10.0.0.1:9090/a/b?c=d"), "ws 10.0.0.1 9090 /a/b?c=d");
   EXPECT_EQ(parts("wss://[2001:db8::1]:1/x"), "wss 2001:db8::1 1 /x");
+  EXPECT_EQ(parts("ws://[fe80::1%eth0]:9090/"), "ws fe80::1%eth0 9090 /");
+  EXPECT_EQ(parts("ws://[fe80::1%25eth0]"), "ws fe80::1%eth0 80 /");
 }
 
 TEST(ConfigSyntax, RefusesWhatIsNoUrl) {
@@ -39,6 +41,11 @@ TEST(ConfigSyntax, RefusesWhatIsNoUrl) {
                            "ws://[::1]9",
                            "ws://[robot]",
                            "ws://[]",
+                           "ws://[fe80::1%]",
+                           "ws://[fe80::1%et h]",
+                           "ws://[fe80::1%an-interface-of-long-name]",
+                           "ws://[2001:db8::1%eth0]",
+                           "ws://fe80::1%eth0",
                            "ws://user:pw@robot",
                            "ws://ro bot",
                            "ws://robot/a b",

@@ -9,6 +9,8 @@ TEST(Url, WritesAuthorityAndTextWithoutSecrets) {
   EXPECT_EQ((Url{false, "robot", 80, "/"}).authority(), "robot");
   EXPECT_EQ((Url{true, "robot", 80, "/"}).authority(), "robot:80");
   EXPECT_EQ((Url{true, "::1", 443, "/x"}).authority(), "[::1]");
+  EXPECT_EQ((Url{true, "fe80::1%eth0", 9, "/x"}).authority(), "[fe80::1]:9") << "RFC 6874";
+  EXPECT_EQ((Url{true, "fe80::1%eth0", 9, "/x"}).text("ws"), "wss://[fe80::1%eth0]:9/x");
   EXPECT_EQ((Url{true, "::1", 9090, "/x?code=secret"}).text("ws"), "wss://[::1]:9090/x");
   EXPECT_EQ((Url{false, "robot", 80, "/"}).text("http"), "http://robot/");
   EXPECT_EQ((Url{true, "robot", 443, "/?a"}).text("http"), "https://robot/");
