@@ -24,14 +24,11 @@ namespace connect_bridge {
 struct Certified;  // net/certified.hpp
 
 // Where the network's results go. `input` is called from the io_context only, never from inside a
-// call of Network; those about packets also from inside ready(). All of Network may be called from
+// call of Network; those about packets also from inside send(). All of Network may be called from
 // inside `input`.
 struct NetworkEvents {
   // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
   std::function<void(Input&&)> input;
-  // False: there is no packet for this connection now; next_packet is not called. It is asked for
-  // each connection at each ready(): quick.
-  std::function<bool(ConnectionId)> may_have_packet;
   // The next packet to send on a connection, or nullopt when there is none now; with what TCP
   // repairs there.
   std::function<std::optional<Packet>(ConnectionId, const Repairs&)> next_packet;
@@ -51,7 +48,7 @@ struct NetworkCounts : DoorCounts {
 // one ConnectionClosed. The ids of accepted connections are given here, those of dials by the core.
 //
 // A new connection is behind a gate: packets of at most 4096 bytes, 16 KiB in total, and each one
-// is read only after the loop has called ready() since the one before. allow() opens the gate.
+// is read only after the loop has called handled() since the one before. allow() opens the gate.
 //
 // Thread: that of the io_context, which must outlive this object. Nothing throws.
 class Network {
@@ -84,9 +81,11 @@ class Network {
   // 0: never, or it shows none.
   [[nodiscard]] Stamp certificate_end() const;
 
-  // There may be something to send, and what was received has been handled. Call it after each
-  // input; it is cheap when there is nothing to do.
-  void ready();
+  // What was received has been handled. Call it after each input; it is cheap.
+  void handled();
+  // There may be something to send on this connection; next_packet is asked for it, now or when
+  // there is room again.
+  void send(ConnectionId connection);
 
   // The peer has logged in (server) or welcomed us (client): it may send packets up to this size.
   void allow(ConnectionId connection, std::size_t packet_bytes_max);

@@ -56,16 +56,12 @@ void Socket::open() {
   setup_.events->input(ConnectionOpened(setup_.opened));
   if (state_ != State::kOpen) return;
   read();
-  send();
 }
 
-void Socket::ready() {
-  if (state_ != State::kOpen) return;
-  if (packet_unhandled_) {
-    packet_unhandled_ = false;
-    read();
-  }
-  send();
+void Socket::handled() {
+  if (state_ != State::kOpen || !packet_unhandled_) return;
+  packet_unhandled_ = false;
+  read();
 }
 
 void Socket::allow(std::size_t packet_bytes_max) {
@@ -105,6 +101,7 @@ void Socket::on_read(const ErrorCode& error) {
   byte_rate_.take(bytes, now);
   if (text) text_rate_.take(bytes, now);  // mutant: text_rate
   packet_unhandled_ = !gate_.is_open();   // mutant: gate_closed
+  if (packet_unhandled_) setup_.unhandled(setup_.opened.connection);
   setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
   if (state_ == State::kOpen && !packet_unhandled_) read_on();
 }
@@ -151,7 +148,6 @@ void Socket::end_flood() {
 void Socket::send() {
   pull_again_ = true;
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
-  if (!setup_.events->may_have_packet(setup_.opened.connection)) return;
   if (!has_room()) return wait_for_room();
   const int native = socket_->next_layer().socket().native_handle();
   const TimePoint now = steady_now();

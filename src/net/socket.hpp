@@ -28,6 +28,8 @@ struct SocketSetup {
   std::shared_ptr<WebSocket> socket;       // after its handshake
   NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
   std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object
+  std::function<void(ConnectionId)>
+      unhandled;  // before its gate opens: reading waits for handled()
   std::function<void(const std::string& peer)> held;  // it sends more than is read of it
   SocketOptions options;
   std::shared_ptr<Admission::Pending> pending_slot;  // given back by allow()
@@ -43,7 +45,9 @@ class Socket : public std::enable_shared_from_this<Socket> {
   Socket& operator=(const Socket&) = delete;
 
   void open();  // delivers ConnectionOpened, then reads
-  void ready();
+  void handled();
+  // There may be something to send.
+  void send();
   void allow(std::size_t packet_bytes_max);
   void close(std::uint16_t code, const std::string& reason);
   // Closes at once and delivers nothing more.
@@ -76,7 +80,6 @@ class Socket : public std::enable_shared_from_this<Socket> {
   std::optional<std::chrono::steady_clock::time_point> frames_due();
   // Reads on, at once or when the rates allow it.
   void read_on();
-  void send();
   bool has_room();
   void wait_for_room();
   void limit_unsent(std::uint32_t bytes);
@@ -100,7 +103,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   ReceiveBuffer received_;
   bool reading_ = false;
   bool held_ = false;              // reading pauses until read_at_: the peer sends too much
-  bool packet_unhandled_ = false;  // before the gate opens: wait for ready()
+  bool packet_unhandled_ = false;  // before the gate opens: wait for handled()
   std::uint64_t received_bytes_ = 0;
   std::uint64_t messages_ = 0;
   Throttle packet_rate_;

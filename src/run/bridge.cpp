@@ -47,7 +47,6 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                    [this](AuditEvent event, const std::string& what) { note(event, what); }}),
       network_(io_,
                {[this](Input&& input) { on_network(std::move(input)); },
-                [this](ConnectionId id) { return loop_.may_have_packet(id); },
                 [this](ConnectionId id, const Repairs& repairs) {
                   return loop_.next_packet(id, repairs);
                 },
@@ -229,7 +228,8 @@ void Bridge::judge_certificate(const Authenticate& request) {
 }
 
 void Bridge::send() {
-  network_.ready();
+  network_.handled();
+  while (const auto connection = side_.take_ready()) network_.send(*connection);
   if (stop_.has_begun() && network_.all_closed()) stop_.finish();
 }
 

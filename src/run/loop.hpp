@@ -20,7 +20,7 @@ class Loop {
  public:
   struct Ports {
     std::function<void(Action&&)> carry_out;
-    std::function<void()> send;  // a packet to every connection that can take one
+    std::function<void()> send;  // what connections have to send (Side::take_ready)
   };
 
   Loop(boost::asio::io_context& io, const ros::Node& node, Side& side, Ports ports)
@@ -38,11 +38,6 @@ class Loop {
   // The next packet of a connection that can take one; nullopt: none now. What is held back because
   // of the link's rate is pulled again when its time has come.
   std::optional<Packet> next_packet(ConnectionId connection, const Repairs& repairs);
-
-  // False: next_packet() has nothing for this connection, and need not be called.
-  [[nodiscard]] bool may_have_packet(ConnectionId connection) const {
-    return side_.may_have_packet(connection);
-  }
 
   // One step with all the inputs that `source` gives to the function that it gets, so that messages
   // that were ready together are packed together. Returns what `source` returns.

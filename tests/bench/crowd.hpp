@@ -185,11 +185,12 @@ class Crowd {
     const double began = processor_seconds();
     side_.handle(std::move(input), now_);
     while (auto action = side_.next_action()) actions.push_back(*std::move(action));
-    for (std::uint32_t i = 0; i < peers_.size(); ++i) {
-      while (side_.may_have_packet(connection(i))) {
-        auto packet = side_.next_packet(connection(i), now_);
-        if (!packet) break;
-        packets.emplace_back(i, *std::move(packet));
+    while (const auto ready = side_.take_ready()) {
+      bool more = true;
+      while (more) {
+        auto packet = side_.next_packet(*ready, now_);
+        more = packet && packet->more;
+        if (packet) packets.emplace_back(ready->value - 1, *std::move(packet));
       }
     }
     static_cast<void>(side_.next_deadline());

@@ -61,7 +61,7 @@ class World {
     while (!ended_) {
       io_.restart();
       io_.run_one_for(std::chrono::milliseconds(1));
-      network_.ready();
+      network_.handled();
       read(other);
       CONNECT_CHECK(std::chrono::steady_clock::now() < late);
     }
@@ -132,10 +132,9 @@ class World {
   std::string asked_;
   const StandIn other_;
   boost::asio::io_context io_;
-  Network network_{
-      io_,
-      {[this](Input&& input) { on(std::move(input)); }, [](ConnectionId) { return false; },
-       [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
+  Network network_{io_,
+                   {[this](Input&& input) { on(std::move(input)); },
+                    [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
 };
 
 }  // namespace

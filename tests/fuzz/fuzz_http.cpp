@@ -68,7 +68,7 @@ class World {
   bool turn() {
     io_.restart();
     const bool happened = io_.poll() > 0;
-    network_.ready();
+    network_.handled();
     return happened;
   }
 
@@ -97,10 +97,9 @@ class World {
   bool opened_ = false;
   std::size_t packet_bytes_ = 0;
   boost::asio::io_context io_;
-  Network network_{
-      io_,
-      {[this](Input&& input) { on(std::move(input)); }, [](ConnectionId) { return false; },
-       [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
+  Network network_{io_,
+                   {[this](Input&& input) { on(std::move(input)); },
+                    [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
 };
 
 }  // namespace

@@ -68,7 +68,7 @@ void Host::crash(bool peers_notice) {
   draining_ = drain_planned_ = false;
   side_.reset();
   world_.network.died(*this, peers_notice);
-  connections_.clear();
+  ready_.clear();
   identities_.clear();
   gates_.clear();
   planned_deadline_.reset();
@@ -149,7 +149,6 @@ void Host::input(Input input) {
   if (const auto* packet = std::get_if<PacketReceived>(&input); packet && packet->text)
     world_.checker.on_received(*this, packet->connection, packet->payload.view());
   side_->handle(std::move(input), now());
-  emptied_.clear();
   drain();
   world_.checker.after_input(*this);
 }
@@ -190,8 +189,9 @@ void Host::block(Duration how_long) {
 }
 
 void Host::pump() {
-  const auto open = connections_;
-  for (const ConnectionId id : open) world_.network.poke(*this, id);
+  while (const auto id = side_->take_ready()) ready_.insert(*id);
+  const auto ready = ready_;
+  for (const ConnectionId id : ready) world_.network.poke(*this, id);
 }
 
 void Host::plan_deadline() {
@@ -258,7 +258,6 @@ ConnectionId Host::accept() {
 }
 
 void Host::on_open(ConnectionId id) {
-  connections_.push_back(id);
   gates_[id] = Gate{};
   world_.checker.on_connection(*this, id);
   input(ConnectionOpened{id, "peer " + std::to_string(id.value)});
@@ -280,16 +279,16 @@ void Host::on_packet(ConnectionId id, FlatPacket packet) {
 }
 
 void Host::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
-  std::erase(connections_, id);
   identities_.erase(id);
   gates_.erase(id);
+  ready_.erase(id);
   world_.checker.on_disconnected(*this, id);
   input(ConnectionClosed{id, code, code ? "closed by the peer" : "connection lost"});
 }
 
 std::optional<FlatPacket> Host::pull(ConnectionId id) {
   if (!side_ || blocked_) return {};
-  if (!side_->may_have_packet(id)) return {};
+  if (!ready_.contains(id)) return {};
   auto packet = side_->next_packet(id, now());
   // Taking a packet may have changed when the side wants to be called, and may have made actions.
   if (!draining_ && !drain_planned_) {
@@ -298,9 +297,9 @@ std::optional<FlatPacket> Host::pull(ConnectionId id) {
       if (life == life_ && !blocked_) drain();
     });
   }
+  // As a socket does, which asks no more until it hears that there is something.
+  if (!packet || !packet->more) ready_.erase(id);
   if (!packet) return {};
-  if (emptied_.contains(id)) violated("a packet follows one that says that nothing does");
-  if (!packet->more) emptied_.insert(id);
   FlatPacket flat{packet->text, {}};
   flat.bytes.reserve(packet->size());
   for (const auto& piece : packet->pieces) {

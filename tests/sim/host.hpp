@@ -199,14 +199,13 @@ class Host : public Party {
   int policy_number_ = 0;  // counts the rules it has had
   bool snapshot_planned_ = false;
   bool draining_ = false, drain_planned_ = false;
-  std::set<ConnectionId> emptied_;  // the last packet said so, and nothing has happened since
+  std::set<ConnectionId> ready_;  // that may have a packet, as the side has said
   bool blocked_ = false;
   std::vector<Input> waiting_;  // while it is blocked
   std::optional<TimePoint> planned_deadline_;
   TimePoint last_deadline_{};
   int same_deadlines_ = 0;
   std::uint32_t last_connection_ = 0;
-  std::vector<ConnectionId> connections_;
   std::map<ConnectionId, Identity> identities_;
   std::map<ConnectionId, Gate> gates_;
   std::map<MirrorId, MirrorInfo> mirrors_;

@@ -161,6 +161,8 @@ class Accounts {
   [[nodiscard]] const Budget& memory() const { return shares_.memory; }
   void on_time(const Now& now) {
     now_ = now.steady;
+    if (now_ < told_at_) return;
+    told_at_ = now_ + std::chrono::seconds(1);  // not at each deadline: there may be many accounts
     for (auto& [name, account] : accounts_) account->told.on_time(now);
   }
 
@@ -177,7 +179,8 @@ class Accounts {
   AccountOptions options_;
   Shares shares_;
   std::size_t kept_ = kUnusedMax;
-  TimePoint now_{};  // as of the last on_time()
+  TimePoint now_{};      // as of the last on_time()
+  TimePoint told_at_{};  // then what was told is looked at
   std::map<std::string, std::shared_ptr<Account>> accounts_;
 };
 

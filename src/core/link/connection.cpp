@@ -236,6 +236,7 @@ std::optional<Packet> Connection::next_packet(const Now& now, const Repairs& rep
     Packet packet;
     packet.pieces.push_back(std::move(records_.front()));
     records_.pop_front();
+    packet.more = may_have_packet();
     return packet;
   }
   if (state_ != State::kOpen) return std::nullopt;

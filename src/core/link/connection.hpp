@@ -111,6 +111,7 @@ class Connection {
   void set_time_period(Duration period) { time_period_ = period; }
 
   std::optional<Packet> next_packet(const Now& now, const Repairs& repairs = {});
+  // False: next_packet() need not be called.
   [[nodiscard]] bool may_have_packet() const {
     return !records_.empty() || (open() && outbox_.may_have_packet());
   }

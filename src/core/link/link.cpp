@@ -75,7 +75,7 @@ void Link::resume_incoming(ChannelId number, std::uint32_t sequence) {
 
 void Link::withdraw(ChannelId number, const Ending& why) {
   close_channel(number);
-  if (connection_) connection_->outbox().remove_channel(number);
+  if (connection_) sending().remove_channel(number);
   send(why.code.empty() ? Withdraw{{number}} : Withdraw{{number}, why.code, why.reason});
 }
 

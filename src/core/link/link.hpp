@@ -17,6 +17,7 @@
 #include "core/link/arrived.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
+#include "core/link/due_links.hpp"
 #include "core/link/link_accepts.hpp"
 #include "core/link/link_life.hpp"
 #include "core/link/link_login.hpp"
@@ -53,10 +54,10 @@ class Link final : public ConnectionUser {
  public:
   static constexpr std::size_t kOfferedMax = 4096;
 
-  // `resume_for`: as LinkOptions says.
+  // `resume_for`: as LinkOptions says. `due`: where it marks itself, outlives it; null: nowhere.
   Link(LinkId link, LinkUser& user, std::shared_ptr<Account> own = std::make_shared<Account>(),
-       Duration resume_for = {})
-      : id(link), account(std::move(own)), life(resume_for), user_(user) {}
+       Duration resume_for = {}, DueLinks* due = nullptr)
+      : id(link), account(std::move(own)), life(resume_for), user_(user), due_(due) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
@@ -90,18 +91,28 @@ class Link final : public ConnectionUser {
   }
   // Without a connection nothing is sent: owners of state send it again on the next one.
   void send(const Control& message) {
+    mark();
     if (connection_) connection_->send(message);
   }
   void send(std::string text) {
+    mark();
     if (connection_) connection_->send(std::move(text));
   }
   void fail(Error error) {
+    mark();
     if (connection_) connection_->fail(error.code, std::move(error.message));
   }
   // What is due on the connection; what the peer accepts now is looked at.
   void on_time(const Now& now);
   // Of that, and of its life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
+  // To be called wherever it may have come to something: it failed, has something to send, waits
+  // for another time. What is called here for sending and failing does so itself.
+  void mark() const {
+    if (due_) due_->mark(id);
+  }
+  // Of its owner: waits for deadline().
+  DueLinks::Timer timer;
 
   // What our rules let through of a publisher on a topic (name, type). Null: there is no limit.
   // Valid until the next call.
@@ -115,7 +126,12 @@ class Link final : public ConnectionUser {
   }
 
   // ---- while there is a connection
-  [[nodiscard]] Outbox& outbox() const { return connection_->outbox(); }
+  [[nodiscard]] const Outbox& outbox() const { return connection_->outbox(); }
+  // To change what is sent.
+  [[nodiscard]] Outbox& sending() {
+    mark();
+    return connection_->outbox();
+  }
   [[nodiscard]] const ClockEstimate& clock() const { return connection_->clock(); }
   [[nodiscard]] std::uint32_t peer_message_bytes_max() const {
     return connection_->peer().message_bytes_max;
@@ -203,6 +219,7 @@ class Link final : public ConnectionUser {
   }
 
   LinkUser& user_;
+  DueLinks* const due_;
   std::unique_ptr<Connection> connection_;
   LinkPeer peer_;
   // Behind the connection, so that their streams end first. Not hashed: the peer chooses the

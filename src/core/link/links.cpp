@@ -52,7 +52,7 @@ Link* Links::link_of(ConnectionId connection) const {
 
 Link& Links::make_link(const std::string& identity) {
   const LinkId id{++last_link_};
-  return links_.try_emplace(id, id, user_, accounts_.of(identity), options_.resume_for)
+  return links_.try_emplace(id, id, user_, accounts_.of(identity), options_.resume_for, &due_)
       .first->second;
 }
 
@@ -65,6 +65,7 @@ void Links::close(ConnectionId connection, CloseCode code, const std::string& re
 void Links::on(ConnectionOpened& input, const Now& now) {
   strangers_.add(connection_options(), input, now);
   renewal_.on_dialed();
+  if (options_.role == Role::kClient) due_.ready(input.connection);  // its hello and login
 }
 
 void Links::on(DialFailed& input, const Now& now) {
@@ -137,8 +138,10 @@ void Links::answer_login(Authenticated& answer, const Now& now) {
 
 void Links::on(IdentitiesChanged& input, const Now& now) {
   strangers_.take_changes(input);
-  for (auto& [id, link] : links_)
+  for (auto& [id, link] : links_) {
     if (take_change(link, input, outputs_, now)) user_.on_identity_changed(link, now);
+    link.mark();
+  }
 }
 
 void Links::on(CredentialChanged& input, const Now& now) {
@@ -204,6 +207,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
     user_.on_link_forgotten(link, now);
   carrying_.emplace(connection->id(), &link);
   link.opened(std::move(connection), now);
+  link.mark();
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection()->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
   const std::string& name = link.login.identity().name;
@@ -216,8 +220,10 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
 }
 
 void Links::on(PacketReceived& input, const Now& now) {
-  if (Link* const link = link_of(input.connection))
+  if (Link* const link = link_of(input.connection)) {
+    link->mark();
     return link->connection()->on_packet(input.text, input.payload, now);
+  }
   Connection* const stranger = strangers_.find(input.connection);
   if (!stranger) return;
   stranger->on_packet(input.text, input.payload, now);
@@ -249,37 +255,53 @@ void Links::on(ConnectionClosed& input, const Now& now) {
 // A server's peers come back by themselves.
 void Links::on(NetworkChanged& changed, const Now& now) {
   if (options_.role != Role::kClient || stopped_ || !changed.route) return;
-  for (auto& [id, link] : links_)
+  for (auto& [id, link] : links_) {
     if (link.connection()) link.connection()->probe(now);
+    link.mark();
+  }
   dialer_.hurry(now.steady);
   dial_if_due(now);
 }
 
-bool Links::end_failed(const Now& now) {
+bool Links::settle(const Now& now) {
   bool any = false;
-  end_loudest(links_);
-  for (auto& [id, link] : links_) {
-    if (!link.connection() || !link.connection()->failure()) continue;
-    const Error error = *link.connection()->failure();
-    log(link, LogLevel::kWarn,
-        "closing the link with " + link.label() + ": " + error.message + " (" +
-            std::string(name_of(error.code)) + ")",
-        now);
-    audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
-    last_failure_.set(error.message, now);
-    close(link.connection()->id(), error.code, error.message);
-    note_offence(link, error.code, now);  // mutant: offences
-    lose(link, loss_by(error, link, now), now);
-    any = true;
+  while (const auto id = due_.take_marked()) {
+    const auto found = links_.find(*id);
+    if (found == links_.end()) continue;  // it was forgotten
+    Link& link = found->second;
+    end_loudest(*link.account, links_);
+    Connection* const connection = link.connection();
+    if (connection && connection->failure()) {
+      close_failed(link, now);
+      any = true;
+      continue;  // it has marked itself
+    }
+    wait(link);
+    if (connection && connection->may_have_packet()) due_.ready(connection->id());
   }
   return any;
+}
+
+void Links::close_failed(Link& link, const Now& now) {
+  const Error error = *link.connection()->failure();
+  log(link, LogLevel::kWarn,
+      "closing the link with " + link.label() + ": " + error.message + " (" +
+          std::string(name_of(error.code)) + ")",
+      now);
+  audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
+  last_failure_.set(error.message, now);
+  close(link.connection()->id(), error.code, error.message);
+  note_offence(link, error.code, now);  // mutant: offences
+  lose(link, loss_by(error, link, now), now);
 }
 
 void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   link.lose(loss, now);
   user_.on_link_lost(link, now);
   carrying_.erase(link.connection()->id());
+  due_.gone(link.connection()->id());
   link.drop_connection();
+  link.mark();
   if (is_dead(loss)) end(link, now);
   if (options_.role == Role::kServer || stopped_) return;
   // A peer that accepts the login and then ends the link is not dialed in a hurry again and again.
@@ -314,20 +336,20 @@ void Links::on_time(const Now& now) {
   while (auto answer = strangers_.take_due(now)) answer_login(*answer, now);
   strangers_.on_time(now);
   while (const auto failed = strangers_.failed()) look_at(*strangers_.find(*failed), now);
-  for (auto it = links_.begin(); it != links_.end();) {
-    Link& link = it->second;
-    link.on_time(now);
-    check_expiry(link, now);
-    if (link.life.take_offers_end(now)) user_.on_offers_over(link, now);
-    if (link.life.is_to_die(now)) end(link, now);
-    if (!link.life.is_to_be_forgotten(now)) {
-      ++it;
-      continue;
-    }
-    link.life.forgotten(user_.resumes(link));
-    user_.on_link_forgotten(link, now);
-    it = options_.role == Role::kServer ? links_.erase(it) : std::next(it);
-  }
+  while (const auto due = due_.take_due(now.steady)) on_time(links_.at(*due), now);
+}
+
+void Links::on_time(Link& link, const Now& now) {
+  link.timer.cancel();
+  link.mark();
+  link.on_time(now);
+  check_expiry(link, now);
+  if (link.life.take_offers_end(now)) user_.on_offers_over(link, now);
+  if (link.life.is_to_die(now)) end(link, now);
+  if (!link.life.is_to_be_forgotten(now)) return;
+  link.life.forgotten(user_.resumes(link));
+  user_.on_link_forgotten(link, now);
+  if (options_.role == Role::kServer) links_.erase(link.id);
 }
 
 void Links::stop(const Now& now) {
@@ -343,20 +365,17 @@ void Links::stop(const Now& now) {
 }
 
 std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const Repairs& repairs) {
-  if (Link* const link = link_of(id)) return link->connection()->next_packet(now, repairs);
+  if (Link* const link = link_of(id)) {
+    auto packet = link->connection()->next_packet(now, repairs);
+    wait(*link);  // what is held back leaves at its time
+    return packet;
+  }
   Connection* const stranger = strangers_.find(id);
   return stranger ? stranger->next_packet(now) : std::nullopt;
 }
 
-bool Links::may_have_packet(ConnectionId id) const {
-  if (const Link* const link = link_of(id)) return link->connection()->may_have_packet();
-  const Connection* const stranger = strangers_.find(id);
-  return stranger && stranger->may_have_packet();
-}
-
 std::optional<TimePoint> Links::deadline() const {
-  std::optional<TimePoint> first = strangers_.deadline();
-  for (const auto& [id, link] : links_) first = earliest(first, link.deadline());
+  const auto first = earliest(strangers_.deadline(), due_.deadline());
   return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
 }
 

@@ -11,6 +11,7 @@
 #include "core/base/random.hpp"
 #include "core/base/timers.hpp"
 #include "core/link/dialer.hpp"
+#include "core/link/due_links.hpp"
 #include "core/link/last_failure.hpp"
 #include "core/link/link.hpp"
 #include "core/link/links_user.hpp"
@@ -42,15 +43,18 @@ class Links {
   void on(CredentialChanged& input, const Now& now);
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
-  // Closes the connections that an input has made fail; to be called after each. Whether any.
-  bool end_failed(const Now& now);
+  // Looks at the links that the input concerned, to be called after each: closes the connections
+  // that have failed, notes who has something to send and who waits for when. Whether any failed.
+  bool settle(const Now& now);
   // Client: dials when it is time to.
   void dial_if_due(const Now& now);
   // Closes everything orderly, for good.
   void stop(const Now& now);
 
   std::optional<Packet> next_packet(ConnectionId id, const Now& now, const Repairs& repairs = {});
-  [[nodiscard]] bool may_have_packet(ConnectionId id) const;
+  // A connection that has something to send, once after each input that may have brought it; then
+  // next_packet() gives it.
+  std::optional<ConnectionId> take_ready() { return due_.take_ready(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   // Those of living links and of lost ones.
@@ -89,6 +93,9 @@ class Links {
   // The connection is gone, or about to be; `loss`: what that means.
   void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);
   void end(Link& link, const Now& now);  // it is dead
+  void close_failed(Link& link, const Now& now);
+  void wait(Link& link) { due_.wait(link.id, link.timer, link.deadline()); }
+  void on_time(Link& link, const Now& now);
   void dial_later(DialFailure failure, const Now& now);
   // A line about a link that came or goes, unless its identity has caused too many.
   void log(const Link& link, LogLevel level, std::string text, const Now& now);
@@ -99,6 +106,7 @@ class Links {
   Outputs& outputs_;
   LinksUser& user_;
   Accounts accounts_;
+  DueLinks due_;  // before the links, whose timers are there
   LinkTable links_;
   // Exactly the connections of these: carry() adds one, lose() removes it. The others are
   // strangers.

@@ -39,13 +39,11 @@ void note_offence(Link& link, CloseCode code, const Now& now) {
   link.account->note_offence(now);
 }
 
-void end_loudest(LinkTable& links) {
-  for (auto& [id, link] : links) {
-    const auto loudest = link.account->text.take_loudest();
-    const auto found = loudest ? links.find(*loudest) : links.end();
-    if (found != links.end())
-      found->second.fail({CloseCode::kTooLarge, "sent most of too many bytes of control messages"});
-  }
+void end_loudest(Account& account, LinkTable& links) {
+  const auto loudest = account.text.take_loudest();
+  const auto found = loudest ? links.find(*loudest) : links.end();
+  if (found != links.end())
+    found->second.fail({CloseCode::kTooLarge, "sent most of too many bytes of control messages"});
 }
 
 TimePoint may_log_in_at(const Identity& identity, const Link* continued, Accounts& accounts) {

@@ -42,7 +42,7 @@ std::optional<ChannelOffer> Attachment::offer(const Now& now) {
   }
   if (epoch_ == 0) epoch_ = static_cast<std::uint32_t>(1 + serving_.random.below(UINT32_MAX));
   const QueueOptions queue = queue_of_calls(offer_.decision());
-  link_.outbox().add_channel(offer->channel, queue);
+  link_.sending().add_channel(offer->channel, queue);
   offer->priority = queue.priority;
   offer->node = serving_.wire_name(service_.node());
   offer->epoch = epoch_;
@@ -67,7 +67,7 @@ LinkOffer::Review Attachment::review() {
   offer_.take_terms();
   if (held_) admit();
   if (offer_.is_open())
-    link_.outbox().add_channel(offer_.number(), queue_of_calls(offer_.decision()));
+    link_.sending().add_channel(offer_.number(), queue_of_calls(offer_.decision()));
   return LinkOffer::Review::kStays;
 }
 
@@ -170,7 +170,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
 
 void Attachment::on_withdraw(const Withdraw&, const Now& now) {
   detach(now);
-  link_.outbox().clear_channel(offer_.number());
+  link_.sending().clear_channel(offer_.number());
 }
 
 Result<Nothing> Attachment::on_forget(const Forget& forget, const Now& now) {
@@ -272,7 +272,7 @@ void Attachment::push(ServedCall& call, const Now& now) {
   if (!link_.open()) return;
   if (call.answer().raw_bytes > link_.peer_message_bytes_max())
     return withhold(call, kTooLarge, now);
-  link_.outbox().push(offer_.number(), call.answer(), now);
+  link_.sending().push(offer_.number(), call.answer(), now);
 }
 
 void Attachment::withhold(ServedCall& call, const std::string& why, const Now& now) {

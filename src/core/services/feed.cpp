@@ -55,7 +55,7 @@ void Feed::note_end(const Ending& why) const {
 
 void Feed::attach() {
   requests_ = link_.open_channel(*this);
-  link_.outbox().add_channel(requests_, queue_of_calls(decision_));
+  link_.sending().add_channel(requests_, queue_of_calls(decision_));
   if (!encoder_ || encoder_->bytes() == 0) start_encoder();
   link_.send(Attach{channel_, requests_});
 }
@@ -186,7 +186,7 @@ void Feed::on_encoded(CallId id, Codec codec, const Payload& raw, const Payload&
 // that was taken while there was no connection is checked against the peer's limit only now.
 void Feed::push(MadeCall& call, const Now& now) {
   if (call.message().raw_bytes <= link_.peer_message_bytes_max())
-    return link_.outbox().push(requests_, call.message(), now);
+    return link_.sending().push(requests_, call.message(), now);
   note_refusal("a request is larger than " + link_.label() + " accepts", now);
   give_up(call);
 }
@@ -293,7 +293,7 @@ void Feed::abandon(MadeCall& call, std::vector<CallId>& forget) {
   if (attached_ && call.is_delivered() && !call.has_answer()) forget.push_back(call.id());
   // What nobody waits for is not executed if that can be helped. Otherwise it waits while the
   // request is still on its way; on a new connection the exporter lists the calls that it has.
-  if (attached_ && call.is_kept() && !link_.outbox().take_back(requests_, call.id())) return;
+  if (attached_ && call.is_kept() && !link_.sending().take_back(requests_, call.id())) return;
   erase(call);
 }
 

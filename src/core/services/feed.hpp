@@ -47,7 +47,7 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   // The rules have changed, and still allow it.
   void on_decision(Decision decision) {
     decision_ = std::move(decision);
-    if (requests_) link_.outbox().add_channel(requests_, queue_of_calls(decision_));
+    if (requests_) link_.sending().add_channel(requests_, queue_of_calls(decision_));
   }
   // The connection is gone: calls wait for the link's return.
   void on_link_lost();

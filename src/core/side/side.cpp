@@ -59,13 +59,17 @@ void Side::settle(const Now& now) {
     hold_actions(now);
     const bool topics_due = exports_.take_offers_due();
     if (service_exports_.take_offers_due() || topics_due) send_offers(now);
-  } while (links_.end_failed(now));
-  const bool clock = wants_clock(links_.all(), local_.view, options_, policy_, follows_clock_);
-  if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
+  } while (links_.settle(now));
+  if (std::exchange(clock_due_, false)) follow_clock();
   if (imports_.take_claim_change()) claims_topic_.change();
   if (service_imports_.take_claim_change()) claims_topic_.change();
   if (clock_publisher_.take_claim_change()) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
+}
+
+void Side::follow_clock() {
+  const bool clock = wants_clock(links_.all(), local_.view, options_, policy_, follows_clock_);
+  if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
 }
 
 // While an action's services are attached its topics stay subscribed.
@@ -90,6 +94,7 @@ void Side::on(GraphChanged& input, const Now& now) {
 }
 
 void Side::on_graph(const Now& now) {
+  clock_due_ = true;
   exports_.on_graph(now);
   update_exports(now);
   for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
@@ -205,6 +210,7 @@ void Side::on_link_open(Link& link, const Now& now) {
 }
 
 void Side::on_link_lost(Link& link, const Now& now) {
+  clock_due_ = true;
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.life.may_return()) exports_.keep(link, now);
@@ -261,6 +267,7 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
 // Rights are checked link by link, and no call starts before all are checked. Services come first:
 // a topic that they release is then not subscribed again. Calls of lost connections too.
 void Side::recheck(const std::vector<Link*>& links, const Now& now) {
+  clock_due_ = true;
   service_exports_.hold();
   for (Link* link : links) service_exports_.review(*link, now);
   hold_actions(now);

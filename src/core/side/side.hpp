@@ -27,8 +27,8 @@
 namespace connect_bridge {
 
 // Deterministic: the same seed and inputs give the same actions. Use: handle() one input, then
-// drain next_action() and, for each connection that is ready to send, next_packet(); then wait for
-// the next input or next_deadline(). Single-threaded. Never throws, never blocks.
+// drain next_action() and, for each connection of take_ready(), next_packet(); then wait for the
+// next input or next_deadline(). Single-threaded. Never throws, never blocks.
 //
 // Each input goes to the part that it concerns; for an input that concerns several parts (an offer,
 // new rules, a lost link) the order is decided here.
@@ -46,10 +46,9 @@ class Side final : private LinksUser {
                                     const Repairs& repairs = {}) {
     return links_.next_packet(connection, now, repairs);
   }
-  // False: next_packet() need not be called for this connection until another input came.
-  [[nodiscard]] bool may_have_packet(ConnectionId connection) const {
-    return links_.may_have_packet(connection);
-  }
+  // A connection that may have a packet since the last input, each once; nullopt: there is no other
+  // one. Besides, next_packet() needs to be called only after a packet that says that more follows.
+  std::optional<ConnectionId> take_ready() { return links_.take_ready(); }
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
   [[nodiscard]] Status status(const Now& now) const;
@@ -115,6 +114,7 @@ class Side final : private LinksUser {
 
   void start(const Now& now);
   void settle(const Now& now);
+  void follow_clock();
   void hold_actions(const Now& now);
   void publish_claim(const Now& now);
   void on_claims(const Now& now);
@@ -150,6 +150,7 @@ class Side final : private LinksUser {
   bool stopping_ = false;
   bool rights_changed_ = false;
   bool follows_clock_ = false;
+  bool clock_due_ = false;  // whether it is to be followed may have changed
 };
 
 }  // namespace connect_bridge

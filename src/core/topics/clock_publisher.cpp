@@ -97,7 +97,7 @@ bool wants_clock(const LinkTable& links, const GraphView& graph, const GraphOpti
     const Link& link = entry.second;
     return link.open() && link.accepts && link.accepts->told().ros_time;
   };
-  // Nearly always nobody does, and this is looked at after each input.
+  // Nearly always nobody does.
   if (std::none_of(links.begin(), links.end(), asks)) return false;
   const TopicState* clock = graph.find({"/clock", kClockType});
   const auto wire_name = options.names.to_wire("/clock");

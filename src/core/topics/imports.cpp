@@ -1,5 +1,7 @@
 #include "core/topics/imports.hpp"
 
+#include <utility>
+
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -151,7 +153,8 @@ void Imports::on_time(const Now& now) {
 }
 
 void Imports::send_demands() {
-  for (auto& [link, peer] : peers_) peer.send_demands();
+  for (const LinkId link : std::exchange(context_.demands_changed, {}))
+    if (const auto peer = peers_.find(link); peer != peers_.end()) peer->second.send_demands();
 }
 
 void Imports::add_mirrored(Claim& claim, const Now& now) {

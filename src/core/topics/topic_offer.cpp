@@ -71,7 +71,7 @@ void TopicOffer::configure_queue() {
   keep_ = keep_of(treatment(), topic_.key().second,
                   traits_of(topic_.origins(), topic_.has_header(), treatment()));
   if (link_.connection())
-    queue_ = &link_.outbox().add_channel(
+    queue_ = &link_.sending().add_channel(
         number(), queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
                            keep_.keep, context_.options));
 }
@@ -106,7 +106,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
     rates_.forget(origin);
-    if (link_.connection()) link_.outbox().forget_base(number(), origin);
+    if (link_.connection()) link_.sending().forget_base(number(), origin);
   }
   link_.send(OriginsChanged{number(), {}, removed});
   configure_queue();
@@ -124,12 +124,12 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   // that follows begins with the last samples, and what is older must not come behind them
   // (docs/protocol.md section 8, rule 5).
   if (!demanded()) {
-    link_.outbox().clear_channel(number());
+    link_.sending().clear_channel(number());
     drop_held(DropReason::kNoDemand);
   }
   // Origins of the offer may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
-    link_.outbox().go_on(number(), {{}, *demand.after}, now, now.steady);
+    link_.sending().go_on(number(), {{}, *demand.after}, now, now.steady);
   topic_.on_demand(*this, link_.id, demand, now);
 }
 
@@ -175,7 +175,7 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
   drop(DropReason::kTooLarge, too_large);
   // They answer the new demand: under the number of the old one the peer would drop them.
   for (auto& message : kept.messages) message.demand = demand_;
-  link_.outbox().go_on(number(), std::move(kept), now, link_.life.kept_until(now));
+  link_.sending().go_on(number(), std::move(kept), now, link_.life.kept_until(now));
 }
 
 bool TopicOffer::holds(OriginId origin) const {
@@ -256,7 +256,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   // Only what every step on the way promises is kept to be sent again: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   if (keep() == Keep::kAll) message.state.reset();
-  link_.outbox().push(*queue_, std::move(message), now);
+  link_.sending().push(*queue_, std::move(message), now);
 }
 
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {

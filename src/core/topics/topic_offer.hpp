@@ -48,7 +48,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool resumes() const { return resume_ && demanded(); }
   // Takes what may not have arrived on the lost connection.
   [[nodiscard]] Outbox::Unarrived take_unarrived() {
-    return link_.outbox().take_unarrived(number());
+    return link_.sending().take_unarrived(number());
   }
   [[nodiscard]] Backlog::Options backlog_options(std::uint32_t last_sequence) const;
   // Whether it is treated as the one before, so that it can take its place.

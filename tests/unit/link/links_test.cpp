@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "core/wire/frame.hpp"
 #include "unit/link/quiet_user.hpp"
 #include "unit/link/script.hpp"
 
@@ -37,15 +38,17 @@ struct Carried {
   void connect(std::uint64_t n, std::int64_t at = 0) {
     ConnectionOpened opened{{n}, "10.0.0.2:" + std::to_string(n)};
     links.on(opened, now_ms(at));
+    links.settle(now_ms(at));
   }
   void packet(std::uint64_t n, Bytes bytes, std::int64_t at = 0) {
     PacketReceived received{{n}, false, Payload::adopt(std::move(bytes))};
     links.on(received, now_ms(at));
-    links.end_failed(now_ms(at));
+    links.settle(now_ms(at));
   }
   void judge(std::uint64_t n, const std::string& identity, std::int64_t at = 0) {
     Authenticated answer{{n}, Identity{identity, {}, 0, "key of " + identity}, ""};
     links.on(answer, now_ms(at));
+    links.settle(now_ms(at));
   }
   // Connection n logs in, perhaps with a session.
   void enter(std::uint64_t n, const std::string& identity, std::int64_t at = 0,
@@ -58,11 +61,23 @@ struct Carried {
   void lose(std::uint64_t n, std::int64_t at, std::optional<std::uint16_t> code = {}) {
     ConnectionClosed closed{{n}, code, ""};
     links.on(closed, now_ms(at));
+    links.settle(now_ms(at));
+  }
+  void pass(std::int64_t at) {
+    links.on_time(now_ms(at));
+    links.settle(now_ms(at));
   }
   void withdraw_login(const std::string& identity, std::int64_t at) {
     IdentitiesChanged changed{{{"key of " + identity, std::nullopt}}};
     links.on(changed, now_ms(at));
-    links.end_failed(now_ms(at));
+    links.settle(now_ms(at));
+  }
+  // The connections that have something to send.
+  std::string ready() {
+    std::string ids;
+    while (const auto connection = links.take_ready())
+      ids += std::to_string(connection->value) + " ";
+    return ids;
   }
   // What was noticed: "open 1, lost 1".
   std::string noticed() { return std::exchange(user.words, ""); }
@@ -88,6 +103,24 @@ struct Carried {
   Notices user;
   Links links{options, token(kOwn), random, outputs, user};
 };
+
+TEST(Links, OnlyWhoHasSomethingToSendIsAsked) {
+  Carried s;
+  for (const std::uint64_t n : {1, 2}) s.enter(n, "anna" + std::to_string(n), 0, {}, kPeer + n);
+  EXPECT_EQ(s.ready(), "1 2 ");  // the welcomes
+  for (const std::uint64_t n : {1, 2})
+    while (s.links.next_packet({n}, now_ms(0))) {
+    }
+  EXPECT_EQ(s.ready(), "");
+  Bytes asks;
+  append_header(TimeRequest{1}, asks);
+  s.packet(2, asks, 1);
+  EXPECT_EQ(s.ready(), "2 ");
+  s.lose(2, 2);
+  s.packet(1, asks, 3);
+  s.lose(1, 3);
+  EXPECT_EQ(s.ready(), "");
+}
 
 TEST(Links, ASessionGoesOnOnAnotherConnection) {
   Carried s;
@@ -135,9 +168,9 @@ TEST(Links, ALostLinkIsDeadAfterSilenceAndForgottenIfNothingIsKeptForIt) {
   s.enter(1, "anna");
   s.lose(1, 1000);
   EXPECT_EQ(s.links.deadline(), now_ms(3000).steady);  // it was heard at 0
-  s.links.on_time(now_ms(2999));
+  s.pass(2999);
   EXPECT_EQ(s.noticed(), "open 1, lost 1");
-  s.links.on_time(now_ms(3000));
+  s.pass(3000);
   EXPECT_EQ(s.noticed(), "dead 1, forgotten 1");
   EXPECT_TRUE(s.links.all().empty());
   EXPECT_FALSE(s.links.deadline());
@@ -151,13 +184,13 @@ TEST(Links, ADeadLinkForWhichSomethingIsKeptMayReturn) {
   s.enter(1, "anna");
   const Token128 session = s.link(1).login.session();
   s.lose(1, 1000);
-  s.links.on_time(now_ms(3000));
-  s.links.on_time(now_ms(10'999));
+  s.pass(3000);
+  s.pass(10'999);
   EXPECT_EQ(s.noticed(), "open 1, lost 1, dead 1");
   s.enter(2, "anna", 10'999, session);
   EXPECT_EQ(s.noticed(), "open 1");
   s.lose(2, 10'999);
-  s.links.on_time(now_ms(20'999));
+  s.pass(20'999);
   EXPECT_EQ(s.noticed(), "lost 1, dead 1, forgotten 1");
 }
 
@@ -170,7 +203,7 @@ TEST(Links, AClientThatSaysGoodbyeIsForgottenAtOnce) {
   s.enter(1, "anna");
   s.lose(1, 1000, 1001);
   EXPECT_EQ(s.noticed(), "open 1, lost 1, dead 1");
-  s.links.on_time(now_ms(1000));
+  s.pass(1000);
   EXPECT_EQ(s.noticed(), "forgotten 1");
   EXPECT_TRUE(s.links.all().empty());
 }
@@ -225,7 +258,7 @@ TEST(Links, AWithdrawnLoginEndsItsLinksAndThoseThatMightReturn) {
   s.noticed();
   s.withdraw_login("anna", 200);
   EXPECT_EQ(s.asked(), "close 1 revoked");
-  s.links.on_time(now_ms(200));
+  s.pass(200);
   EXPECT_EQ(s.noticed(), "lost 1, dead 1, forgotten 1, dead 2, forgotten 2");
   ASSERT_EQ(s.links.all().size(), 1U);
   EXPECT_TRUE(s.link(3).open());

@@ -57,7 +57,6 @@ struct Side {
   explicit Side(Loop& loop, SocketOptions sockets = {})
       : network(loop.io,
                 {[this](Input&& input) { on(std::move(input)); },
-                 [this](ConnectionId id) { return !out[id].empty(); },
                  [this](ConnectionId id, const Repairs&) { return next(id); },
                  [this](Log&& log) { logs.push_back(log.text); }},
                 std::move(sockets)) {}
@@ -67,7 +66,7 @@ struct Side {
   }
   void send(ConnectionId id, Packet packet) {
     out[id].push_back(std::move(packet));
-    network.ready();
+    network.send(id);
   }
 
   std::optional<Packet> next(ConnectionId id) {
@@ -92,7 +91,7 @@ struct Side {
       received_bytes += packet->payload.size();
       if (echo) send(packet->connection, Packet{packet->text, {packet->payload}});
       received[packet->connection].push_back(std::move(*packet));
-      if (handles_at_once) network.ready();
+      if (handles_at_once) network.handled();
     } else if (auto* closing = std::get_if<ConnectionClosed>(&input)) {
       closed[closing->connection] = {closing->code, closing->reason};
       ++closed_count;

@@ -9,14 +9,14 @@
 namespace connect_bridge::test {
 namespace {
 
-TEST(Pull, IsOnlyOfConnectionsThatMayHaveAPacket) {
+TEST(Pull, IsOnlyOfConnectionsThatHaveSomethingToSend) {
   Pair pair;
   ASSERT_TRUE(pair.connect());
   pair.client.send(kDial, "one");
   ASSERT_TRUE(pair.loop.until([&] { return pair.server.packets(pair.accepted()) == 1; }));
   EXPECT_GT(pair.client.asked, 0U);
   const auto before = pair.client.asked;
-  for (int i = 0; i < 10; ++i) pair.client.network.ready();
+  for (int i = 0; i < 10; ++i) pair.client.network.handled();
   EXPECT_EQ(pair.client.asked, before);
   EXPECT_EQ(pair.server.asked, 0U);
 }

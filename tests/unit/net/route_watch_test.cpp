@@ -25,7 +25,6 @@ struct Unanswered {
                      if (const auto* changed = std::get_if<NetworkChanged>(&input))
                        changes.push_back(changed->route);
                    },
-                   [](ConnectionId) { return false; },
                    [](ConnectionId, const Repairs&) { return std::optional<Packet>{}; },
                    {}}};
 

@@ -248,7 +248,7 @@ TEST_F(Tls, WhoWaitsForATurnIsCutInTime) {
 TEST_F(Tls, APeerThatDoesNotReadIsCutAfterASecond) {
   Pair pair{server_of(good())};
   ASSERT_TRUE(pair.connect(trusting(pair)));
-  // The client reads one packet and waits for ready(), which never comes.
+  // The client reads one packet and waits for handled(), which never comes.
   pair.client.packet_bytes_max = 0;
   pair.client.handles_at_once = false;
   const ConnectionId second{78};

@@ -61,7 +61,7 @@ struct Keeping {
   std::string said(std::int64_t from = 0) {
     std::string words;
     for (std::int64_t at = from; at < from + 1000; at += 5) {
-      peer.link.outbox().on_time(ms(at));
+      peer.link.sending().on_time(ms(at));
       words += peer.said(at);
     }
     return words;

@@ -39,7 +39,7 @@ void OneLink::lose(std::int64_t at) {
 }
 
 void OneLink::show_round_trip(std::int64_t round_trip_ms) {
-  Outbox& outbox = link.outbox();
+  Outbox& outbox = link.sending();
   outbox.add_channel({99}, {});
   outbox.push({99}, flow_test::message(20'000), ms(50 - round_trip_ms));
   while (outbox.next(ms(50 - round_trip_ms))) {

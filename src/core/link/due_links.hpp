@@ -1,0 +1,53 @@
+// Which links something has happened to, which have something to send, and when the next thing is
+// due on each.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "core/base/ids.hpp"
+#include "core/base/time.hpp"
+#include "core/base/timers.hpp"
+
+namespace connect_bridge {
+
+// A link marks itself when it may have come to something: it failed, has something to send, waits
+// for another time. Who owns the links looks at those that are marked, and at no others, so that an
+// input that concerns one link costs the same with a thousand of them. Single-threaded.
+class DueLinks {
+ public:
+  using Timer = Timers<LinkId>::Timer;
+
+  void mark(LinkId link) { marked_.insert(link); }
+  // The oldest of the links that are marked, once for all its marks.
+  std::optional<LinkId> take_marked() { return take(marked_); }
+
+  // The connection has something to send.
+  void ready(ConnectionId connection) { ready_.insert(connection); }
+  void gone(ConnectionId connection) { ready_.erase(connection); }
+  std::optional<ConnectionId> take_ready() { return take(ready_); }
+
+  // Lets the timer of a link wait for its deadline, which may have changed; it may not outlive
+  // this.
+  void wait(LinkId link, Timer& timer, std::optional<TimePoint> until) {
+    if (!until) return timer.cancel();
+    if (!timer || timer.at() != *until) timer = timers_.set(*until, link);
+  }
+  // The links whose time has come. Their timers are to be cancelled, or set again.
+  std::optional<LinkId> take_due(TimePoint now) { return timers_.take_due(now); }
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
+
+ private:
+  template <class Id>
+  static std::optional<Id> take(std::set<Id>& from) {
+    if (from.empty()) return std::nullopt;
+    return from.extract(from.begin()).value();
+  }
+
+  std::set<LinkId> marked_;
+  std::set<ConnectionId> ready_;
+  Timers<LinkId> timers_;
+};
+
+}  // namespace connect_bridge
