@@ -47,17 +47,6 @@ TEST(ServiceExportsLine, AServerIsGivenWhatItsQueueKeeps) {
   EXPECT_EQ(handed_over(s), "1/15 1/16 1/17 1/18 1/19 1/20 1/21 1/22 1/23 1/24");
 }
 
-TEST(ServiceExportsLine, ARuleSaysHowMuchAServersQueueKeeps) {
-  Rule deep = callable();
-  deep.treatment.server_queue = 3;
-  Script s(server({deep}));
-  attached(s);
-  call(s, 1, 1, 6);
-  EXPECT_EQ(handed_over(s), "1/1 1/2 1/3");
-  answer(s, 2, "a");
-  EXPECT_EQ(handed_over(s), "1/4 1/5");
-}
-
 TEST(ServiceExportsLine, AQueueThatIsNotWatchedTakesAllAtOnce) {
   Rule open = callable();
   open.treatment.server_queue = 0;
@@ -142,35 +131,6 @@ TEST(ServiceExportsLine, ACallThatTimesOutLiesInTheQueueAllTheSame) {
   EXPECT_EQ(handed_over(s), "1/12");
 }
 
-TEST(ServiceExportsLine, ASilentServerIsPresumedToHaveTakenWhatItWasGiven) {
-  Script s(server({callable()}));
-  attached(s);
-  call(s, 1, 1, 5);
-  s.pass(1000);
-  call(s, 1, 6, 25);
-  EXPECT_EQ(handed_over(s), "1/1 1/2 1/3 1/4 1/5 1/6 1/7 1/8 1/9 1/10");
-  s.pass_to(4999);
-  EXPECT_EQ(handed_over(s), "");
-  s.pass_to(5000);
-  EXPECT_EQ(handed_over(s), "1/11 1/12 1/13 1/14 1/15");
-  answer(s, 7, "a");
-  EXPECT_EQ(handed_over(s), "1/16 1/17");
-  s.pass_to(9999);  // the answer was a sign of life
-  EXPECT_EQ(handed_over(s), "");
-  s.pass_to(10'000);
-  EXPECT_EQ(handed_over(s), "1/18 1/19 1/20 1/21 1/22 1/23 1/24 1/25");
-}
-
-TEST(ServiceExportsLine, AfterALongPauseNothingIsHeldAgainstAServer) {
-  Script s(server({callable()}));
-  attached(s);
-  call(s, 1, 1, 10);
-  handed_over(s);
-  s.pass(6000);
-  call(s, 1, 11, 11);
-  EXPECT_EQ(handed_over(s), "1/11");
-}
-
 TEST(ServiceExportsLine, ResultsAreAskedForInDueTime) {
   Rule acting = callable();
   acting.export_actions = {Pattern::parse("/**").value()};
@@ -200,41 +160,6 @@ TEST(ServiceExportsLine, ResultsAreAskedForInDueTime) {
   EXPECT_EQ(handed_over(s), "");
   answer(s, 20, "a");
   EXPECT_EQ(handed_over(s), "1/21 1/22 1/23 1/24 1/25");
-}
-
-TEST(ServiceExportsLine, LinksTakeTurns) {
-  Script s(server({callable()}));
-  attached(s);
-  for (const std::uint32_t connection : {2U, 3U}) {
-    s.join(connection);
-    s.say(connection, Attach{{1}, {1}});
-  }
-  call(s, 1, 1, 30);
-  call(s, 2, 1, 3);
-  call(s, 3, 1, 2);
-  handed_over(s);
-  std::string order;
-  for (std::uint32_t i = 1; i <= 7; ++i) {
-    answer(s, i, "a");
-    order += handed_over(s) + " ";
-  }
-  EXPECT_EQ(order, "1/11 2/1 3/1 1/12 2/2 3/2 1/13 ");
-  answer(s, 11, "a");  // proves four at once
-  EXPECT_EQ(handed_over(s), "2/3 1/14 1/15 1/16");
-}
-
-TEST(ServiceExportsLine, AFullQueueHoldsUpNoOtherService) {
-  Script s(server({callable()}));
-  s.graph({}, {service("/a"), service("/b")});
-  s.join(1);
-  for (const std::uint32_t n : {1U, 2U}) {
-    s.say(1, Attach{{n}, {n}});
-    s.give(ServiceReady{{n}, true, ""});
-  }
-  call(s, 1, 1, 64);
-  handed_over(s);
-  s.message(1, 2, 1, "b");
-  EXPECT_EQ(handed_over(s), "b");
 }
 
 TEST(ServiceExportsLine, WhatIsDecompressedHasItsRoomInTheQueue) {

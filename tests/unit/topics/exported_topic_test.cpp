@@ -159,6 +159,9 @@ TEST(ExportedTopic, ALaterLinkGetsTheLastSamples) {
   for (int i = 1; i <= 3; ++i) s.take(1, std::to_string(i), i);
   s.demand(late);
   EXPECT_EQ(late.said(), "1.1 2, 1.1 3\n");
+  s.demand(late, false);
+  s.demand(late);
+  EXPECT_EQ(late.said(), "1.1 2, 1.1 3\n");
   EXPECT_GT(s.subject.memory_bytes(), 0U);
 }
 

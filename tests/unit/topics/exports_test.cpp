@@ -27,14 +27,6 @@ TEST(SideExports, OnlyWhatThePeerAcceptsIsOffered) {
   EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/b[1] 3/c[1]\n");
 }
 
-TEST(SideExports, DenyWins) {
-  Script s(server({rule({"/**"}, {}), rule({}, {}, {"/secret/**"})}));
-  s.graph({topic("/a").pub(1), topic("/secret/b").pub(2)});
-  s.login(1);
-  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
-  EXPECT_EQ(s.said(1), "accepts 0 rules\noffer 1/a[1] complete\n");
-}
-
 TEST(SideExports, RightsAreThoseOfTheIdentity) {
   auto ops = rule({"/a"}, {});
   ops.groups = {"ops"};
@@ -107,26 +99,6 @@ TEST(SideExports, DemandForWhatIsNotThereIsIgnored) {
   s.join(1);
   s.demand(1, 77);
   EXPECT_EQ(s.did(), "");
-}
-
-TEST(SideExports, ASecondLinkGetsTheHistory) {
-  Script s(server());
-  s.graph({topic("/map").pub(1, latched(2)).pub(2, latched(1))});
-  s.join(1);
-  s.demand(1, 1);
-  EXPECT_EQ(s.did(), "subscribe 2 /map reliable latched 100\n");
-  s.take(2, 1, "a", 1);
-  s.take(2, 1, "b", 2);
-  s.take(2, 1, "c", 3);
-  s.said(1);
-  s.join(2);
-  s.demand(2, 1);
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(2), "1.1 b, 1.1 c\n");  // as many as the publishers keep
-  EXPECT_EQ(s.said(1), "");
-  s.demand(2, 1, false);
-  s.demand(2, 1);
-  EXPECT_EQ(s.said(2), "1.1 b, 1.1 c\n");
 }
 
 TEST(SideExports, WithoutDemandNoHistoryIsKept) {
