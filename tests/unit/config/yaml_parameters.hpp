@@ -49,7 +49,7 @@ inline ParameterMap yaml(const std::string& text) {
 }
 
 inline const Surroundings kWithToken{
-    .token_in_environment = true, .unreadable = {}, .installed = {}};
+    .token_in_environment = true, .unreadable = {}, .distrusted = {}, .installed = {}};
 
 inline std::string problems_text(const Parsed& parsed) {
   std::string text;
