@@ -7,6 +7,8 @@ import socket
 import threading
 import time
 
+from harness.domains import free_port
+
 _PART = 1 << 16
 
 
@@ -20,21 +22,20 @@ class Relay:
         self._lock = threading.Lock()
         self._pairs = []
         self._stalled = threading.Event()
-        self._refuses = False
+        self._serves = threading.Event()
+        self._serves.set()
         self._closed = False
         self.connections = 0
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listener.getsockname()[1]
+        self.port = free_port()  # bound by its number, it stays ours while nobody listens
+        self._listener = socket.create_server(("127.0.0.1", self.port))
         threading.Thread(target=self._accept, daemon=True).start()
 
     def _accept(self):
-        while True:
+        while not self._closed:
             try:
                 near, _ = self._listener.accept()
-            except OSError:
-                return
-            if self._refuses:
-                near.close()
+            except OSError:  # nobody listens any longer
+                self._serves.wait()
                 continue
             try:
                 far = socket.create_connection(self._target, timeout=2)
@@ -83,7 +84,8 @@ class Relay:
 
     def cut(self):
         """Ends all connections and refuses new ones, as a dead access point does."""
-        self._refuses = True
+        self._serves.clear()
+        self._listener.shutdown(socket.SHUT_RDWR)
         self.break_connections()
 
     def break_connections(self):
@@ -99,10 +101,13 @@ class Relay:
         """Serves again. What was stalled is lost unless `keep`: its connections end unseen."""
         if not keep and self._stalled.is_set():
             self.break_connections()
-        self._refuses = False
         self._stalled.clear()
+        if not self._serves.is_set():
+            self._listener.listen()
+            self._serves.set()
 
     def close(self):
         self._closed = True
+        self._serves.set()
         self._listener.close()
         self.break_connections()

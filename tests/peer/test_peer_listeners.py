@@ -20,12 +20,15 @@ def test_the_server_tells_who_listens(world, peer):
     node = world.graph.node("base")
     world.graph.collector(String, "/o/told", node=node)
     world.graph.collector(String, "/hidden/untold", node=node)
-    world.graph.collector(String, "/o/told")
+    other = world.graph.collector(String, "/o/told")
     mine.until(lambda: mine.listeners_of("/o/told"), "a listener")
     (told,) = mine.listeners_of("/o/told")
     assert told["type"] == STRING
     assert not mine.listeners_of("/hidden/untold") and not mine.listeners_of("/t/tick")
     world.graph.remove(node)
+    time.sleep(1)
+    assert mine.listeners_of("/o/told") == [told], "there is another one"
+    other.close()
     mine.until(lambda: not mine.listeners_of("/o/told"), "nobody who listens")
 
 
