@@ -142,10 +142,12 @@ void add_files(Rows& rows) {
   row_adder(rows, "Login")(
       {.key = "strict_modes",
        .fallback = true,
-       .help = "Whether files that decide over rights must be safe from other users: token, keys, "
-               "authorities, plugin, and the parameter file of a side that is reached from other "
-               "machines. They and all folders above them must belong to root or to the user of "
-               "this program, and nobody else may write them. `false`: they are not looked at."},
+       .help =
+           "Whether files that decide over rights must be safe from other users: token, keys, "
+           "authorities, plugin, and the parameter file of a side that is reached from other "
+           "machines. They and all folders above them must belong to root or to the user of "
+           "this program, and nobody else may write them (a folder with the sticky bit, as /tmp, "
+           "and a group that only the owner is in are fine). `false`: they are not looked at."},
       [](Config& c) { return &c.auth.strict_modes; });
 }
 
@@ -196,8 +198,9 @@ void add_names(Rows& rows) {
   add({.key = "graph",
        .words = {"merged", "nodes"},
        .help = "Who owns what is imported. `merged`: this node. `nodes`: a node for each "
-               "of the peer's, with its name, so that `ros2 node`, `ros2 param` and `ros2 "
-               "lifecycle` find it. Unset: `nodes` at a client, `merged` at a server."});
+               "of the peer's that publishes or serves something here, with its name, so that "
+               "`ros2 node`, `ros2 param` and `ros2 lifecycle` find it. Unset: `nodes` at a "
+               "client, `merged` at a server."});
 }
 
 void add_operation(Rows& rows) {

@@ -13,6 +13,7 @@
 #include "net/relay_wire.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket_tuning.hpp"
+#include "net/steady_now.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -70,7 +71,8 @@ RelayDoor::RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions s
       tls_(options_.tls, Role::kClient),
       limit_(io),
       next_(io),
-      retry_(kFirstRetry) {}
+      retry_(kFirstRetry),
+      visitors_(kVisitorsAtOnce, kVisitorPeriod) {}
 
 RelayDoor::~RelayDoor() = default;
 
@@ -95,7 +97,8 @@ void RelayDoor::close() {
   for (const TicketPtr& ticket : std::exchange(tickets_, {})) {
     ticket->limit.cancel();
     ticket->way->stop();
-    if (ticket->socket) ticket->socket->close();
+    ErrorCode ignored;
+    if (ticket->socket) ticket->socket->close(ignored);
   }
 }
 
@@ -176,6 +179,7 @@ void RelayDoor::on_line(std::string_view line) {
 }
 
 void RelayDoor::ping() {
+  if (!welcome_) return;  // its timer had come before fail() could cancel it
   lines_->say("ping");
   after(limit_, kRelayPong, &RelayDoor::on_silence);
   after(next_, kRelayPing, &RelayDoor::ping);
@@ -219,7 +223,7 @@ void RelayDoor::on_visitor(std::string_view words) {
   const auto number = std::from_chars(words.data(), end, made->source.port);
   if (!from_hex(ticket, digits) || wrong || number.ec != std::errc{} || number.ptr != end)
     return fail("it says what it must not");
-  if (tickets_.size() >= kTicketsMax)
+  if (tickets_.size() >= kTicketsMax || !visitors_.take(steady_now()))
     return events_.log(LogLevel::kDebug, "a visitor at the relay is left out: there are too many");
   made->hello = ticket_hello(options_.url.robot, ticket);
   dial_with(made);

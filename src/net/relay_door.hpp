@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/pace.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/proxy_header.hpp"
@@ -74,6 +75,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   asio::steady_timer limit_;  // until it is welcome, then for each answer
   asio::steady_timer next_;   // the next dial, or the next ping
   std::chrono::milliseconds retry_;
+  Pace visitors_;
   bool welcome_ = false;
   std::string told_;  // the last problem in the log
   std::set<TicketPtr> tickets_;

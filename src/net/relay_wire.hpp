@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 
+#include "core/base/time.hpp"
 #include "core/wire/login.hpp"
 
 namespace connect_bridge {
@@ -23,6 +24,10 @@ inline constexpr std::chrono::seconds kRelayPong{5};
 inline constexpr std::chrono::seconds kRelaySilence{60};
 inline constexpr std::chrono::seconds kTicketTime{5};
 inline constexpr std::chrono::seconds kHelloTime{5};  // and as long for the login after it
+
+// Visitors of one robot: the relay refuses more, and the robot dials for no more.
+inline constexpr int kVisitorsAtOnce = 100;
+inline constexpr Duration kVisitorPeriod = std::chrono::milliseconds(20);
 
 // A list of protocols as TLS has it (RFC 7301): each with its length before it.
 [[nodiscard]] inline std::string protocol_list(std::initializer_list<std::string> names) {

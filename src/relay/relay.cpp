@@ -24,8 +24,6 @@ constexpr std::size_t kCallersMax = 320;
 constexpr std::size_t kCallersOfAddress = 16;
 constexpr std::size_t kVisitorsOfRobot = 16;
 constexpr std::size_t kPairsOfRobot = 384;
-constexpr int kVisitorsAtOnce = 100;
-constexpr Duration kVisitorPeriod = std::chrono::milliseconds(20);
 constexpr int kHandshakes = 300;
 constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
 constexpr std::chrono::milliseconds kAcceptRetry{100};
@@ -155,7 +153,7 @@ void Relay::admit(TcpSocket socket) {
   caller->from = caller->socket.remote_endpoint(error);
   if (error) return;  // gone already
   caller->from.address(plain_address(caller->from.address()));
-  caller->place = callers_.take_pending(network_of(caller->from.address(), 8));
+  caller->place = callers_.take_pending(network_of(caller->from.address(), 7));
   tune_socket(caller->socket.native_handle(), setup_.sockets);
   calling_.insert(caller);
   const auto let_go = [weak = weak_from_this(), of = std::weak_ptr{caller}] {
@@ -221,7 +219,7 @@ void Relay::on_control(const CallerPtr& caller) {
   std::string problem;
   const TlsContext context = tls_.get(problem);
   const bool may = context && is_robot_name(caller->robot) &&
-                   paces_.take(network_of(caller->from.address(), 8), 1, now) && pace_.take(now);
+                   paces_.take(network_of(caller->from.address(), 7), 1, now) && pace_.take(now);
   if (!may) return drop(caller);  // mutant: control_handshakes
   SSL_CTX_set_alpn_select_cb(context->native_handle(), &select_protocol, nullptr);
   const auto robot = std::make_shared<Robot>(io_);
@@ -312,7 +310,7 @@ void Relay::limit(const RobotPtr& robot, std::chrono::seconds time) {
       });
 }
 
-void Relay::end(const RobotPtr& robot, const std::string& why) {
+void Relay::end(RobotPtr robot, const std::string& why) {
   robot->limit.cancel();
   robot->place.reset();
   robot->lines->end();
@@ -331,7 +329,7 @@ void Relay::on_visitor(const CallerPtr& caller) {
   const bool full = pairs != pairs_.end() && pairs->second >= kPairsOfRobot;
   if (found == robots_.end() || full) return refuse(caller);
   const TimePoint now = steady_now();
-  if (!paces_.take(network_of(caller->from.address(), 8), 1, now) ||
+  if (!paces_.take(network_of(caller->from.address(), 7), 1, now) ||
       !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
     return refuse(caller);
   const std::string ticket = random_token();

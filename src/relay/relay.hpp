@@ -103,7 +103,8 @@ class Relay : public std::enable_shared_from_this<Relay> {
   void on_login(const RobotPtr& robot, std::string_view token);
   [[nodiscard]] bool is_its_name(const Robot& robot, const Bytes& credential);
   void limit(const RobotPtr& robot, std::chrono::seconds time);
-  void end(const RobotPtr& robot, const std::string& why);
+  // A copy: the one that the caller has may be in a table that it leaves.
+  void end(RobotPtr robot, const std::string& why);
 
   void on_visitor(const CallerPtr& caller);
   void on_ticket(const CallerPtr& caller, const std::string& ticket);
