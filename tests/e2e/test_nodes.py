@@ -120,10 +120,9 @@ def test_graph_of_nodes(make_pair):
     assert (mirror.node_namespace, mirror.node_name) == ("/open", "arm")
     client = pair.operator.tester.create_client(Trigger, "/open/reset")
     until(client.service_is_ready, "the service")
-    services = dict(
-        pair.operator.tester.get_service_names_and_types_by_node("arm", "/open")
-    )
-    assert "/open/reset" in services
+    of_node = pair.operator.tester.get_service_names_and_types_by_node
+    # Of which node a service is comes by itself, and may come a moment later.
+    until(lambda: "/open/reset" in dict(of_node("arm", "/open")), "the node owns the service")
     wait_ready(client_of(pair, "/open/arm"))
     (speed,) = done(client_of(pair, "/open/arm").get_parameters(["speed"])).values
     assert speed.double_value == 1.5

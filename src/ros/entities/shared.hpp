@@ -82,8 +82,7 @@ struct Shared {
     told_types.on_time(Node::steady_now());
     if (!name || !told_types.first(name->to_install())) return;
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
-                                  " is not installed here: its messages are carried "
-                                  "unchecked, a peer's only until one has described it");
+                                  " is not installed here: its messages are carried unchecked");
   }
   // Something of a peer is made here, with a type of which the peer told this hash. Logs once that
   // it cannot be compared: with old distributions it never can.
