@@ -12,7 +12,7 @@ from rclpy.parameter_client import AsyncParameterClient
 
 from graph import WAIT, until
 from harness.domains import free_port
-from test_login_methods import PLUGIN, SECRET, HttpsServer, base64url, jwt, write
+from test_login_methods import SECRET, HttpsServer, base64url, jwt, plugin_in, write
 
 TOKEN = "correct-horse-battery-staple"
 QUERY = "a-key-in-a-query"
@@ -87,7 +87,9 @@ class Case:
     def plugin(self):
         """A plugin with options, and a token of the environment."""
         secret = "anna:a-password-of-anna"
-        self.server["auth"] = {"method": "plugin", "plugin": str(PLUGIN)}
+        given = self.folder / "given"
+        given.mkdir()
+        self.server["auth"] = {"method": "plugin", "plugin": plugin_in(given)}
         self.more["server"] = argument("auth.plugin_options", secret)
         self.client["auth"] = {"method": "plugin"}
         self.more["client"] = {"env": {"CONNECT_BRIDGE_TOKEN": secret}}
