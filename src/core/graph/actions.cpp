@@ -5,7 +5,7 @@
 
 // An action is found by its service for goals, whose type contains the action's. With both, names
 // and types of the other parts follow, and it is whole if all of them are there (docs/protocol.md
-// section 9.12, rule 3): an action is ready as a whole or not at all.
+// section 9.11, rule 3): an action is ready as a whole or not at all.
 namespace connect_bridge {
 
 bool LocalActions::update(const GraphView& graph, const Claims& claims) {

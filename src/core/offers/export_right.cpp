@@ -12,7 +12,7 @@ Answer answer_of(bool accepted) {
 }
 
 // The topic is one channel for all nodes, and is offered to whoever takes the parameters of some;
-// each origin is judged by its node (docs/protocol.md section 9.13, rule 2).
+// each origin is judged by its node (docs/protocol.md section 9.12, rule 2).
 ExportRight right_to_events(const SideView& side, const Link& link, const std::string& type) {
   auto decision =
       side.policy.decide_parameter_events(Direction::kExport, type, link.login.identity());

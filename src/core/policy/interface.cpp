@@ -159,7 +159,7 @@ Opening opening_of(const Interface& what) {
   if (!(topic ? is_topic_type(what.type) : is_service_type(what.type))) return {};
   // The narrow kinds come first, and what looks like one of them without being one is nothing: a
   // pattern for topics or services, even `/**`, opens no part of an action, no parameter service
-  // and no /parameter_events (docs/protocol.md sections 9.12 and 9.13).
+  // and no /parameter_events (docs/protocol.md sections 9.11 and 9.12).
   if (has_action_token(what.name)) return opening_of_part(what);
   if (is_parameter_events(what.kind, what.name)) {
     if (what.type != kParameterEventType) return {};

@@ -16,7 +16,7 @@ ServedCall::ServedCall(Attachment& attachment, CallId id, InMessage request, con
       request_bytes_(attachment.load().request_bytes.hold(request.body.size())),
       request_(std::move(request)) {
   // From the arrival of the request, so that the time at the gate counts (docs/protocol.md section
-  // 9.5, rule 9). A result comes when its goal ends.
+  // 9.5, rule 8). A result comes when its goal ends.
   const Duration timeout = attachment.treatment().call_timeout;
   if (!attachment.service().gives_results() && timeout != kForever)
     timer_ = serving_.timers.set(now.steady + timeout, {&attachment, this});

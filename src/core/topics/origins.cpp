@@ -28,7 +28,7 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     const bool named = origin.node.empty() && !node_of(publisher).empty();
     if (named) origin.node = node_of(publisher);
     // A node's name is told later as another `added` of the same number (docs/protocol.md,
-    // "origins", rule 3).
+    // "origins", rule 2).
     if (is_new || named) told.push_back(publisher.gid);
     origin.vanishes.cancel();
     origin.lingering = false;
