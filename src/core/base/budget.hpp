@@ -34,8 +34,9 @@ class Budget {
     void release() { resize(0); }
     // The share may shrink or grow; the caller has checked before that it fits.
     void resize(std::uint64_t amount) {
-      if (budget_ && amount != amount_) budget_->add(amount - amount_);
-      amount_ = budget_ ? amount : 0;
+      if (!budget_ || amount == amount_) return;
+      budget_->replace(amount_, amount);
+      amount_ = amount;
     }
     [[nodiscard]] std::uint64_t amount() const { return amount_; }
     // Whether the budget has no room left.
@@ -44,7 +45,7 @@ class Budget {
    private:
     friend class Budget;
     Hold(Budget* budget, std::uint64_t amount) : budget_(budget), amount_(amount) {
-      budget_->add(amount);
+      budget_->replace(0, amount);
     }
 
     Budget* budget_ = nullptr;
@@ -70,8 +71,9 @@ class Budget {
   }
 
  private:
-  void add(std::uint64_t difference) {  // modulo 2^64: may be negative
-    for (Budget* each = this; each; each = each->above_) each->used_ += difference;
+  // A share of `before`, which is in use here, becomes one of `after`.
+  void replace(std::uint64_t before, std::uint64_t after) {
+    for (Budget* each = this; each; each = each->above_) each->used_ = each->used_ - before + after;
   }
 
   Budget* above_ = nullptr;

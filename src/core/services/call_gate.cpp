@@ -93,7 +93,10 @@ void CallGate::answered(ServiceClientId id, InvocationId request, TimePoint now)
 }
 
 void CallGate::failed(ServiceClientId id, InvocationId request) {
-  if (Service* const service = find(id)) service->queue.failed(request);
+  Service* const service = find(id);
+  if (!service) return;
+  service->queue.failed(request);
+  due_.insert(id);
 }
 
 // What was handed over stays in the server's queue: nobody can take it out again.

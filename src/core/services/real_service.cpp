@@ -223,10 +223,10 @@ void RealService::on(ResponseTaken& response, const Now& now) {
 }
 
 void RealService::on(const InvocationFailed& failed, const Now& now) {
-  ServedCall* call = take_invocation(failed.invocation);
-  if (!call) return;
+  // Also if nobody waits for it any longer: the server's queue has room again.
   serving_.gate.failed(client_, failed.invocation);
-  call->attachment().on_failed(*call, failed.reason, now);
+  if (ServedCall* call = take_invocation(failed.invocation))
+    call->attachment().on_failed(*call, failed.reason, now);
   serving_.begin_calls(now);
 }
 

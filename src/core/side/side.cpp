@@ -123,8 +123,8 @@ void Side::on_claims(const Now& now) {
   service_imports_.on_claims(now);
 }
 
-void Side::on(SubscriptionFailed& input, const Now&) {
-  if (!claims_topic_.on_failed(input)) exports_.on_subscription_failed(input);
+void Side::on(SubscriptionFailed& input, const Now& now) {
+  if (!claims_topic_.on_failed(input)) exports_.on_subscription_failed(input, now);
 }
 
 void Side::on(MirrorFailed& input, const Now& now) {

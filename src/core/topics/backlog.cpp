@@ -14,23 +14,22 @@ bool is_behind(std::uint32_t sequence, std::uint32_t last) {
 }  // namespace
 
 void LinkBacklog::keep_bound() {
-  while (bytes_ > bytes_max_ || (bytes_ > 0 && held_.is_full())) {  // mutant: kept_bound
+  while (bytes() > bytes_max_ || (bytes() > 0 && memory_.room() == 0)) {  // mutant: kept_bound
     // The new message may be the one that goes: it is in the topic with the most bytes, perhaps
     // alone. Each turn makes that topic smaller, so it ends.
-    const auto most =
-        std::max_element(topics_.begin(), topics_.end(),
-                         [](const Backlog* a, const Backlog* b) { return a->bytes_ < b->bytes_; });
+    const auto most = std::max_element(topics_.begin(), topics_.end(), [](auto* a, auto* b) {
+      return a->bytes_.amount() < b->bytes_.amount();
+    });
     (*most)->drop_oldest(DropReason::kResumeBound);
   }
 }
 
 Backlog::Backlog(LinkBacklog& all, Link& link, Options options)
-    : all_(all), link_(link), options_(std::move(options)) {
+    : all_(all), link_(link), options_(std::move(options)), bytes_(all.bytes_.hold(0)) {
   all_.topics_.push_back(this);
 }
 
 Backlog::~Backlog() {
-  all_.change(0 - bytes_);
   std::erase(all_.topics_, this);
 }
 
@@ -57,9 +56,8 @@ void Backlog::add(OutMessage message) {
     dropped_.add(DropReason::kNewerAvailable);
     take_out(older);
   }
-  bytes_ += kept_bytes_of(message);
+  bytes_.resize(bytes_.amount() + kept_bytes_of(message));
   ++by_origin_[message.subject.origin()];
-  all_.change(kept_bytes_of(message));
   messages_.push_back(std::move(message));
   all_.keep_bound();
 }
@@ -71,7 +69,7 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   while (!messages_.empty() && messages_.front().sequence != 0 &&
          !is_behind(messages_.front().sequence, after))  // mutant: arrived_again
     messages_.pop_front();
-  all_.change(0 - std::exchange(bytes_, 0));
+  bytes_.resize(0);
   by_origin_.clear();
   all_.resumed_ += messages_.size();
   return std::exchange(messages_, {});
@@ -98,8 +96,7 @@ void Backlog::take_out(std::deque<OutMessage>::iterator message) {
   const auto own = by_origin_.find(message->subject.origin());
   if (--own->second == 0) by_origin_.erase(own);
   messages_.erase(message);
-  bytes_ -= bytes;
-  all_.change(0 - bytes);
+  bytes_.resize(bytes_.amount() - bytes);
 }
 
 }  // namespace connect_bridge

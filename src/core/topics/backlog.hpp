@@ -25,27 +25,23 @@ class Backlog;
 class LinkBacklog {
  public:
   LinkBacklog(std::uint64_t bytes_max, Budget& memory)
-      : bytes_max_(bytes_max), held_(memory.hold(0)) {}
+      : bytes_max_(bytes_max), memory_(memory), bytes_(&memory) {}
   LinkBacklog(const LinkBacklog&) = delete;
   LinkBacklog& operator=(const LinkBacklog&) = delete;
 
   [[nodiscard]] bool empty() const { return topics_.empty(); }
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_.used(); }
   // Messages that were resumed, and those that were lost, since the link was lost.
   [[nodiscard]] std::uint64_t resumed() const { return resumed_; }
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
   friend class Backlog;
-  void change(std::uint64_t difference) {  // modulo 2^64: may be negative
-    bytes_ += difference;
-    held_.resize(bytes_);
-  }
   void keep_bound();
 
   std::uint64_t bytes_max_;
-  std::uint64_t bytes_ = 0;
-  Budget::Hold held_;  // of bytes_
+  Budget& memory_;
+  Budget bytes_;  // of all topics
   std::uint64_t resumed_ = 0;
   std::uint64_t lost_ = 0;
   std::vector<Backlog*> topics_;  // in the order in which they were added
@@ -101,7 +97,7 @@ class Backlog {
   Options options_;
   std::deque<OutMessage> messages_;
   std::unordered_map<OriginId, std::size_t> by_origin_;  // number of messages per origin
-  std::uint64_t bytes_ = 0;
+  Budget::Hold bytes_;
   DropCounts dropped_;
   bool over_ = false;
 };

@@ -137,8 +137,9 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
 void ExportedTopic::on_time(const Now& now) {
   if (!parked_.empty()) unpark(now);
   offers_.on_time(now);
-  if (backlogs_.end_overdue(now)) update_subscription(now);
-  for (auto& [link, offer] : offers_) offer.drop_late(now);
+  bool changed = backlogs_.end_overdue(now);
+  for (auto& [link, offer] : offers_) changed = offer.drop_late(now) || changed;
+  if (changed) update_subscription(now);
   // Last: what still waits anywhere keeps its origin (drained).
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);

@@ -119,8 +119,11 @@ void Exports::on_lost(const MessagesLost& lost) {
   if (auto* topic = find(lost.subscription)) topic->on_lost(lost);
 }
 
-void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
-  if (auto* topic = find(failed.id)) topic->on_subscription_failed(failed.code, failed.reason);
+void Exports::on_subscription_failed(const SubscriptionFailed& failed, const Now& now) {
+  ExportedTopic* const topic = find(failed.id);
+  if (!topic) return;
+  topic->on_subscription_failed(failed.code, failed.reason);
+  update_subscriptions(topic->key().first, now);  // another type may have the name now
 }
 
 void Exports::on_time(const Now& now) {

@@ -46,7 +46,7 @@ class Exports {
 
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
-  void on_subscription_failed(const SubscriptionFailed& failed);
+  void on_subscription_failed(const SubscriptionFailed& failed, const Now& now);
   void on_time(const Now& now);
 
   // A publisher here does not serve our subscription as it is.

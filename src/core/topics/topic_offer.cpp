@@ -135,6 +135,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
   offer_.on_decline(decline, now);
+  topic_.update_subscription(now);  // its rule does not count any more
 }
 
 // ---- over connections

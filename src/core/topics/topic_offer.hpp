@@ -80,8 +80,11 @@ class TopicOffer final : public OutgoingChannel {
   void keep_early(const OutSample& sample, TimePoint since, const Now& now);
   // The peer has said whether it wants the topic.
   std::deque<OutSample> take_early() { return early_.end(); }
-  void drop_late(const Now& now) {
-    if (early_.is_late(now)) drop(DropReason::kNoDemand, early_.end().size());
+  // Whether the time for that is over just now; what was kept is dropped.
+  [[nodiscard]] bool drop_late(const Now& now) {
+    if (!early_.is_late(now)) return false;
+    drop(DropReason::kNoDemand, early_.end().size());
+    return true;
   }
   [[nodiscard]] const EarlySamples& early() const { return early_; }
 

@@ -25,6 +25,7 @@ struct Step {
 //   add 1.2 5             the next 5 calls of link 1 at service 2
 //   answer 1 7            service 1 answers what was handed over as its request 7, and the call of
 //                         that leaves
+//   fail 1 7              request 7 cannot be sent to service 1; its call left before
 //   leave 1.2 3           call 3 of link 1 at service 2 is given up
 //   slow 1.2 3            when call 3 is handed over, a worker prepares it first
 //   ready 1.2 3           and is done
@@ -44,7 +45,8 @@ class Words {
       gate.hold();
     } else if (verb == "release") {
       gate.release();
-    } else if (verb == "open" || verb == "results" || verb == "gone" || verb == "answer") {
+    } else if (verb == "open" || verb == "results" || verb == "gone" || verb == "answer" ||
+               verb == "fail") {
       of_service(verb, {number(words)}, words);
     } else {
       of_caller(verb, caller(words), words);
@@ -67,8 +69,9 @@ class Words {
   }
   void of_service(const std::string& verb, ServiceClientId service, std::istringstream& words) {
     if (verb == "gone") return gate.server_gone(service);
-    if (verb != "answer") return gate.open(service, verb == "results");
+    if (verb == "open" || verb == "results") return gate.open(service, verb == "results");
     const InvocationId request{number(words)};
+    if (verb == "fail") return gate.failed(service, request);
     gate.answered(service, request, now_);
     const auto it = handed_.find({service, request});
     if (it != handed_.end()) gate.leave(it->second.caller, it->second.call);
@@ -157,6 +160,16 @@ TEST(CallGate, ARuleSaysHowMuchTheQueueKeeps) {
         {"add 2.1 5", "2.1/1 2.1/2 2.1/3"},  // without a depth nothing holds it up
         {"answer 1 3", "2.1/4"},             // the two behind it lie in the queue still
         {"answer 1 5", "1.1/3 2.1/5"}});
+}
+
+TEST(CallGate, WhatCannotBeSentLeavesRoomInTheQueue) {
+  play({{"open 1", ""},
+        {"admit 1.1 1 2", ""},
+        {"admit 2.1 2 2", ""},
+        {"add 1.1 1", "1.1/1"},
+        {"add 2.1 2", "2.1/1"},
+        {"leave 1.1 1", ""},
+        {"fail 1 1", "2.1/2"}});
 }
 
 TEST(CallGate, WhoLeavesWhileItWaitsMakesWay) {

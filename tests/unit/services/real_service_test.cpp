@@ -150,6 +150,19 @@ TEST(RealService, WhenTheServerCannotBeReachedItIsOfferedAgain) {
   EXPECT_TRUE(s.offer());
 }
 
+TEST(RealService, WhatCannotBeSentAfterItsCallWasGivenUpMakesWay) {
+  Rule rule = callable();
+  rule.treatment.server_queue = 1;
+  Served s(rule);
+  s.attach();
+  s.request(1, "a");
+  s.request(2, "b");
+  s.forget(1);
+  EXPECT_EQ(s.did(), "invoke 1.1 a\ndrop_invocation 1.1\n");  // it lies in the queue still
+  s.fail(1);
+  EXPECT_EQ(s.did(), "invoke 1.2 b\n");
+}
+
 TEST(RealService, AnActionIsInUseWhileAPeerIsAttachedToItsGoals) {
   Served s(exporting_actions(), {"/go/_action/send_goal", "p/action/Go_SendGoal"});
   EXPECT_TRUE(s.serving.action_uses.empty());

@@ -81,6 +81,47 @@ TEST(EarlySamples, WhoListensALittleLaterGetsWhatNobodyHasGot) {
   EXPECT_EQ(third.said(), "1.1 much later\n");
 }
 
+// A peer that listens with a weak rule, beside one that demands the topic as it is published.
+struct BesideAWeakListener {
+  BesideAWeakListener() : s({weak(), everything()}) {
+    listens.link.login.set_identity({"weak", {}, 0});
+    ListenerTold told;
+    told.listener = {1};
+    told.name = "/a";
+    told.type = kType;
+    EXPECT_TRUE(s.context.listeners.on_listeners(listens.link, {{told}, {}}, ms(0)).ok());
+    s.see(topic("/a").pub(1));
+    s.offer(demands);
+    s.offer(listens);
+    s.demand(demands);
+    EXPECT_EQ(s.did(), "subscribe 1 /a best_effort volatile 100\n");
+  }
+  static Rule weak() {
+    Rule rule = everything();
+    rule.identities = {"weak"};
+    rule.treatment.qos.reliability = Reliability::kBestEffort;
+    return rule;
+  }
+
+  OneLink demands{1}, listens{2};
+  Exporting s;
+};
+
+TEST(EarlySamples, WhoDeclinesItWeakensNothingForOthers) {
+  BesideAWeakListener all;
+  all.listens.link.outgoing({1})->on_decline({{1}, "not_permitted", "no"}, ms(0));
+  EXPECT_EQ(all.s.did(), "unsubscribe 1\nsubscribe 2 /a reliable volatile 100\n");
+}
+
+TEST(EarlySamples, WhoDoesNotDemandItInTimeWeakensNothingForOthers) {
+  BesideAWeakListener all;
+  all.s.take(1, "first");
+  all.s.pass_to(1999);
+  EXPECT_EQ(all.s.did(), "");
+  all.s.pass_to(2000);
+  EXPECT_EQ(all.s.did(), "unsubscribe 1\nsubscribe 2 /a reliable volatile 100\n");
+}
+
 // One that listens to much and answers nothing leaves room to the others.
 TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
   OneLink greedy(1), other(2);

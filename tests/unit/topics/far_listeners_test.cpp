@@ -223,6 +223,16 @@ TEST_F(FarListenersTest, ATypeThatIsNotThere) {
   EXPECT_EQ(s.did(), "subscribe 3 /cmd_vel reliable volatile 100\n");
 }
 
+TEST_F(FarListenersTest, AnotherTypeTakesThePlaceOfOneThatIsNotThere) {
+  listen(listening(1, "/cmd_vel"));
+  ListenerTold other = listener(2, "/cmd_vel");
+  other.type = "p/msg/Other";
+  listen({{other}, {}});
+  s.did();
+  s.give(SubscriptionFailed{{2}, "type_unknown", "not installed"});
+  EXPECT_EQ(s.did(), "subscribe 3 /cmd_vel reliable volatile 100\n");
+}
+
 // A peer that names a thousand types keeps no line of others out of the log.
 TEST_F(FarListenersTest, WhatTheyMakeThisSideSayIsToldForTheirIdentity) {
   for (std::uint32_t n = 1; n <= TellOnce::kToldMax + 1; ++n)
