@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <sstream>
 #include <utility>
 
@@ -71,7 +73,14 @@ void PairingLogin::take_invited() {
   std::string problem;
   const auto text = read_login_file(options_.file, options_.strict_modes, problem);
   // One that stays would be taken again, with new tries.
-  if (::unlink(options_.file.c_str()) != 0) return;
+  if (::unlink(options_.file.c_str()) != 0) {
+    const std::string why = std::strerror(errno);
+    if (!std::exchange(stays_, true))
+      untold_.problems.push_back("the invitation is not taken, since " + options_.file +
+                                 " cannot be removed: " + why);
+    return;
+  }
+  stays_ = false;
   if (!text) return untold_.problems.push_back(problem);
   std::istringstream words(*text);
   std::string word;
@@ -99,7 +108,7 @@ Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   if (CRYPTO_memcmp(code.data(), shown->code.data(), code.size()) != 0) {
     if (++invited_->tries >= kTriesMax)  // mutant: pairing_tries
       end("the pairing has ended after " + std::to_string(kTriesMax) +
-          " wrong codes: server --pair makes another one");
+          " wrong codes: another start with --pair makes one");
     return {std::nullopt, "wrong code of a pairing"};
   }
   const auto& paired = invited_->paired;
@@ -159,8 +168,8 @@ Refreshed PairingLogin::refresh(Stamp now) {
   take_invited();
   if (invited_ && is_over())
     end(invited_->paired ? "the pairing has ended"
-                         : "no client has paired in time and the code has expired: server --pair "
-                           "makes another one");
+                         : "nobody has paired in time and the code has expired: another start with "
+                           "--pair makes one");
   Refreshed refreshed = std::exchange(untold_, {});
   Refreshed more = tokens_->refresh(now);
   std::move(more.changes.begin(), more.changes.end(), std::back_inserter(refreshed.changes));

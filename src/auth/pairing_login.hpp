@@ -74,6 +74,7 @@ class PairingLogin : public Authenticator {
   const std::string token_file_;
   std::unique_ptr<TokenLogin> tokens_;
   std::optional<Invited> invited_;
+  bool stays_ = false;  // an invitation that cannot be removed was reported
   Refreshed untold_;
 };
 

@@ -42,8 +42,8 @@ class ConfigMaker {
       add("audit.required", "true", "audit.file too, else no call can be recorded");
     read_names();
     derive_limits();
-    // The client is the operator's.
-    config_.limits.resumes_by_default = is_server();
+    // What was said before a break must not move the robot after it.
+    config_.limits.resumes_by_default = config_.is_robot();
     // A link that is alone has a third (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
     if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)
@@ -221,7 +221,7 @@ class ConfigMaker {
 
   void read_names() {
     const std::string graph = values_.text("graph");
-    config_.limits.proxy_nodes = graph.empty() ? !is_server() : graph == "nodes";
+    config_.limits.proxy_nodes = graph.empty() ? !config_.is_robot() : graph == "nodes";
     config_.carries_types_not_installed = values_.text("types_not_installed") == "carry";
     std::set<std::string> wires;
     std::set<std::string> locals;
@@ -307,7 +307,8 @@ class ConfigMaker {
   }
 
   void read_policy(Moment moment) {
-    RuleSet set = read_rules(values_, config_.role, moment, parsed_.problems, config_.warnings);
+    RuleSet set =
+        read_rules(values_, config_.is_robot(), moment, parsed_.problems, config_.warnings);
     for (const Rule& rule : set.rules) check_types(rule);
     for (const Rule& rule : set.rules) {
       if (config_.auth.method != "none") break;

@@ -22,6 +22,7 @@ using Variable = std::function<std::string(const char* name)>;
 // Immutable once made; a change is a new Config.
 struct Config {
   Role role = Role::kServer;
+  Role robot = Role::kServer;  // which end that is
   // Server: IP addresses (IPv6 without brackets) with commas, "*" for every one, or "systemd".
   std::string listen_address;
   ListenOptions listen;  // without TLS, and the relay's token
@@ -43,12 +44,14 @@ struct Config {
   std::string status_file;         // empty: none is written
   AuditOptions audit;
   bool carries_types_not_installed = true;
-  bool default_rules = false;  // a client without rules: see default_rule()
+  bool default_rules = false;  // see default_rule()
   Duration clock_publish_period = Duration::zero();
   SideOptions limits;  // dead_after, retry, depths, outbox, reassembly ...; see side_options()
   bool token_in_environment = false;  // as it was at start
   std::vector<std::string> warnings;  // sentences to log at start
   ParameterMap given;                 // what it was made from; contains the token, never print it
+
+  [[nodiscard]] bool is_robot() const { return role == robot; }
 };
 
 // What a configuration is checked against besides itself: values of the host.

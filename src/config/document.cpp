@@ -59,6 +59,7 @@ constexpr char kServerHelp[] =
 
    or: ros2 run connect_bridge server --pair [HOST[:PORT]] [--operate] [--ros-args ...]
    or: ros2 run connect_bridge server --pair --via 'wss+relay://...' [--operate] [--ros-args ...]
+   or: ros2 run connect_bridge server --pair [HOST[:PORT]] --drive [--ros-args ...]
 
 The server of ROS2 Connect: joins this ROS 2 graph with the graphs of the clients that dial it, over
 one WebSocket each. Rules say what may cross; without rules nothing does.
@@ -66,6 +67,7 @@ With --pair it makes itself a certificate and a login and prints an invitation, 
 is started on another machine, once; HOST is what clients dial. With --via that is a relay: its line
 is what 'relay --robot' prints (docs/reach.md). Later both start without arguments.
 A paired client may receive all topics, with --operate it may also publish and call everything.
+With --drive this end is the operator, and the robot dials: client --robot takes the invitation.
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:
 {}
@@ -82,11 +84,14 @@ constexpr char kClientHelp[] =
     R"(Usage: ros2 run connect_bridge client --ros-args --params-file FILE [-p KEY:=VALUE ...]
 
    or: ros2 run connect_bridge client 'wss+pair://...' [--ros-args ...]
+   or: ros2 run connect_bridge client --robot [--operate] 'wss+pair://...' [--ros-args ...]
 
 The client of ROS2 Connect: dials a server over one WebSocket and joins this ROS 2 graph with that
 of the server, as far as the rules of both sides allow. It dials again whenever the link is lost.
 The invitation that 'server --pair' prints, in quotation marks, contains all that it needs; later it
-starts without arguments.
+starts without arguments. With --robot this end is the robot, and the invitation is one of 'server
+--pair --drive': the operator may receive all topics, with --operate also publish and call
+everything.
 
 All settings are parameters of the ROS node, named connect_client. The most important ones:
 {}

@@ -217,6 +217,8 @@ std::string explain(const Config& config) {
   const bool server = config.role == Role::kServer;
   std::string text = (server ? listen_text(config) : dial_text(config)) + "\n";
   text += login_text(config) + "\n";
+  if (config.robot == Role::kClient)
+    text += fmt::format("robot: {}\n", server ? "the client" : "this end");
   if (!config.prefix.empty()) {
     text += fmt::format(
         "names: the peer's /x is {0}/x at this side; only what is below {0} can be exported\n",
@@ -234,7 +236,7 @@ std::string explain(const Config& config) {
         duration_text(config.clock_publish_period));
   }
   text += config.default_rules
-              ? "rules: none given, so all that the server allows, but from here topics only\n"
+              ? "rules: none given, so all that the peer allows, but from here topics only\n"
               : "rules, the first that allows an interface decides:\n";
   for (const Rule& rule : config.policy.rules()) {
     // Rules with a dot were not written by the operator: the line "clock:" describes them.

@@ -132,10 +132,10 @@ class Explainer {
       text += (text.empty() ? "groups " : " or groups ") + shown_list(rule.groups);
     return text;
   }
-  // The default rules of a client are not keys of a file.
+  // The default rules are not keys of a file.
   [[nodiscard]] std::string where(const Rule& rule, const char* key, const Pattern& pattern) const {
     if (config_.default_rules)
-      return fmt::format("the default rules of a client ({}: \"{}\")", key, pattern.text());
+      return fmt::format("the default rules ({}: \"{}\")", key, pattern.text());
     return fmt::format("rule \"{}\" (rule.{}.{}: \"{}\")", rule.name, rule.name, key,
                        pattern.text());
   }
@@ -228,11 +228,11 @@ class Explainer {
   void tell_peer() {
     const Direction theirs =
         direction_ == Direction::kExport ? Direction::kImport : Direction::kExport;
-    const char* by_default = "";
-    if (config_.role == Role::kServer)
-      by_default = ask(Policy({default_rule()}), theirs).allowed
-                       ? "; those of a client without rules do"
-                       : "; those of a client without rules do not";
+    std::string by_default;
+    if (config_.is_robot())
+      by_default = fmt::format("; those of a {} without rules do{}",
+                               config_.role == Role::kServer ? "client" : "server",
+                               ask(Policy({default_rule()}), theirs).allowed ? "" : " not");
     line(fmt::format("the peer's rules must have it in {}{}", key_of(question_.what, theirs).text,
                      by_default));
   }

@@ -12,6 +12,7 @@ namespace {
 constexpr std::string_view kDialed = "wss://";
 constexpr std::size_t kPinSize = 43;  // of 32 bytes, without the '=' at its end
 constexpr std::size_t kTokenSize = 64;
+constexpr std::string_view kForRobot = ".robot";
 
 // Base64 of RFC 4648 section 4 to that of section 5, which a shell and a URL leave as it is.
 std::string to_url_safe(std::string pin) {
@@ -66,16 +67,30 @@ Invitation read_line(const std::string& text, std::string_view scheme, std::size
 }  // namespace
 
 std::string to_text(const Invitation& invitation) {
-  return text_of(kInvitationScheme, invitation);
+  return text_of(kInvitationScheme, invitation).append(invitation.invites_robot ? kForRobot : "");
 }
 
 Invitation parse_invitation(const std::string& text, std::string& problem) {
-  Invitation parsed = read_line(text, kInvitationScheme, kCodeSize);
+  const bool for_robot = text.ends_with(kForRobot);
+  Invitation parsed = read_line(text.substr(0, text.size() - (for_robot ? kForRobot.size() : 0)),
+                                kInvitationScheme, kCodeSize);
+  parsed.invites_robot = for_robot;
   if (parsed.pin.empty())
     problem =
         "the invitation is not complete: expected what 'server --pair' prints, between "
         "quotation marks, wss+pair://HOST:PORT/#CODE.PIN";
   return parsed;
+}
+
+std::string two_of_a_kind(const Invitation& invitation, bool is_robot) {
+  if (invitation.invites_robot == is_robot) return {};
+  return is_robot
+             ? "a robot made this invitation ('server --pair'), and --robot says that this end "
+               "is one, too: leave out --robot; or, if the robot is here, start 'server "
+               "--pair --drive' at the operator and use what that prints"
+             : "this invitation is for a robot ('server --pair --drive' made it): start it "
+               "there, with client --robot; or, if the operator is here, start 'server "
+               "--pair' at the robot and use what that prints";
 }
 
 std::string to_relay_line(const Invitation& line) {

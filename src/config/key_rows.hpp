@@ -37,6 +37,10 @@ constexpr const auto& words_of(ToldBy) {
   return syntax::kToldByWords;
 }
 
+constexpr const auto& words_of(Role) {
+  return syntax::kRoleWords;
+}
+
 // Writes the value of a parameter to a field.
 template <class T>
 void store(T& field, const ParameterValue& value) {

@@ -79,6 +79,16 @@ void add_dial(Rows& rows) {
                "everything, the token included."});
 }
 
+void add_robot(Rows& rows) {
+  row_adder(rows, "Who is reached where")(
+      {.key = "robot",
+       .fallback = "server",
+       .help = "Which of the two ends is the robot; the same word at both. After a break the robot "
+               "is told nothing of what was said before. The other end, if it has no rules, takes "
+               "all that the robot's allow, and gives topics only."},
+      [](Config& c) { return &c.robot; });
+}
+
 void add_login(Rows& rows) {
   const auto add = row_adder(rows, "Login");
   add({.key = "auth.method",
@@ -199,8 +209,8 @@ void add_names(Rows& rows) {
        .words = {"merged", "nodes"},
        .help = "Who owns what is imported. `merged`: this node. `nodes`: a node for each "
                "of the peer's that publishes or serves something here, with its name, so that "
-               "`ros2 node`, `ros2 param` and `ros2 lifecycle` find it. Unset: `nodes` at a "
-               "client, `merged` at a server."});
+               "`ros2 node`, `ros2 param` and `ros2 lifecycle` find it. Unset: `merged` at the "
+               "robot, `nodes` at the other end."});
 }
 
 void add_operation(Rows& rows) {
@@ -324,6 +334,7 @@ const std::vector<KeySpec>& key_table() {
     Rows rows;
     add_listen(rows);
     add_dial(rows);
+    add_robot(rows);
     add_login(rows);
     add_login_methods(rows);
     add_files(rows);

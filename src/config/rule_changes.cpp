@@ -69,8 +69,8 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
   around.token_in_environment |= current.token_in_environment;
   const Parsed whole = parse_again(file, current.role, around);
   found.problems = whole.problems;
-  // To take the list away is not to ask for the rules that a client has by default.
-  if (current.role == Role::kClient && current.given.contains("rules") && !file.contains("rules"))
+  // To take the list away is not to ask for the rules that there are by default.
+  if (!current.is_robot() && current.given.contains("rules") && !file.contains("rules"))
     found.problems.push_back({"rules", "", "a list: without one the default rules would hold"});
   if (!found.problems.empty()) return found;
   const ParameterMap& now = whole.config->given;

@@ -33,11 +33,11 @@ std::string key_of(const std::string& rule, std::string_view suffix) {
   return fmt::format("rule.{}.{}", rule, suffix);
 }
 
-Rule read_rule(const CheckedValues& values, const std::string& name, Role role) {
+Rule read_rule(const CheckedValues& values, const std::string& name, bool is_robot) {
   Rule rule;
   rule.name = name;
   values.store(rule);
-  auto& own = role == Role::kServer ? rule.export_parameters : rule.import_parameters;
+  auto& own = is_robot ? rule.export_parameters : rule.import_parameters;
   for (auto& pattern : syntax::parse_patterns(values.list(key_of(name, "parameters"))))
     own.push_back(std::move(pattern));
   return rule;
@@ -111,7 +111,7 @@ Rule default_rule() {
   return rule;
 }
 
-RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
+RuleSet read_rules(const CheckedValues& values, bool is_robot, Moment moment,
                    std::vector<Problem>& problems, std::vector<std::string>& warnings) {
   RuleSet set;
   const bool listed = !values.given("rules") || values.valid("rules");
@@ -120,7 +120,7 @@ RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
   std::string clock_from;
   for (const std::string& name : names) {
     if (!values.rules().contains(name)) continue;
-    set.rules.push_back(read_rule(values, name, role));
+    set.rules.push_back(read_rule(values, name, is_robot));
     if (!allows_or_denies(values, name)) {
       problems.push_back({"rule." + name, "",
                           "at least one of export_topics, import_topics, export_services, ...: "
@@ -131,12 +131,12 @@ RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
   }
   if (!clock_from.empty()) set.rules.push_back(clock_rule(clock_from));
   if (!names.empty() || !values.rules().empty()) return set;
-  if (role == Role::kClient) {
+  if (!is_robot) {
     set.rules.push_back(default_rule());
     set.defaults = true;
   } else {
     warnings.push_back(
-        "rules: there are none, so no peer may exchange anything with this server. "
+        "rules: there are none, so no peer may exchange anything with this robot. "
         "docs/config.md shows how to write one");
   }
   return set;

@@ -7,7 +7,6 @@
 #include "config/checked_values.hpp"
 #include "config/parameter.hpp"
 #include "core/policy/policy.hpp"
-#include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
 
@@ -15,18 +14,18 @@ enum class Moment : std::uint8_t { kStart, kRunning };
 
 struct RuleSet {
   std::vector<Rule> rules;
-  bool defaults = false;  // none were given, and this is a client
+  bool defaults = false;  // none were given, and this is not the robot
   Duration clock_publish_period = Duration::zero();
 };
 
 // Adds to problems and warnings; the result is valid only if there are no problems.
-[[nodiscard]] RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
+[[nodiscard]] RuleSet read_rules(const CheckedValues& values, bool is_robot, Moment moment,
                                  std::vector<Problem>& problems,
                                  std::vector<std::string>& warnings);
 
-// That of a client without rules. Everything that the server allows exists there. The server may
-// receive the topics of the client's side that its rules import. It may never call services there:
-// a client does not trust a server that far.
+// That of an operator's side without rules. Everything that the robot allows exists there. The
+// robot may receive the topics of this side that its rules import. It may never call services here:
+// an operator does not trust a robot that far.
 [[nodiscard]] Rule default_rule();
 
 }  // namespace connect_bridge

@@ -43,7 +43,8 @@ void add_rule_rights(Rows& rows) {
   add({.key = "parameters",
        .fallback = Strings{},
        .syntax = check_pattern,
-       .help = "At a server the same as export_parameters, at a client as import_parameters."});
+       .help = "At the robot (`robot`) the same as export_parameters, at the other end as "
+               "import_parameters."});
   patterns("deny", "Names that no rule allows, whatever else matches.",
            [](Rule& r) { return &r.deny; });
   const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help,

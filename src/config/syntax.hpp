@@ -22,6 +22,11 @@ inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
     {ToldBy::kProxyProtocol, "proxy_protocol"},
 }};
 
+inline constexpr std::array<Word<Role>, 2> kRoleWords{{
+    {Role::kServer, "server"},
+    {Role::kClient, "client"},
+}};
+
 [[nodiscard]] bool is_ip_address(std::string_view text);
 // "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public, which is the safe
 // choice.

@@ -1,45 +1,75 @@
 #include "run/arguments.hpp"
 
+#include <algorithm>
+
 #include "config/invitation.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr char kPair[] = "--pair";
+constexpr char kDrive[] = "--drive";
+constexpr char kRobot[] = "--robot";
 constexpr char kOperate[] = "--operate";
 constexpr char kVia[] = "--via";
 
 std::string unknown(const std::string& word, Role role) {
   const char* const program = role == Role::kServer ? "server" : "client";
-  // The text after := may be a token.
-  return "unknown argument \"" + word.substr(0, word.find(":=")) +
+  // The text after := may be a token, that after # a code.
+  return "unknown argument \"" + word.substr(0, std::min(word.find(":="), word.find('#'))) +
          "\": parameters are given behind --ros-args, see " + program + " --help";
+}
+
+// What the words are together.
+void check_words(Arguments& read, Role role) {
+  const bool client_is_robot = read.robot == Role::kClient;
+  const auto add = [&](const char* problem) { read.problems.emplace_back(problem); };
+  if (role == Role::kClient) {
+    if (client_is_robot && read.invitation.empty())
+      add("--robot goes with the invitation that 'server --pair --drive' prints; who has paired "
+          "with it starts without arguments");
+    if (!read.via.empty())
+      add("--via is for the end that listens: a client dials the relay that its invitation names");
+    if (read.operates && !client_is_robot)
+      add("--operate is said at the robot: behind 'client --robot', or behind 'server --pair' "
+          "there");
+    return;
+  }
+  if (client_is_robot && !read.pairs)
+    add("--drive makes an invitation for a robot: give --pair, too");
+  if (client_is_robot && read.operates)
+    add("--operate is said at the robot, by its owner: behind 'client --robot' there");
+  if (read.operates && !client_is_robot && !read.pairs)
+    add("--operate says what a client that pairs may do: give --pair, too");
+  if (!read.via.empty() && (!read.pairs || !read.host.empty()))
+    add("--via names the relay that clients dial: give --pair without a host");
 }
 
 }  // namespace
 
 Arguments read_arguments(const std::vector<std::string>& words, Role role) {
   Arguments read;
+  const bool server = role == Role::kServer;
+  bool client_is_robot = false;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
-    if (role == Role::kServer && word == kPair) {
-      read.pairs = true;
+    if (server && (word == kPair || word == kDrive)) {
+      (word == kPair ? read.pairs : client_is_robot) = true;
       if (i + 1 < words.size() && !words[i + 1].starts_with('-')) read.host = words[++i];
-    } else if (role == Role::kServer && word == kOperate) {
+    } else if (!server && word == kRobot) {
+      client_is_robot = true;
+    } else if (word == kOperate) {
       read.operates = true;
-    } else if (role == Role::kServer && word == kVia && i + 1 < words.size()) {
+    } else if (word == kVia && i + 1 < words.size()) {
       read.via = words[++i];
-    } else if (role == Role::kClient && word.starts_with(kInvitationScheme)) {
+    } else if (!server && word.starts_with(kInvitationScheme)) {
       read.invitation = word;
     } else {
       read.problems.push_back(unknown(word, role));
     }
   }
-  if (read.operates && !read.pairs)
-    read.problems.emplace_back("--operate says what a client that pairs may do: give --pair, too");
-  if (!read.via.empty() && (!read.pairs || !read.host.empty()))
-    read.problems.emplace_back(
-        "--via names the relay that clients dial: give --pair without a host");
+  if (client_is_robot) read.robot = Role::kClient;
+  check_words(read, role);
   return read;
 }
 

@@ -10,11 +10,12 @@
 namespace connect_bridge {
 
 struct Arguments {
-  bool pairs = false;      // server: --pair
-  bool operates = false;   // server: --operate, the client that pairs may do more than look
-  std::string host;        // server: what clients are to dial, "robot.example:443"; or empty
-  std::string via;         // server: wss+relay://..., the relay's line; empty: by no relay
-  std::string invitation;  // client: wss+pair://...; empty: none
+  bool pairs = false;          // server: --pair
+  Role robot = Role::kServer;  // the client with --drive of the server, or --robot of the client
+  bool operates = false;       // --operate: who pairs with the robot may do more than look
+  std::string host;            // server: what clients are to dial, "robot.example:443"; or empty
+  std::string via;             // server: wss+relay://..., the relay's line; empty: by no relay
+  std::string invitation;      // client: wss+pair://...; empty: none
   std::vector<std::string> problems;
 };
 

@@ -190,17 +190,17 @@ void Bridge::open_gate(const OpenGate& gate) {
 void Bridge::on_network(Input&& input) {
   if (const auto* const closed = std::get_if<ConnectionClosed>(&input)) {
     login_desk_.cancel(closed->connection);
-    if (ends_by(refused_invitation(closed->code))) return;
+    if (parts_.joining && ends_by(refused_invitation(*parts_.joining, closed->code))) return;
   }
   if (const auto* const failed = std::get_if<DialFailed>(&input))
-    if (failed->other_key && ends_by(failed->reason)) return;
+    if (parts_.joining && failed->other_key && ends_by(failed->reason)) return;
   loop_.feed(std::move(input));
 }
 
 // The core would show the same code again, and each time costs a try that the server counts; and
 // where another server answers, somebody has to look. SIGTERM is the way in which everything ends.
 bool Bridge::ends_by(const std::string& problem) {
-  if (!parts_.joining || problem.empty()) return false;
+  if (problem.empty()) return false;
   node_.log(LogLevel::kError, problem);
   exit_code_ = kExitConfiguration;
   std::raise(SIGTERM);

@@ -9,6 +9,7 @@
 #include "auth/pairing_login.hpp"
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
+#include "auth/token_table.hpp"
 #include "config/key_search.hpp"
 #include "config/syntax.hpp"
 #include "core/base/close_code.hpp"
@@ -30,6 +31,18 @@ std::string host_name() {
   return name.data();
 }
 
+// What a robot gives to whom it has paired with. Nobody gets /rosout: any node of the robot writes
+// there whatever it likes; nor may anybody write lines there.
+void add_looking(ParameterMap& rules) {
+  rules["rule.look.export_topics"] = std::vector<std::string>{"/**"};
+  rules["rule.look.deny"] = std::vector<std::string>{"/rosout"};
+}
+void add_operating(ParameterMap& rules) {
+  for (const char* right :
+       {"import_topics", "export_services", "export_actions", "export_parameters"})
+    rules[std::string{"rule.operate."} + right] = std::vector<std::string>{"/**"};
+}
+
 std::string news_of(const PairingFolder& folder) {
   return "using the pairing in " + folder.parameter_file();
 }
@@ -40,42 +53,43 @@ std::string news_of(const PairingFolder& folder) {
 constexpr char kPaired[] = "paired";
 constexpr char kOperators[] = "operators";
 
-// The default parameters of a paired server: every paired client may receive topics, operators may
-// also publish, call services, send goals and set parameters. Nobody gets /rosout: any node of the
-// robot writes there whatever it likes; nor may anybody write lines there.
-ParameterMap server_parameters(const PairingFolder& folder) {
-  const std::vector<std::string> everything{"/**"};
-  return {{"listen.address", std::string{"*"}},
-          {"listen.port", kPort},
-          {"tls.certificate", folder.file("server.crt")},
-          {"tls.private_key", folder.file("server.key")},
-          {"auth.token_file", folder.file("tokens.yaml")},
-          {"rules", std::vector<std::string>{"look", "operate"}},
-          {"rule.look.export_topics", everything},
-          {"rule.look.deny", std::vector<std::string>{"/rosout"}},
-          {"rule.look.groups", std::vector<std::string>{kPaired}},
-          {"rule.operate.import_topics", everything},
-          {"rule.operate.export_services", everything},
-          {"rule.operate.export_actions", everything},
-          {"rule.operate.export_parameters", everything},
-          {"rule.operate.groups", std::vector<std::string>{kOperators}}};
+// The default parameters of a paired server. At the robot every paired client may look, operators
+// may also publish, call services, send goals and set parameters. An operator's server needs no
+// rules: it takes what the robots allow.
+ParameterMap server_parameters(const PairingFolder& folder, Role robot) {
+  ParameterMap all{{"listen.address", std::string{"*"}},
+                   {"listen.port", kPort},
+                   {"tls.certificate", folder.file("server.crt")},
+                   {"tls.private_key", folder.file("server.key")},
+                   {"auth.token_file", folder.file("tokens.yaml")}};
+  if (robot == Role::kClient) {
+    all["robot"] = std::string{"client"};
+    return all;
+  }
+  add_looking(all);
+  add_operating(all);
+  all["rules"] = std::vector<std::string>{"look", "operate"};
+  all["rule.look.groups"] = std::vector<std::string>{kPaired};
+  all["rule.operate.groups"] = std::vector<std::string>{kOperators};
+  return all;
 }
 
-// The parameters for the next start without arguments: the address that clients dial stays as
-// given.
+// The parameters for the next start without arguments: the address that clients dial, and where the
+// peer's names are, stay as given.
 ParameterMap lasting(const ParameterMap& given, const ParameterMap& stored) {
   ParameterMap listening;
   for (const auto& entry : given)
-    if (entry.first.starts_with("listen.")) listening.insert(entry);
+    if (entry.first.starts_with("listen.") || entry.first == "prefix") listening.insert(entry);
   return filled(listening, stored);
 }
 
 // The parameters of an earlier pairing, or new ones; without rules if rules are given.
-ParameterMap stored_or_new(const PairingFolder& folder, const ParameterMap& given,
+ParameterMap stored_or_new(const PairingFolder& folder, const ParameterMap& given, Role robot,
                            std::string& problem) {
   ParameterMap stored = folder.parameters(problem);
+  if (problem.empty()) problem = folder.other_kind(stored, robot);
   if (!stored.empty()) return stored;
-  stored = server_parameters(folder);
+  stored = server_parameters(folder, robot);
   if (given.contains("rules"))
     std::erase_if(stored, [](const auto& entry) { return entry.first.starts_with("rule"); });
   return stored;
@@ -123,7 +137,25 @@ std::string text_of(const RunningServer& running, const PairingFolder& folder) {
          std::to_string(running.process) + ", port " + std::to_string(running.port) + ")";
 }
 
-constexpr char kOneOfTheTwo[] = "end it first, or give this one a name: --ros-args -r __node:=NAME";
+std::string end_or_name() {
+  return std::string{"end it first, or "} + kOwnName;
+}
+
+// Two robots would be one here: /scan of both is one topic, and of two services one is called.
+std::string second_robot(const PairingFolder& folder) {
+  const std::string file = folder.file("tokens.yaml");
+  std::string problem;
+  const auto text = read_secret_file(file, problem);
+  TokenTable robots;
+  std::vector<std::string> problems, warnings;
+  if (text) robots.read(*text, file, 0, problems, warnings);
+  if (robots.size() == 0) return {};
+  return "this server has a robot already, of which another one's names could not be told. Another "
+         "robot needs a server with a name, a port and a prefix of its own: server --pair --drive "
+         "--ros-args -r __node:=robot2 -p listen.port:=9091 -p prefix:=/robot2. If the one before "
+         "is gone: ctl token IDENTITY --remove --file '" +
+         file + "', with its identity in that file";
+}
 
 // The server that runs takes the client: what is given for this process would not be used.
 std::string go_to_running(const PairingFolder& folder, bool by_relay, Start& start) {
@@ -132,7 +164,7 @@ std::string go_to_running(const PairingFolder& folder, bool by_relay, Start& sta
                                      [](const auto& given) { return !is_ros_key(given.first); });
   if (says_more || by_relay)
     return which + ", and gets no other parameters: leave them out to invite a client to it, " +
-           kOneOfTheTwo;
+           end_or_name();
   start.news.push_back(which + ": it takes the client that pairs");
   return {};
 }
@@ -141,22 +173,29 @@ std::string go_to_running(const PairingFolder& folder, bool by_relay, Start& sta
 void add_relay(const std::string& text, const PairingFolder& folder, Start& start,
                std::string& problem) {
   const Invitation line = parse_relay_line(text, problem);
-  if (problem.empty()) problem = write_secret_file(folder.file("relay.token"), line.code + "\n");
+  const std::string file = folder.token_file("relay", line.code);
+  if (problem.empty()) problem = write_secret_file(file, line.code + "\n");
   start.parameters =
       filled(start.parameters, {{"listen.address", std::string{"127.0.0.1"}},
                                 {"listen.relay.url", line.url},
-                                {"listen.relay.token_file", folder.file("relay.token")},
+                                {"listen.relay.token_file", file},
                                 {"listen.relay.pin", std::vector<std::string>{line.pin}}});
 }
 
 void pair_server(const Arguments& arguments, const PairingFolder& folder, Start& start) {
-  if (!goes_by_pairing(start.parameters)) {
+  if (!goes_by_pairing(start.parameters) || start.parameters.contains("robot")) {
     start.problems.emplace_back(
-        "--pair makes the certificate and the login itself: leave out tls.*, auth.* and the "
-        "token in the environment, or make a token with 'ctl token'");
+        "--pair makes the certificate and the login itself, and --drive says which end is the "
+        "robot: leave out tls.*, auth.*, robot and the token in the environment, or make a token "
+        "with 'ctl token'");
     return;
   }
+  const bool drives = arguments.robot == Role::kClient;
   std::string problem = make_server_files(folder);
+  const ParameterMap stored =
+      problem.empty() ? stored_or_new(folder, start.parameters, arguments.robot, problem)
+                      : ParameterMap{};
+  if (problem.empty() && drives) problem = second_robot(folder);
   start.running = folder.running();
   if (problem.empty() && start.running) {
     problem = go_to_running(folder, !arguments.via.empty(), start);
@@ -164,13 +203,19 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
     add_relay(arguments.via, folder, start, problem);
   }
   if (problem.empty()) {
-    const ParameterMap stored = stored_or_new(folder, start.parameters, problem);
     const ParameterMap next = lasting(start.parameters, stored);
     if (next != stored || !folder.has("params.yaml"))
-      start.keep = [folder, next] { return folder.write_parameters(next); };
+      start.keep = [folder, stored, next] {
+        constexpr char kToken[] = "listen.relay.token_file";
+        std::string wrong = folder.write_parameters(next);
+        if (wrong.empty())
+          folder.remove_former("relay", string_at(stored, kToken), string_at(next, kToken));
+        return wrong;
+      };
     start.parameters = filled(start.parameters, stored);
   }
   Invitation invitation;
+  invitation.invites_robot = drives;
   if (problem.empty()) {
     invitation.pin = pin_of_file(string_at(start.parameters, "tls.certificate"), problem);
     invitation.url = dialed(start.parameters, arguments.host);
@@ -197,16 +242,19 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
 
 // ---- client
 
-// One for each invitation, so that the same line, given again, continues its pairing.
-std::string token_name(const Invitation& invitation) {
-  constexpr std::size_t kDigits = 16;
-  return "token-" + to_hex(sha256(view_of(invitation.code))).substr(0, kDigits);
+// A robot's parameters beside those of the login: who has paired with it may look, or operate it.
+ParameterMap robot_parameters(bool operates) {
+  ParameterMap all{{"robot", std::string{"client"}}, {"rules", std::vector<std::string>{"look"}}};
+  add_looking(all);
+  if (!operates) return all;
+  add_operating(all);
+  all["rules"] = std::vector<std::string>{"look", "operate"};
+  return all;
 }
 
 // The token in the file, which is created if needed; empty: `problem` says why.
-std::string kept_token(const PairingFolder& folder, const std::string& name, std::string& problem) {
-  const std::string file = folder.file(name);
-  if (!folder.has(name)) {
+std::string kept_token(const std::string& file, std::string& problem) {
+  if (::access(file.c_str(), F_OK) != 0) {
     const std::string token = random_token();
     problem =
         token.empty() ? "no random numbers are available" : write_secret_file(file, token + "\n");
@@ -227,36 +275,52 @@ std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
   const std::string former = string_at(stored, "auth.token_file");
   if (problem.empty()) problem = folder.write_parameters(filled(parameters, stored));
   // The token for the server that this client was paired with before.
-  if (problem.empty() && former.starts_with(folder.file("token-")) &&
-      former != string_at(parameters, "auth.token_file"))
-    ::unlink(former.c_str());
+  if (problem.empty())
+    folder.remove_former("token", former, string_at(parameters, "auth.token_file"));
   return problem;
 }
 
-void join(const Invitation& invitation, const PairingFolder& folder, Start& start) {
-  if (!goes_by_pairing(start.parameters)) {
+void join(const Invitation& invitation, const Arguments& arguments, const PairingFolder& folder,
+          Start& start) {
+  if (!goes_by_pairing(start.parameters) || start.parameters.contains("robot")) {
     start.problems.emplace_back(
-        "an invitation contains address, certificate and login: leave out url, tls.*, auth.* and "
-        "the token in the environment");
+        "an invitation contains address, certificate and login, and says which end is the robot: "
+        "leave out url, tls.*, auth.*, robot and the token in the environment");
     return;
   }
-  const std::string name = token_name(invitation);
-  const ParameterMap paired{{"url", invitation.url},
-                            {"tls.pin", std::vector<std::string>{invitation.pin}},
-                            {"auth.token_file", folder.file(name)}};
-  std::string problem = folder.make();
-  const std::string former =
-      problem.empty() ? string_at(folder.parameters(problem), "auth.token_file") : "";
-  const std::string token = problem.empty() ? kept_token(folder, name, problem) : "";
+  const bool is_robot = arguments.robot == Role::kClient;
+  const std::string file = folder.token_file("token", invitation.code);
+  ParameterMap paired{{"url", invitation.url},
+                      {"tls.pin", std::vector<std::string>{invitation.pin}},
+                      {"auth.token_file", file}};
+  if (is_robot) paired.merge(robot_parameters(arguments.operates));
+  std::string problem = two_of_a_kind(invitation, is_robot);
+  if (problem.empty()) problem = folder.make();
+  const ParameterMap stored = problem.empty() ? folder.parameters(problem) : ParameterMap{};
+  if (problem.empty()) problem = folder.other_kind(stored, arguments.robot);
+  const std::string former = string_at(stored, "auth.token_file");
+  const std::string token = problem.empty() ? kept_token(file, problem) : "";
+  const bool is_paired = former == file;  // by this invitation already
+  if (problem.empty() && is_paired && arguments.operates &&
+      !stored.contains("rule.operate.import_topics"))
+    problem = "this robot has paired already, without --operate: add a rule to " +
+              folder.parameter_file() + ", or pair it again, with another invitation";
   if (!problem.empty()) return start.problems.push_back("pairing: " + problem);
-  start.parameters = filled(start.parameters, paired);
-  if (former == folder.file(name)) return;  // it is paired by this invitation already
+  start.parameters = filled(start.parameters, is_paired ? stored : paired);
+  if (is_paired) return;
   start.joining = Joining{
       pairing_credential(invitation.code, sha256(view_of(token)), pairing_name(host_name())),
       {token.begin(), token.end()},
-      [folder, paired] { return keep(folder, paired); }};
+      [folder, paired] { return keep(folder, paired); },
+      is_robot ? "server --pair --drive" : "server --pair"};
   start.news.push_back("pairing with " + invitation.url);
   if (!former.empty()) start.news.emplace_back("this replaces the former pairing");
+  if (is_robot)
+    start.news.emplace_back(
+        arguments.operates
+            ? "its operator may receive topics, publish, call services, send goals and set "
+              "parameters here, unless you change the rules"
+            : "its operator may receive topics, and do nothing here (--operate allows the rest)");
 }
 
 }  // namespace
@@ -266,7 +330,10 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   start.problems = arguments.problems;
   start.parameters = given;
   if (!start.problems.empty()) return start;
-  const PairingFolder folder(node);
+  // Not by what stands in the folder itself.
+  const auto strict = given.find("strict_modes");
+  const PairingFolder folder(node,
+                             strict == given.end() || strict->second != ParameterValue{false});
   std::string problem;
   if (arguments.pairs) {
     start.folder = folder;
@@ -275,13 +342,13 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
     const Invitation invitation = parse_invitation(arguments.invitation, problem);
     if (problem.empty()) {
       start.folder = folder;
-      join(invitation, folder, start);
+      join(invitation, arguments, folder, start);
     }
   } else if (goes_by_pairing(given) && folder.has("params.yaml")) {
     start.folder = folder;
     start.parameters = filled(given, folder.parameters(problem));
     if (const auto running = folder.running(); running && problem.empty())
-      problem = text_of(*running, folder) + ": " + kOneOfTheTwo;
+      problem = text_of(*running, folder) + ": " + end_or_name();
     start.news.push_back(news_of(folder));
   }
   if (!problem.empty()) start.problems.push_back(problem);
@@ -294,10 +361,10 @@ std::string invite(const Start& start) {
   return wrong.empty() ? "" : "--pair: " + wrong;
 }
 
-std::string refused_invitation(std::optional<std::uint16_t> close_code) {
+std::string refused_invitation(const Joining& joining, std::optional<std::uint16_t> close_code) {
   if (close_code != static_cast<std::uint16_t>(CloseCode::kLoginRefused)) return {};
-  return "the server refused the invitation: its code is wrong, was used already or is too old. "
-         "'server --pair' makes another one there";
+  return "the server refused the invitation: its code is wrong, was used already or is too old. '" +
+         joining.made_by + "' makes another one there";
 }
 
 std::string invitation_text(Invitation invitation, std::uint16_t port) {
@@ -309,10 +376,15 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   const std::string listening = ":" + std::to_string(port);
   const bool by_relay = authority.find('@') != std::string::npos;
   if (colon == std::string::npos && !by_relay) invitation.url.insert(slash, listening);
-  std::string text = "\nTo pair a client, start there within " +
-                     std::to_string(kPairingTime.count()) +
-                     " minutes (this works once):\n\n  ros2 run connect_bridge client '" +
-                     to_text(invitation) + "'\n\n";
+  const bool drives = invitation.invites_robot;
+  std::string text = std::string{"\nTo pair a "} + (drives ? "robot" : "client") +
+                     ", start there within " + std::to_string(kPairingTime.count()) +
+                     " minutes (this works once):\n\n  ros2 run connect_bridge client " +
+                     (drives ? "--robot '" : "'") + to_text(invitation) + "'\n\n";
+  if (drives)
+    text +=
+        "Behind --robot, --operate lets this end also publish, call services, send goals and "
+        "set parameters there.\n\n";
   if (!by_relay && colon != std::string::npos && authority.substr(colon) != listening)
     text += "It dials " + authority + ", and this server listens on port " + std::to_string(port) +
             ": a router or proxy must lead from there to here.\n\n";

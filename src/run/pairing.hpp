@@ -22,6 +22,7 @@ struct Joining {
   std::string credential;  // for the login method "pair"
   Bytes token;
   std::function<std::string()> keep;  // called after the login; returns what is wrong, or nothing
+  std::string made_by;                // the command that makes an invitation like its own
 };
 
 // What a program starts with. Without a pairing: what was given.
@@ -52,9 +53,11 @@ struct Start {
 
 // What a client tells that has shown an invitation, and whose connection the server has ended with
 // this code; empty: its login was not refused, it goes on trying.
-[[nodiscard]] std::string refused_invitation(std::optional<std::uint16_t> close_code);
+[[nodiscard]] std::string refused_invitation(const Joining& joining,
+                                             std::optional<std::uint16_t> close_code);
 
-// What the server prints for the person who is to start the client. `port`: where it listens.
+// What the server prints for the person who is to start the client, or the robot. `port`: where it
+// listens.
 [[nodiscard]] std::string invitation_text(Invitation invitation, std::uint16_t port);
 
 }  // namespace connect_bridge

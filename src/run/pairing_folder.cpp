@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <pwd.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,7 +13,9 @@
 
 #include "auth/credential.hpp"
 #include "auth/file_trust.hpp"
+#include "core/base/hex.hpp"
 #include "core/base/json.hpp"
+#include "core/base/sha256.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/status_file.hpp"
 
@@ -36,6 +37,13 @@ std::string folder_name(const std::string& node) {
   return name;
 }
 
+struct flock whole_file(short kind) {
+  struct flock lock {};
+  lock.l_type = kind;
+  lock.l_whence = SEEK_SET;
+  return lock;
+}
+
 bool is_rule(const std::string& key) {
   return key == "rules" || key.starts_with("rule.");
 }
@@ -45,7 +53,8 @@ bool is_rule(const std::string& key) {
 // The lock ends with the process, whatever ends it; what stands in the file stays.
 RunningMark::RunningMark(const std::string& file, std::uint16_t port)
     : handle_(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600)) {
-  if (handle_ < 0 || ::flock(handle_, LOCK_EX | LOCK_NB) != 0) return;
+  struct flock lock = whole_file(F_WRLCK);
+  if (handle_ < 0 || ::fcntl(handle_, F_OFD_SETLK, &lock) != 0) return;
   std::ofstream(file) << ::getpid() << " " << port << "\n";
 }
 
@@ -53,8 +62,12 @@ RunningMark::~RunningMark() {
   if (handle_ >= 0) ::close(handle_);
 }
 
-PairingFolder::PairingFolder(const std::string& node)
-    : path_(ros_home() + "/connect_bridge/" + folder_name(node)) {}
+PairingFolder::PairingFolder(const std::string& node, bool strict)
+    : path_(ros_home() + "/connect_bridge/" + folder_name(node)), strict_(strict) {}
+
+std::string PairingFolder::distrusted(const std::string& file) const {
+  return strict_ ? who_else_may_change(file) : std::string{};
+}
 
 bool PairingFolder::has(const std::string& name) const {
   return ::access(file(name).c_str(), F_OK) == 0;
@@ -63,11 +76,31 @@ bool PairingFolder::has(const std::string& name) const {
 std::optional<RunningServer> PairingFolder::running() const {
   const int handle = ::open(running_file().c_str(), O_RDONLY | O_CLOEXEC);
   if (handle < 0) return std::nullopt;
-  const bool held = ::flock(handle, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  // Asked, not taken: that could be what a server that starts just now finds taken.
+  struct flock lock = whole_file(F_RDLCK);
+  const bool held = ::fcntl(handle, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
   ::close(handle);
   RunningServer server;
   if (held && std::ifstream(running_file()) >> server.process >> server.port) return server;
   return std::nullopt;
+}
+
+std::string PairingFolder::token_file(const std::string& kind, const std::string& code) const {
+  constexpr std::size_t kDigits = 16;
+  return file(kind + "-" + to_hex(sha256(view_of(code))).substr(0, kDigits));
+}
+
+void PairingFolder::remove_former(const std::string& kind, const std::string& former,
+                                  const std::string& now) const {
+  if (former.starts_with(file(kind + "-")) && former != now) ::unlink(former.c_str());
+}
+
+std::string PairingFolder::other_kind(const ParameterMap& stored, Role robot) const {
+  const Role before = string_at(stored, "robot") == "client" ? Role::kClient : Role::kServer;
+  if (stored.empty() || before == robot) return {};
+  return "the pairing in " + path_ + " is one where the robot is the " +
+         (before == Role::kClient ? "client" : "server") + ": " + kOwnName +
+         ", or remove that folder";
 }
 
 std::string PairingFolder::make() const {
@@ -76,13 +109,13 @@ std::string PairingFolder::make() const {
     if (::mkdir(part.c_str(), 0700) != 0 && errno != EEXIST)
       return "the folder " + part + " cannot be made: " + std::strerror(errno);
     // Another user may have made it before.
-    if (end == std::string::npos) return who_else_may_change(path_);
+    if (end == std::string::npos) return distrusted(path_);
   }
 }
 
 ParameterMap PairingFolder::parameters(std::string& problem) const {
   if (!has("params.yaml")) return {};
-  problem = who_else_may_change(parameter_file());
+  problem = distrusted(parameter_file());
   if (!problem.empty()) return {};
   ros::ParameterFile read = ros::read_parameter_file(parameter_file());
   problem = read.problem();

@@ -9,8 +9,12 @@
 #include <vector>
 
 #include "core/base/parameter.hpp"
+#include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
+
+// The cure where a folder has other uses.
+inline constexpr char kOwnName[] = "give this one a name: --ros-args -r __node:=NAME";
 
 // The server that runs with a folder.
 struct RunningServer {
@@ -34,7 +38,8 @@ class RunningMark {
 // params.yaml, which is a ROS parameter file like any other, and the files that it names.
 class PairingFolder {
  public:
-  explicit PairingFolder(const std::string& node);
+  // `strict`: not used if somebody else may change it or its files (`strict_modes`).
+  explicit PairingFolder(const std::string& node, bool strict = true);
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
@@ -45,17 +50,29 @@ class PairingFolder {
   [[nodiscard]] std::string running_file() const { return file("running"); }
   [[nodiscard]] std::optional<RunningServer> running() const;
   [[nodiscard]] bool has(const std::string& name) const;
+  // Of the token of a line with this code: the same line, given again, continues with it. `kind`:
+  // begins the file's name.
+  [[nodiscard]] std::string token_file(const std::string& kind, const std::string& code) const;
+  // Removes the file of a token that was in use before, if it is one of these and not in use now.
+  void remove_former(const std::string& kind, const std::string& former,
+                     const std::string& now) const;
 
   // Creates it, with the folders above it, for its owner alone. Returns what is wrong, also with
-  // one that is there: another user's, or one that others may change; empty: nothing.
+  // one that is there: another user's, or one that others may change (strict); empty: nothing.
   [[nodiscard]] std::string make() const;
   // params.yaml; empty if there is none. `problem` is set if it cannot be read, or if somebody else
-  // may change it.
+  // may change it (strict).
   [[nodiscard]] ParameterMap parameters(std::string& problem) const;
+  // One folder has the rights of one kind: why those where `robot` is that end cannot be kept
+  // beside its own parameters; empty: they can.
+  [[nodiscard]] std::string other_kind(const ParameterMap& stored, Role robot) const;
   [[nodiscard]] std::string write_parameters(const ParameterMap& parameters) const;
 
  private:
+  [[nodiscard]] std::string distrusted(const std::string& file) const;
+
   std::string path_;
+  bool strict_;
 };
 
 // Whether the pairing's parameters are used: not if the given ones have an address, a login or a

@@ -133,7 +133,8 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!config && says_nothing(start.parameters) && facts.others_with_parameters.empty())
     return refuse(problems,
                   role == Role::kServer
-                      ? "To start without parameters: server --pair"
+                      ? "To start without parameters: server --pair; at an operator whom robots "
+                        "dial: server --pair --drive"
                       : "To start without parameters: the invitation that 'server --pair' prints");
   if (!config) return refuse(problems);
   const std::string others = who_may_change_rules(*config, facts.parameter_files);

@@ -5,7 +5,6 @@ import stat
 import subprocess
 import time
 
-import pytest
 import yaml
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
@@ -14,50 +13,10 @@ from std_msgs.msg import String
 from actions import Client, FibonacciServer, Goal
 from calls import Caller, EchoServer
 from graph import WAIT, connect, until
-from harness.domains import free_port
-from harness.programs import Program, build_dir, ros_environment
+from harness.programs import build_dir
+from pairing import LINE, world  # noqa: F401
 
-_LINE = re.compile(r"ros2 run connect_bridge client '(wss\+pair://\S+)'")
 _LINKED = "link open with "
-
-
-class World:
-    """A robot and an operator with a home each; nothing is configured but the port."""
-
-    def __init__(self, folder, domains, make_graph, started):
-        self.folder, self.started = folder, started
-        self.domains = domains
-        self.robot, self.operator = (make_graph(d) for d in domains)
-        self.port = free_port()
-
-    def home(self, who):
-        return self.folder / f"home of {who}"
-
-    def run(self, role, who, *words, domain=None):
-        env = ros_environment(
-            self.domains[role == "client"] if domain is None else domain, ROS_HOME=self.home(who)
-        )
-        program = Program(who, [build_dir() / role, *words], env, self.folder)
-        self.started.append(program)
-        return program.start()
-
-    def pair(self, *words):
-        port = ["--ros-args", "-p", f"listen.port:={self.port}"]
-        server = self.run("server", "robot", "--pair", "localhost", *words, *port)
-        return server, server.wait_for(_LINE).group(1)
-
-    def crosses(self, name):
-        """A message of the robot arrives at the operator."""
-        heard = self.operator.collector(String, name)
-        connect(self.robot.publisher(String, name), heard, String(data="hello"))
-
-
-@pytest.fixture
-def world(tmp_path, domains, make_graph):
-    started = []
-    yield World(tmp_path, domains(2), make_graph, started)
-    for program in started:
-        program.kill()
 
 
 # From the start of the server to the first message: 10 s are wanted, of machines that have nothing
@@ -168,7 +127,7 @@ def test_another_key_at_the_address_is_refused(world):
     other = world.run(
         "server", "impostor", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
     )
-    other.wait_for(_LINE)
+    other.wait_for(LINE)
     client = world.run("client", "operator", line)
     client.wait_for("this is not the server of the invitation: .* which is not in tls.pin")
     assert client.process.wait(10) == 2
@@ -199,7 +158,7 @@ def test_a_paired_client_seldom_tries_a_server_with_another_key(world):
     other = world.run(
         "server", "impostor", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
     )
-    other.wait_for(_LINE)
+    other.wait_for(LINE)
     client.wait_for("this is not the server of the invitation: .*; trying again every few minutes")
     assert client.process.poll() is None
 
@@ -208,7 +167,7 @@ def test_a_running_server_takes_another_client(world):
     server, line = world.pair()
     world.run("client", "operator", line).wait_for("paired: from now on")
     asks = world.run("server", "robot", "--pair", "localhost", "--operate")
-    another = asks.wait_for(_LINE).group(1)
+    another = asks.wait_for(LINE).group(1)
     assert asks.process.wait(10) == 0
     assert another.startswith(f"wss+pair://localhost:{world.port}/#")
     asks.wait_for(f"a server runs already .*process {server.pid}, port {world.port}")

@@ -207,6 +207,18 @@ TEST_F(Pairing, WhatIsNoInvitationInvitesNobody) {
   }
 }
 
+// It would be taken again and again, each time with new tries.
+TEST_F(Pairing, AnInvitationThatStaysIsNotTakenAndThatIsSaidOnce) {
+  start({invited(), std::chrono::minutes(10)});
+  std::filesystem::create_directory(invited());
+  EXPECT_THAT(login_->refresh(kPairingNow).problems,
+              ElementsAre(HasSubstr("cannot be removed: Is a directory")));
+  EXPECT_THAT(login_->refresh(kPairingNow).problems, IsEmpty());
+  std::filesystem::remove(invited());
+  invite(kCode);
+  EXPECT_TRUE(pair(kCode, kPairedToken).identity);
+}
+
 TEST_F(Pairing, AFileThatCannotBeWrittenPairsNobody) {
   open();
   std::ofstream{file_} << "- {identity: somebody}\n";  // not valid, so nothing is added to it

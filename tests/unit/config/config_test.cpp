@@ -389,7 +389,7 @@ TEST(ConfigExplain, Client) {
                               "be for robot.example and signed by an authority the system trusts"));
   EXPECT_THAT(text, HasSubstr("environment variable CONNECT_BRIDGE_TOKEN"));
   EXPECT_THAT(text, HasSubstr("the peer's /x is /r1/x"));
-  EXPECT_THAT(text, HasSubstr("all that the server allows, but from here topics only"));
+  EXPECT_THAT(text, HasSubstr("all that the peer allows, but from here topics only"));
   EXPECT_THAT(text, Not(HasSubstr("hush")));
 }
 

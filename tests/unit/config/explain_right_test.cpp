@@ -135,8 +135,16 @@ TEST(ExplainRight, WhatIsNoName) {
 TEST(ExplainRight, AClientWithoutRules) {
   const Config config = config_of({{"url", "wss://robot.example/"}}, Role::kClient);
   const auto text = explain_right(config, topic("/scan", Direction::kImport)).text;
-  EXPECT_THAT(text, HasSubstr("allowed by the default rules of a client"));
+  EXPECT_THAT(text, HasSubstr("allowed by the default rules ("));
   EXPECT_THAT(text, Not(HasSubstr("rule.default")));
+}
+
+TEST(ExplainRight, ARobotThatDials) {
+  const std::string rules = "url: 'wss://desk.example/'\nrobot: client\nrules: [a]\n";
+  const Config config =
+      config_of(yaml(rules + "rule: {a: {export_topics: [/scan]}}"), Role::kClient);
+  EXPECT_THAT(explain_right(config, topic("/scan", Direction::kExport)).text,
+              HasSubstr("; those of a server without rules do\n"));
 }
 
 // They deny /rosout, and let a server call nothing.

@@ -5,9 +5,12 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
+#include "auth/token_file.hpp"
 #include "config/config.hpp"
 #include "config/explain_right.hpp"
 #include "core/base/hex.hpp"
@@ -23,6 +26,10 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
+constexpr char kRelayLine[] =
+    "wss+relay://robot7@relay.example:443/"
+    "#aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa."
+    "47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
 constexpr char kLine[] =
     "wss+pair://robot.local:9090/"
     "#00112233445566778899aabbccddeeff.47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
@@ -43,46 +50,6 @@ class PairingStart : public testing::Test {
   }
 };
 
-TEST(Invitation, IsReadAsItWasWritten) {
-  std::string problem;
-  const Invitation read = parse_invitation(kLine, problem);
-  EXPECT_EQ(problem, "");
-  EXPECT_EQ(read.url, "wss://robot.local:9090/");
-  EXPECT_EQ(read.code, "00112233445566778899aabbccddeeff");
-  EXPECT_EQ(read.pin, "47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=");
-  EXPECT_EQ(to_text(read), kLine);
-}
-
-TEST(Invitation, APartOfOneIsRefusedWithoutTheCode) {
-  const std::string line = kLine;
-  for (const std::string& wrong :
-       {std::string{}, std::string{"wss"}, std::string{"wss+pair://"},
-        std::string{"wss+pair://robot.local:9090/"}, line.substr(0, line.size() - 1), line + "A",
-        std::string{"wss+pair://a b/"} + line.substr(28),
-        std::string{"wss+pair://user:word@robot/"} + line.substr(28)}) {
-    std::string problem;
-    static_cast<void>(parse_invitation(wrong, problem));
-    EXPECT_THAT(problem, HasSubstr("the invitation is not complete")) << wrong;
-    EXPECT_THAT(problem, testing::Not(HasSubstr("0011"))) << wrong;
-  }
-}
-
-TEST(Invitation, ARelaysLineIsReadAsItWasWritten) {
-  const std::string line = "wss+relay://robot7@relay.example:443/#" + std::string(64, 'a') +
-                           ".47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
-  std::string problem;
-  const Invitation read = parse_relay_line(line, problem);
-  EXPECT_EQ(problem, "");
-  EXPECT_EQ(read.url, "wss://robot7@relay.example:443/");
-  EXPECT_EQ(to_relay_line(read), line);
-  std::string nobody = line;
-  for (const std::string& wrong : {line + "A", nobody.replace(12, 7, ""), std::string{kLine}}) {
-    problem.clear();
-    static_cast<void>(parse_relay_line(wrong, problem));
-    EXPECT_THAT(problem, HasSubstr("the relay's line is not complete")) << wrong;
-  }
-}
-
 TEST(Invitation, NamesThePortWhereTheServerListens) {
   Invitation invitation{"wss://[::1]/connect", "c", "p"};
   EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("wss+pair://[::1]:9090/connect#"));
@@ -100,23 +67,14 @@ TEST(Invitation, SaysWhenAnotherPortIsDialed) {
 
 // Each further try costs the server one of ten.
 TEST(Invitation, ARefusedOneIsNotShownAgain) {
-  EXPECT_THAT(refused_invitation(4003), HasSubstr("the server refused the invitation"));
+  Joining joining;
+  joining.made_by = "server --pair";
+  EXPECT_THAT(refused_invitation(joining, 4003),
+              testing::AllOf(HasSubstr("the server refused the invitation"),
+                             HasSubstr("'server --pair' makes another one there")));
   for (const std::uint16_t code : {1001, 4004, 4012, 4013, 4015, 4016})
-    EXPECT_EQ(refused_invitation(code), "") << code;
-  EXPECT_EQ(refused_invitation(std::nullopt), "");
-}
-
-TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
-  const Arguments read = read_arguments({"--pair", "--x", "auth.token:=secret"}, Role::kServer);
-  EXPECT_TRUE(read.pairs);
-  EXPECT_EQ(read.host, "");
-  EXPECT_THAT(read.problems, ElementsAre(HasSubstr("\"--x\""), HasSubstr("\"auth.token\"")));
-  EXPECT_EQ(read_arguments({"--pair", "robot.example"}, Role::kServer).host, "robot.example");
-  EXPECT_TRUE(read_arguments({"--pair", "--operate"}, Role::kServer).operates);
-  EXPECT_THAT(read_arguments({"--operate"}, Role::kServer).problems,
-              ElementsAre(HasSubstr("give --pair")));
-  EXPECT_THAT(read_arguments({"--pair"}, Role::kClient).problems, SizeIs(1));
-  EXPECT_THAT(read_arguments({kLine}, Role::kServer).problems, SizeIs(1));
+    EXPECT_EQ(refused_invitation(joining, code), "") << code;
+  EXPECT_EQ(refused_invitation(joining, std::nullopt), "");
 }
 
 TEST_F(PairingStart, AServerStartsTheSameWayLater) {
@@ -174,6 +132,22 @@ TEST_F(PairingStart, AServerThatRunsTakesTheClient) {
   }
   EXPECT_FALSE(folder.running());
   EXPECT_THAT(serve({}).problems, IsEmpty());
+}
+
+// To be asked for does not take the mark: a server that starts meanwhile gets it.
+TEST_F(PairingStart, WhoAsksForARunningServerKeepsNobodyFromBeingOne) {
+  const PairingFolder folder("/connect_server");
+  ASSERT_EQ(folder.make(), "");
+  std::atomic<bool> ends = false;
+  std::thread asks([&] {
+    while (!ends) static_cast<void>(folder.running());
+  });
+  for (int i = 0; i < 200; ++i) {
+    const RunningMark mark(folder.running_file(), 9443);
+    EXPECT_TRUE(folder.running()) << i;
+  }
+  ends = true;
+  asks.join();
 }
 
 // Neither to read the robot's log nor to write into it.
@@ -260,8 +234,7 @@ TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
 }
 
 TEST_F(PairingStart, AServerIsReachedByARelayThenAndLater) {
-  const std::string line = "wss+relay://robot7@relay.example:443/#" + std::string(64, 'a') +
-                           ".47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
+  const std::string line = kRelayLine;
   const Start first = serve({"--pair", "--via", line});
   ASSERT_THAT(first.problems, IsEmpty());
   EXPECT_EQ(first.invitation->url, "wss://robot7@relay.example:443/");
@@ -276,11 +249,121 @@ TEST_F(PairingStart, AServerIsReachedByARelayThenAndLater) {
   EXPECT_EQ(serve({"--pair"}).invitation->url, first.invitation->url);
   EXPECT_THAT(serve({"--pair", "--via", kLine}).problems,
               ElementsAre(HasSubstr("--pair: the relay")));
+  // Another relay's token takes the place when that start has succeeded.
+  std::string other = line;
+  other.replace(other.find('#') + 1, 4, "ffff");
+  const std::string file = std::get<std::string>(first.parameters.at("listen.relay.token_file"));
+  const Start moved = serve({"--pair", "--via", other});
+  EXPECT_TRUE(std::filesystem::exists(file));
+  EXPECT_EQ(serve({}).parameters, first.parameters);
+  EXPECT_EQ(moved.keep(), "");
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_EQ(serve({}).parameters, moved.parameters);
   EXPECT_THAT(serve({"--via", line}).problems, ElementsAre(HasSubstr("give --pair")));
   EXPECT_THAT(serve({"--pair", "host", "--via", line}).problems, SizeIs(1));
   // The client verifies the robot's key.
   const Start client = join({to_text(*first.invitation)});
   EXPECT_THAT(parse_config(client.parameters, Role::kClient, {}).problems, IsEmpty());
+}
+
+// The robot dials, and its rules are there: by them an operator may look, or operate it.
+TEST_F(PairingStart, ARobotThatDialsSaysWhatItsOperatorMayDo) {
+  const Start server = serve({"--pair", "--drive", "desk.local"});
+  EXPECT_THAT(server.problems, IsEmpty());
+  const Parsed desk = parse_config(server.parameters, Role::kServer, {});
+  ASSERT_THAT(desk.problems, IsEmpty());
+  EXPECT_FALSE(desk.config->is_robot());
+  EXPECT_TRUE(desk.config->default_rules);
+  EXPECT_EQ(server.keep(), "");
+  EXPECT_EQ(serve({}).parameters, server.parameters);
+  const std::string line = to_text(*server.invitation);
+  EXPECT_THAT(invitation_text(*server.invitation, 9090),
+              HasSubstr("client --robot 'wss+pair://desk.local:9090/#"));
+
+  for (const bool operates : {false, true}) {
+    const Start robot = operates ? join({"--robot", "--operate", line}) : join({"--robot", line});
+    ASSERT_THAT(robot.problems, IsEmpty());
+    EXPECT_THAT(robot.news.back(), HasSubstr(operates ? "set parameters" : "nothing"));
+    const Parsed parsed = parse_config(robot.parameters, Role::kClient, {});
+    ASSERT_THAT(parsed.problems, IsEmpty());
+    EXPECT_TRUE(parsed.config->is_robot());
+    RightQuestion question;
+    const auto allows = [&](OpenedBy what, const char* name, Direction direction) {
+      question = {what, name, {}, direction, {}};
+      return explain_right(*parsed.config, question).allowed;
+    };
+    EXPECT_TRUE(allows(OpenedBy::kTopics, "/scan", Direction::kExport));
+    EXPECT_FALSE(allows(OpenedBy::kTopics, "/rosout", Direction::kExport));
+    EXPECT_FALSE(allows(OpenedBy::kTopics, "/rosout", Direction::kImport));
+    for (const OpenedBy what : {OpenedBy::kServices, OpenedBy::kActions, OpenedBy::kParameters}) {
+      EXPECT_EQ(allows(what, "/a", Direction::kExport), operates);
+      EXPECT_FALSE(allows(what, "/a", Direction::kImport));
+    }
+    EXPECT_EQ(allows(OpenedBy::kTopics, "/cmd_vel", Direction::kImport), operates);
+  }
+
+  // What its owner changes stays, and one more word opens nothing by itself.
+  const Start first = join({"--robot", line});
+  EXPECT_EQ(first.joining->keep(), "");
+  EXPECT_EQ(join({}).parameters, first.parameters);
+  EXPECT_EQ(join({"--robot", line}).parameters, first.parameters);
+  EXPECT_THAT(join({"--robot", "--operate", line}).problems,
+              ElementsAre(HasSubstr("has paired already, without --operate")));
+}
+
+TEST_F(PairingStart, TwoOfAKindAreRefused) {
+  const std::string for_robot = kLine + std::string{".robot"};
+  EXPECT_THAT(join({for_robot}).problems, ElementsAre(HasSubstr("with client --robot")));
+  EXPECT_THAT(join({"--robot", kLine}).problems, ElementsAre(HasSubstr("leave out --robot")));
+  // A folder stays what it was.
+  ASSERT_EQ(join({kLine}).joining->keep(), "");
+  EXPECT_THAT(join({"--robot", for_robot}).problems,
+              ElementsAre(HasSubstr("is one where the robot is the server: give this one a name")));
+  ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
+  EXPECT_THAT(serve({"--pair"}).problems,
+              ElementsAre(HasSubstr("is one where the robot is the client: give this one a name")));
+  EXPECT_THAT(serve({"--pair"}, {{"robot", std::string{"client"}}}).problems,
+              ElementsAre(HasSubstr("--drive says which end is the robot")));
+}
+
+// Its names would be those of the first.
+TEST_F(PairingStart, ASecondRobotNeedsAServerOfItsOwn) {
+  ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
+  EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());  // nobody has paired yet
+  const PairingFolder folder("/connect_server");
+  TokenEntry robot;
+  robot.identity = "paired/robot1";
+  ASSERT_EQ(append_token_entry(folder.file("tokens.yaml"), robot), "");
+  EXPECT_THAT(serve({"--pair", "--drive"}).problems,
+              ElementsAre(HasSubstr("this server has a robot already")));
+  EXPECT_THAT(serve({}).problems, IsEmpty());
+  const Start second = start_with({{"prefix", std::string{"/robot2"}}},
+                                  read_arguments({"--pair", "--drive"}, Role::kServer), "/robot2");
+  EXPECT_THAT(second.problems, IsEmpty());
+  EXPECT_EQ(second.keep(), "");
+  EXPECT_EQ(start_with({}, {}, "/robot2").parameters, second.parameters);
+}
+
+TEST_F(PairingStart, ADriversServerIsReachedByARelayToo) {
+  const Start first = serve({"--pair", "--drive", "--via", kRelayLine});
+  ASSERT_THAT(first.problems, IsEmpty());
+  const Start robot = join({"--robot", to_text(*first.invitation)});
+  EXPECT_THAT(robot.problems, IsEmpty());
+  const Parsed parsed = parse_config(robot.parameters, Role::kClient, {});
+  ASSERT_THAT(parsed.problems, IsEmpty());
+  EXPECT_EQ(parsed.config->dial.url.robot, "robot7");
+}
+
+TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
+  const PairingFolder folder("/connect_server");
+  ASSERT_EQ(serve({"--pair"}).keep(), "");
+  ::chmod(folder.path().c_str(), 0702);
+  EXPECT_THAT(serve({}).problems, ElementsAre(HasSubstr("every user of this machine may change")));
+  EXPECT_THAT(serve({"--pair"}).problems, SizeIs(1));
+  const ParameterMap lax{{"strict_modes", false}};
+  EXPECT_THAT(serve({}, lax).problems, IsEmpty());
+  EXPECT_THAT(serve({"--pair"}, lax).problems, IsEmpty());
+  ::chmod(folder.path().c_str(), 0700);
 }
 
 // After a full disk or an editing mistake.

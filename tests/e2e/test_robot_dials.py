@@ -1,0 +1,146 @@
+"""The robot dials: server --pair --drive at the operator, client --robot at the robot."""
+
+import subprocess
+import time
+
+import yaml
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from std_msgs.msg import String
+
+from actions import Client, FibonacciServer, Goal
+from calls import Caller, EchoServer
+from graph import WAIT, connect, until
+from harness.programs import build_dir
+from pairing import LINE, world  # noqa: F401
+
+ROBOT_RUNS = "client"
+_PAIRED = "paired: from now on"
+_LINKED = "link open with "
+
+
+def invite(world):
+    """The operator's server, and what it prints for the robot."""
+    return world.pair("--drive", who="operator")
+
+
+class Robot:
+    """What there is to operate at the robot."""
+
+    def __init__(self, world):
+        self.world = world
+        self.heard = world.robot.collector(String, "/command")
+        self.command = world.operator.publisher(String, "/command")
+        self.service = EchoServer(world.robot, "/service")
+        self.caller = Caller(world.operator, "/service")
+        self.action = FibonacciServer(world.robot, "/action")
+        self.goals = Client(world.operator, "/action")
+        self.node = world.robot.node("settable", start_parameter_services=True)
+        self.node.declare_parameter("speed", 1.0)
+
+    def operate(self):
+        connect(self.command, self.heard, String(data="go"))
+        self.caller.wait_ready()
+        self.caller.ask("call")
+        self.caller.wait_answers(1)
+        assert self.service.executed == ["call"]
+        until(self.goals.server_is_ready, "the action is ready")
+        assert Goal(self.goals, 3).handle.accepted
+        parameters = AsyncParameterClient(self.world.operator.tester, "settable")
+        assert parameters.wait_for_services(WAIT)
+        changed = parameters.set_parameters([Parameter("speed", value=2.0)])
+        until(changed.done, "an answer of the parameter service")
+        assert self.node.get_parameter("speed").value == 2.0
+
+    def stands_still(self):
+        self.command.publish(String(data="of who may only look"))
+        time.sleep(0.5)
+        assert not self.caller.ready()
+        assert not self.goals.server_is_ready()
+        assert not self.heard.messages
+        parameters = AsyncParameterClient(self.world.operator.tester, "settable")
+        assert not parameters.services_are_ready()
+
+    def stop(self):
+        self.goals.destroy()
+        self.action.stop()
+
+
+def test_two_commands_show_the_robot_and_both_start_without_words_later(world):
+    robot = Robot(world)
+    begin = time.monotonic()
+    server, line = invite(world)
+    assert line.startswith(f"wss+pair://localhost:{world.port}/#")
+    client = world.run("client", "robot", "--robot", line)
+    client.wait_for(_PAIRED)
+    world.crosses("/first")
+    print(f"the first message after {time.monotonic() - begin:.1f} s")
+    robot.stands_still()
+    # A word that was not said at the pairing opens nothing later.
+    client.stop()
+    more = world.run("client", "robot", "--robot", "--operate", line)
+    more.wait_for("has paired already, without --operate")
+    assert more.process.wait(10) == 2
+    server.stop()
+    world.run("server", "operator").wait_for("listening on")
+    world.run("client", "robot").wait_for(_LINKED)
+    world.crosses("/second")
+    robot.stands_still()
+    robot.stop()
+
+
+def test_a_robot_whose_owner_says_so_is_operated(world):
+    robot = Robot(world)
+    server, line = invite(world)
+    client = world.run("client", "robot", "--robot", "--operate", line)
+    client.wait_for(_PAIRED)
+    world.crosses("/state")
+    robot.operate()
+    # Nothing of the operator's own is there for the robot to call.
+    EchoServer(world.operator, "/desk")
+    back = Caller(world.robot, "/desk")
+    time.sleep(0.5)
+    assert not back.ready()
+    client.stop()
+    server.stop()
+    world.run("server", "operator").wait_for("listening on")
+    world.run("client", "robot").wait_for(_LINKED)
+    connect(robot.command, robot.heard, String(data="again"))
+    robot.stop()
+
+
+def refused(program, text):
+    program.wait_for(text)
+    assert program.process.wait(10) == 2
+
+
+def test_two_of_a_kind_are_refused(world):
+    server, for_robot = invite(world)
+    refused(world.run("client", "viewer", for_robot), "this invitation is for a robot")
+    other = world.run("server", "another robot", "--pair", "--ros-args", "-p", "listen.port:=0")
+    of_robot = other.wait_for(LINE).group(1)
+    refused(world.run("client", "robot", "--robot", of_robot), "leave out --robot")
+    refused(world.run("server", "operator", "--pair"), "one where the robot is the client")
+    refused(
+        world.run("server", "operator", "--pair", "--drive", "--operate"),
+        "--operate is said at the robot",
+    )
+    # None of it has cost the invitation.
+    world.run("client", "robot", "--robot", for_robot).wait_for(_PAIRED)
+
+
+def test_a_second_robot_does_not_mix_with_the_first(world):
+    server, line = invite(world)
+    world.run("client", "robot", "--robot", line).wait_for(_PAIRED)
+    again = world.run("server", "operator", "--pair", "localhost", "--drive")
+    refused(again, "this server has a robot already")
+    (tokens,) = world.home("operator").rglob("tokens.yaml")
+    (entry,) = yaml.safe_load(tokens.read_text())
+    assert f"'{tokens}'" in again.text()
+    # Of the one before, say with a new disk, there is a way back.
+    command = [build_dir() / "ctl", "token", entry["identity"], "--remove", "--file", tokens]
+    subprocess.run(command, check=True)
+    again = world.run("server", "operator", "--pair", "localhost", "--drive")
+    line = again.wait_for(LINE).group(1)
+    assert again.process.wait(10) == 0
+    world.run("client", "robot again", "--robot", line).wait_for(_PAIRED)

@@ -1,0 +1,51 @@
+#include "run/arguments.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+constexpr char kGivenLine[] = "wss+pair://robot.local:9090/#00112233445566778899aabbccddeeff.47";
+
+TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
+  const Arguments read = read_arguments({"--pair", "--x", "auth.token:=secret"}, Role::kServer);
+  EXPECT_TRUE(read.pairs);
+  EXPECT_EQ(read.host, "");
+  EXPECT_THAT(read.problems, ElementsAre(HasSubstr("\"--x\""), HasSubstr("\"auth.token\"")));
+  EXPECT_EQ(read_arguments({"--pair", "robot.example"}, Role::kServer).host, "robot.example");
+  EXPECT_TRUE(read_arguments({"--pair", "--operate"}, Role::kServer).operates);
+  EXPECT_THAT(read_arguments({"--operate"}, Role::kServer).problems,
+              ElementsAre(HasSubstr("give --pair")));
+  EXPECT_THAT(read_arguments({"--pair"}, Role::kClient).problems, SizeIs(1));
+  EXPECT_THAT(read_arguments({kGivenLine}, Role::kServer).problems, SizeIs(1));
+}
+
+// Who owns the robot says what may be done there.
+TEST(Arguments, WhichEndIsTheRobotAndWhoSaysWhatItDoes) {
+  const auto problems = [](const std::vector<std::string>& words, Role role) {
+    return read_arguments(words, role).problems;
+  };
+  EXPECT_EQ(read_arguments({"--pair"}, Role::kServer).robot, Role::kServer);
+  EXPECT_EQ(read_arguments({"--pair", "--drive"}, Role::kServer).robot, Role::kClient);
+  EXPECT_EQ(read_arguments({"--robot", kGivenLine}, Role::kClient).robot, Role::kClient);
+  EXPECT_TRUE(read_arguments({"--robot", "--operate", kGivenLine}, Role::kClient).operates);
+  EXPECT_THAT(problems({"--pair", "--drive", "--operate"}, Role::kServer),
+              ElementsAre(HasSubstr("is said at the robot")));
+  EXPECT_THAT(problems({"--drive"}, Role::kServer), ElementsAre(HasSubstr("give --pair")));
+  EXPECT_THAT(problems({"--robot"}, Role::kClient), ElementsAre(HasSubstr("the invitation")));
+  EXPECT_THAT(problems({"--operate", kGivenLine}, Role::kClient),
+              ElementsAre(HasSubstr("is said at the robot")));
+  EXPECT_THAT(problems({"--via", "wss+relay://robot7@relay.example/#a", kGivenLine}, Role::kClient),
+              ElementsAre(HasSubstr("--via is for the end that listens")));
+  EXPECT_THAT(problems({"--robot", kGivenLine}, Role::kServer),
+              ElementsAre(HasSubstr("\"--robot\""), HasSubstr("robot.local:9090/\"")));
+  EXPECT_THAT(problems({"--drive", kGivenLine}, Role::kClient), SizeIs(1));
+}
+
+}  // namespace
+}  // namespace connect_bridge
