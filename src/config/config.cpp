@@ -36,6 +36,7 @@ class ConfigMaker {
     } else {
       read_dial();
     }
+    read_status(values_, config_, parsed_.problems);
     check_login(values_, config_, around_, parsed_.problems);
     check_files();
     if (config_.audit.required && config_.audit.file.empty())

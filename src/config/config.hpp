@@ -42,6 +42,7 @@ struct Config {
   std::vector<NameMap::Pair> remap;
   bool reached_by_others = false;  // by other machines, or through a proxy
   std::string status_file;         // empty: none is written
+  StatusOptions status;
   AuditOptions audit;
   bool carries_types_not_installed = true;
   bool default_rules = false;  // see default_rule()

@@ -225,6 +225,17 @@ void add_operation(Rows& rows) {
            "topic messages, bytes, latency and drops by reason. The bridge waits while it writes: "
            "use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
+  add({.key = "status.listen",
+       .syntax = check_status_address,
+       .help = "Where the status is answered by HTTP: a page for people, `/metrics`, `/api/status` "
+               "(docs/status.md), as 127.0.0.1:9091. Every user of this machine can look then. "
+               "Beyond loopback a server needs `tls.certificate`, `auth.token_file` and "
+               "`status.groups`. Unset: nowhere but at a socket of this program's own user, where "
+               "`ctl status` asks."});
+  add({.key = "status.groups",
+       .used_by = UsedBy::kServer,
+       .help = "Groups whose tokens may ask for the status beyond loopback."},
+      [](Config& c) { return &c.status.groups; });
   add({.key = "types_not_installed",
        .fallback = "carry",
        .words = {"carry", "refuse"},

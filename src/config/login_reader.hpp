@@ -22,4 +22,7 @@ namespace connect_bridge {
 void check_login(const CheckedValues& values, const Config& config, const Surroundings& around,
                  std::vector<Problem>& problems);
 
+// Fills config.status: beyond loopback it wants TLS, tokens and groups, or is served nowhere there.
+void read_status(const CheckedValues& values, Config& config, std::vector<Problem>& problems);
+
 }  // namespace connect_bridge

@@ -145,6 +145,13 @@ std::optional<Url> parse_url(std::string_view text) {
   return url;
 }
 
+std::optional<Url> parse_status_address(std::string_view text) {
+  auto url = parse_url("ws://" + std::string{text});
+  const bool whole = url && url->robot.empty() && host_and_port(url->host, url->port) == text &&
+                     (url->host == "localhost" || is_ip_address(url->host));
+  return whole ? url : std::nullopt;
+}
+
 std::optional<Url> parse_http_url(std::string_view text) {
   constexpr std::string_view kHttp = "http";
   if (!text.starts_with(kHttp)) return std::nullopt;
@@ -229,6 +236,11 @@ Complaint check_listen_address(std::string_view text) {
   return expect(text == "*" || text == "systemd" || several,
                 "an IP address, e.g. 127.0.0.1, 0.0.0.0 or ::, up to 8 of them with commas, * for "
                 "every address, or systemd for its sockets");
+}
+
+Complaint check_status_address(std::string_view text) {
+  return expect(parse_status_address(text).has_value(),
+                "an IP address and a port, e.g. 127.0.0.1:9091 or [::1]:9091");
 }
 
 Complaint check_address_range(std::string_view text) {

@@ -37,6 +37,8 @@ inline constexpr std::array<Word<Role>, 2> kRoleWords{{
 [[nodiscard]] bool listens_on_loopback(std::string_view text);
 // "wss://..." or "ws://..."; with "robot7@" before the host of a relay.
 [[nodiscard]] std::optional<Url> parse_url(std::string_view text);
+// "127.0.0.1:9091", "[::1]:9091", "localhost:9091".
+[[nodiscard]] std::optional<Url> parse_status_address(std::string_view text);
 // "https://..."; on this machine "http://..." too.
 [[nodiscard]] std::optional<Url> parse_http_url(std::string_view text);
 [[nodiscard]] std::optional<Compression> parse_compression(std::string_view text);
@@ -52,6 +54,7 @@ inline constexpr std::array<Word<Role>, 2> kRoleWords{{
 // For the table (see Syntax): nullopt is fine, else what was expected.
 using Complaint = std::optional<std::string>;
 Complaint check_listen_address(std::string_view text);
+Complaint check_status_address(std::string_view text);
 Complaint check_address_range(std::string_view text);
 Complaint check_url(std::string_view text);
 Complaint check_relay_url(std::string_view text);

@@ -12,8 +12,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr char kTaken[] =
-    " (a server that runs already, or another program: end that, or change listen.port)";
+constexpr char kTaken[] = " (a server that runs already, or another program: end that, or change ";
 
 using ListeningSocket = asio::ip::tcp::acceptor;
 using ListenPoint = asio::ip::tcp::endpoint;
@@ -37,7 +36,8 @@ bool bind_to(ListeningSocket& acceptor, const ListenPoint& endpoint, ErrorCode& 
 
 }  // namespace
 
-ListenResult listen_at(ListeningSocket& acceptor, const std::string& address, std::uint16_t port) {
+ListenResult listen_at(ListeningSocket& acceptor, const std::string& address, std::uint16_t port,
+                       const std::string& port_key) {
   ErrorCode error;
   const auto parsed = asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, error);
   if (error) return {"cannot listen on '" + address + "': it is no IP address", {}};
@@ -53,7 +53,7 @@ ListenResult listen_at(ListeningSocket& acceptor, const std::string& address, st
   if (error) {
     const bool taken = error == asio::error::address_in_use;
     return {"cannot listen on " + host_and_port(parsed.to_string(), port) + ": " + error.message() +
-                (taken ? kTaken : ""),
+                (taken ? kTaken + port_key + ")" : ""),
             {}};
   }
   if (!absent) return {};

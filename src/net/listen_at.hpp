@@ -14,8 +14,10 @@ struct ListenResult {
 
 // Opens the acceptor at an IP address, or "localhost". The address of a VPN or a mobile network may
 // come after this program has started: it is listened on all the same, with a warning, and clients
-// connect as soon as an interface has it. A port that is in use is a problem.
+// connect as soon as an interface has it. A port that is in use is a problem. `port_key`: where the
+// port is set.
 [[nodiscard]] ListenResult listen_at(boost::asio::ip::tcp::acceptor& acceptor,
-                                     const std::string& address, std::uint16_t port);
+                                     const std::string& address, std::uint16_t port,
+                                     const std::string& port_key = "listen.port");
 
 }  // namespace connect_bridge

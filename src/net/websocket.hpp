@@ -1,5 +1,6 @@
 // The WebSocket type of src/net. Includes all of Boost.Beast: only accept.cpp, dial.cpp,
-// network.cpp and socket.cpp may include this; everyone else declares `struct WebSocket`.
+// network.cpp, socket.cpp and status_door.cpp may include this; everyone else declares
+// `struct WebSocket`.
 #pragma once
 
 #include <boost/beast/core/bind_handler.hpp>

@@ -80,6 +80,11 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
              boost::asio::post(
                  io_, [this, line = std::move(line)] { node_.log(line.level, line.text); });
            }}),
+      status_site_({node.facts().full_name, parameters_.config().status, parameters_.config().tls,
+                    parameters_.config().auth},
+                   [this](LogLevel level, const std::string& text) {
+                     boost::asio::post(io_, [this, level, text] { node_.log(level, text); });
+                   }),
       guard_(parts_.side.role == Role::kServer ? "server" : "client") {}
 
 std::string Bridge::open() {
@@ -88,6 +93,7 @@ std::string Bridge::open() {
                                    "; the bridge runs, but urgent messages may be slower "
                                    "(TCP_NOTSENT_LOWAT, congestion_control)");
   std::string problem = open_audit_log();
+  if (problem.empty()) problem = status_site_.open();
   const bool server = parts_.side.role == Role::kServer;
   if (problem.empty()) problem = server ? listen() : network_.dial_problem(parts_.dial);
   if (problem.empty()) note(AuditEvent::kStarted);
@@ -261,15 +267,15 @@ void Bridge::every_second(double lag_ms) {
 
 void Bridge::write_status(double lag_ms, bool running) {
   const Config& config = parameters_.config();
-  if (config.status_file.empty()) return;
-  RunStatus run;
+  const bool asked = running && status_site_.wanted();
+  if (config.status_file.empty() && !asked) return;
+  const auto picture = std::make_shared<StatusPicture>();
+  RunStatus& run = picture->run;
   run.time = rfc3339(std::chrono::system_clock::now());
   run.running = running;
   run.started = rfc3339(started_);
   run.version = kProgramVersion;
-  if (const Stamp end = network_.certificate_end(); end != 0)
-    run.certificate_valid_until = rfc3339(std::chrono::system_clock::time_point(
-        std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(end))));
+  run.certificate_end = network_.certificate_end();
   run.node = node_.facts().full_name;
   run.role = config.role;
   run.loop_lag_ms = lag_ms;
@@ -277,7 +283,9 @@ void Bridge::write_status(double lag_ms, bool running) {
   run.network = network_.counts();
   run.traffic = network_.traffic();
   if (audit_log_) run.audit = audit_log_->counts();
-  status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
+  picture->side = side_.status(loop_.now());
+  if (asked) status_site_.publish(picture);
+  if (!config.status_file.empty()) status_file_.write(config.status_file, to_json(*picture));
 }
 
 void Bridge::stop() {

@@ -24,6 +24,7 @@
 #include "run/seconds.hpp"
 #include "run/signals.hpp"
 #include "run/status_file.hpp"
+#include "run/status_site.hpp"
 #include "run/supervisor.hpp"
 #include "run/workers.hpp"
 
@@ -100,8 +101,9 @@ class Bridge {
   Stop stop_;
   Hangup hangup_;
   Workers workers_;
-  LoginDesk login_desk_;  // its threads end before what they use
-  LoopGuard guard_;       // last: it watches no destructor, LastSteps does
+  LoginDesk login_desk_;    // its threads end before what they use
+  StatusSite status_site_;  // the same
+  LoopGuard guard_;         // last: it watches no destructor, LastSteps does
 };
 
 }  // namespace connect_bridge

@@ -2,12 +2,18 @@
 
 #include "core/base/json.hpp"
 #include "core/policy/keep.hpp"
+#include "run/audit_json.hpp"
 
 namespace connect_bridge {
 namespace {
 
 double milliseconds(Duration d) {
   return static_cast<double>(d.count()) / 1e6;
+}
+
+std::string rfc3339_of(Stamp time) {
+  return rfc3339(std::chrono::system_clock::time_point(
+      std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(time))));
 }
 
 OrderedJson to_value(const Traffic& traffic) {
@@ -73,11 +79,12 @@ OrderedJson to_value(const ServiceStatus& service) {
   return json;
 }
 
-OrderedJson to_value(const LinkStatus& link) {
+OrderedJson to_value(const LinkStatus& link, Names names) {
   OrderedJson json = {
+      {"link", link.number},
       {"peer", link.peer},
       {"node", link.node},
-      {"identity", link.identity},
+      {"identity", names == Names::kShown ? link.identity : ""},
       {"open", link.open},
       {"open_seconds", std::chrono::floor<std::chrono::seconds>(link.open_for).count()},
       {"connects", link.connects},
@@ -102,8 +109,13 @@ OrderedJson to_value(const LinkStatus& link) {
 
 }  // namespace
 
-std::string to_json(const Status& status, const RunStatus& run) {
-  OrderedJson json = {{"time", run.time},
+std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
+  const Status& status = picture.side;
+  const RunStatus& run = picture.run;
+  // That of a client is about its server.
+  const bool shows_failure = names == Names::kShown || run.role == Role::kClient;
+  OrderedJson json = {{"schema", kStatusSchema},
+                      {"time", run.time},
                       {"running", run.running},
                       {"started", run.started},
                       {"version", run.version},
@@ -119,17 +131,16 @@ std::string to_json(const Status& status, const RunStatus& run) {
                       {"types_not_installed", run.ros.types_not_installed},
                       {"reading_held", run.network.held},
                       {"extra_frames", run.network.extra_frames},
-                      {"last_failure", status.last_failure}};
-  if (!run.certificate_valid_until.empty())
-    json["certificate_valid_until"] = run.certificate_valid_until;
+                      {"last_failure", shows_failure ? status.last_failure : ""}};
+  if (run.certificate_end != 0) json["certificate_valid_until"] = rfc3339_of(run.certificate_end);
   if (run.audit) {
     json["audit"] = {{"lines", run.audit->lines}, {"left_out", run.audit->left_out}};
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
   if (run.role == Role::kServer) json["strangers"] = to_value(status.strangers, run.network);
   json["links"] = OrderedJson::array();
-  for (const auto& link : status.links) json["links"].push_back(to_value(link));
-  return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace);
+  for (const auto& link : status.links) json["links"].push_back(to_value(link, names));
+  return json.dump(in_lines ? 1 : -1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 }  // namespace connect_bridge

@@ -1,4 +1,4 @@
-// The status of a side as JSON, for the status file (docs/config.md, `status_file`).
+// The status of a side as JSON, for the status file and for who asks (docs/status.md).
 #pragma once
 
 #include <optional>
@@ -24,10 +24,24 @@ struct RunStatus {
   Traffic traffic = {};                        // since the start
   std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
   std::string version = {};
-  std::string started = {};                  // RFC 3339
-  std::string certificate_valid_until = {};  // RFC 3339; empty: this side shows none that ends
+  std::string started = {};   // RFC 3339
+  Stamp certificate_end = 0;  // 0: this side shows none that ends
 };
 
-std::string to_json(const Status& status, const RunStatus& run);
+// The status of a side at one moment; nobody changes it.
+struct StatusPicture {
+  Status side;
+  RunStatus run;
+};
+
+// Of what to_json() writes: another one when a member goes or means something else.
+inline constexpr int kStatusSchema = 1;
+
+// Whether it says who the people on the links are.
+enum class Names : std::uint8_t { kShown, kHidden };
+
+// For people with line ends, else in one line.
+std::string to_json(const StatusPicture& picture, Names names = Names::kShown,
+                    bool in_lines = true);
 
 }  // namespace connect_bridge

@@ -89,6 +89,12 @@ MUTANTS = [
     Mutant("whole_change", "half of a change is applied", gone),
     Mutant("secret_shown", "a token is shown", swap("spec.secret || ", "")),
     Mutant("url_password", "a user's password in a URL is shown", gone),
+    # who sees the status
+    Mutant("status_beyond_loopback", "the status is served beyond loopback to everybody", always),
+    Mutant("foreign_host", "a web page reads the status by a name of its own", always),
+    Mutant("status_token", "any token reads the status", always),
+    Mutant("names_of_people", "every local user sees who is linked",
+           swap("transport_.tls()", "true")),
     # the core: rights, order, at most once, limits, urgency, breaks
     Mutant("deny", "what a rule denies is allowed", gone),
     Mutant("hidden_names", "hidden names match wildcards", value("false")),

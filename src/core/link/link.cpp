@@ -83,6 +83,7 @@ void Link::withdraw(ChannelId number, const Ending& why) {
 
 LinkStatus Link::status() const {
   LinkStatus shown;
+  shown.number = id.value;
   shown.peer = peer_.address;
   shown.node = peer_.node;
   shown.identity = login.identity().name;

@@ -100,6 +100,14 @@ struct ListenOptions {
   std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
 };
 
+// Where the status of a side is asked for, by HTTP.
+struct StatusOptions {
+  std::string address{};  // a literal; empty: nowhere but at the socket in the runtime folder
+  std::uint16_t port = 0;
+  std::vector<std::string> groups{};  // who may look, beyond the loopback; there with TLS
+  bool beyond_loopback = false;
+};
+
 struct DialOptions {
   Url url;
   std::optional<HttpProxy> proxy;

@@ -70,9 +70,10 @@ struct ClockStatus {
 };
 
 struct LinkStatus {
-  std::string peer;      // address
-  std::string node;      // the peer's node name
-  std::string identity;  // who it logged in as (server)
+  std::uint64_t number = 0;  // of this link, while this process lives
+  std::string peer;          // address
+  std::string node;          // the peer's node name
+  std::string identity;      // who it logged in as (server)
   bool open = false;
   Duration open_for{};  // while it is open
   std::uint64_t sent_bytes = 0;

@@ -1,6 +1,6 @@
 #include "run/status_json.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <filesystem>
 #include <fstream>
@@ -26,8 +26,8 @@ TEST(StatusJson, WithoutLinks) {
   run.traffic = {5, 6};
   run.version = "1.2.3";
   run.started = "2026-01-30T12:00:00Z";
-  const auto json = Json::parse(to_json(status, run));
-  EXPECT_EQ(json, Json::parse(R"({"time": "2026-01-31T12:00:00Z", "running": true,
+  const auto json = Json::parse(to_json({status, run}));
+  EXPECT_EQ(json, Json::parse(R"({"schema": 1, "time": "2026-01-31T12:00:00Z", "running": true,
     "started": "2026-01-30T12:00:00Z", "version": "1.2.3",
     "node": "/connect", "role": "client", "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
@@ -39,22 +39,43 @@ TEST(StatusJson, WithoutLinks) {
 
 TEST(StatusJson, TheEndOfItsCertificate) {
   RunStatus run;
-  EXPECT_FALSE(Json::parse(to_json({}, run)).contains("certificate_valid_until"));
-  run.certificate_valid_until = "2026-12-08T00:00:00Z";
-  EXPECT_EQ(Json::parse(to_json({}, run)).at("certificate_valid_until"), "2026-12-08T00:00:00Z");
+  EXPECT_FALSE(Json::parse(to_json({{}, run})).contains("certificate_valid_until"));
+  run.certificate_end = 1796688000 * kStampSecond;
+  EXPECT_EQ(Json::parse(to_json({{}, run})).at("certificate_valid_until"),
+            "2026-12-08T00:00:00.000Z");
 }
 
 TEST(StatusJson, WhoCameToAServer) {
   Status status;
   status.strangers = {1, 2, 3, 4, 5, 11, 12, 13};
   RunStatus run{"", true, "/connect", Role::kClient};
-  EXPECT_FALSE(Json::parse(to_json(status, run)).contains("strangers"));
+  EXPECT_FALSE(Json::parse(to_json({status, run})).contains("strangers"));
   run.role = Role::kServer;
   run.network = {{6, 7, 8, 9, 10}};
-  EXPECT_EQ(Json::parse(to_json(status, run)).at("strangers"), Json::parse(R"({
+  EXPECT_EQ(Json::parse(to_json({status, run})).at("strangers"), Json::parse(R"({
     "accepted": 6, "refused": 7, "waiting": 1, "gave_way": 12, "handshakes_dropped": 8,
     "handshakes_waited": 9, "wrong_logins": 3, "wrong_logins_late": 4, "shut_out": 5,
     "login_timeouts": 11, "logins_without_place": 12, "logins_not_judged": 13})"));
+}
+
+ServiceStatus a_service() {
+  ServiceStatus service;
+  service.service = "/s";
+  service.type = "p/srv/S";
+  service.exported = service.attached = true;
+  service.pending = 1;
+  service.waiting = 2;
+  service.calls = 3;
+  service.answered = 4;
+  service.refused = 5;
+  service.timed_out = 6;
+  service.forgotten = 7;
+  service.lost = 8;
+  service.duplicates = 9;
+  service.request_bytes = 10;
+  service.response_bytes = 11;
+  service.declined = "no such type";
+  return service;
 }
 
 TEST(StatusJson, ALinkWithItsTopicsAndServices) {
@@ -74,6 +95,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   imported.type = "p/msg/T";
   imported.latency_ms = 2.5;
   LinkStatus link;
+  link.number = 8;
   link.peer = "10.0.0.2:4";
   link.node = "/peer";
   link.identity = "anna";
@@ -91,27 +113,12 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.clock = {true, std::chrono::milliseconds(-1500), std::chrono::microseconds(2500),
                 std::chrono::microseconds(1250)};
   link.topics = {exported, imported};
-  ServiceStatus service;
-  service.service = "/s";
-  service.type = "p/srv/S";
-  service.exported = service.attached = true;
-  service.pending = 1;
-  service.waiting = 2;
-  service.calls = 3;
-  service.answered = 4;
-  service.refused = 5;
-  service.timed_out = 6;
-  service.forgotten = 7;
-  service.lost = 8;
-  service.duplicates = 9;
-  service.request_bytes = 10;
-  service.response_bytes = 11;
-  service.declined = "no such type";
-  link.services = {service};
+  link.services = {a_service()};
   Status status;
   status.links = {link};
-  EXPECT_EQ(Json::parse(to_json(status, {})).at("links"), Json::parse(R"([{
-    "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "open_seconds": 61,
+  EXPECT_EQ(Json::parse(to_json({status, {}})).at("links"), Json::parse(R"([{
+    "link": 8, "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true,
+    "open_seconds": 61,
     "connects": 5, "mirrors_waited": 7, "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3,
     "unacknowledged_bytes": 4, "memory_bytes": 6, "rate_bytes_per_second": 2250000,
     "path_queue_ms": 1.5,
@@ -128,16 +135,25 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "declined": "no such type"}]}])"));
 }
 
+TEST(StatusJson, NamesOfPeopleAreHiddenFromOtherUsers) {
+  Status status;
+  status.links.resize(1);
+  status.links[0].identity = "anna";
+  status.last_failure = "anna is not permitted";
+  EXPECT_THAT(to_json({status, {}}), testing::HasSubstr("anna"));
+  EXPECT_THAT(to_json({status, {}}, Names::kHidden), testing::Not(testing::HasSubstr("anna")));
+}
+
 TEST(StatusJson, AClockThatIsNotKnownIsLeftOut) {
   Status status;
   status.links.resize(1);
-  EXPECT_FALSE(Json::parse(to_json(status, {})).at("links").at(0).contains("clock"));
+  EXPECT_FALSE(Json::parse(to_json({status, {}})).at("links").at(0).contains("clock"));
 }
 
 TEST(StatusJson, BytesThatAreNoTextDoNotThrow) {
   Status status;
   status.last_failure = "\xff\xfe";
-  EXPECT_EQ(Json::parse(to_json(status, {})).at("last_failure"), "\xef\xbf\xbd\xef\xbf\xbd");
+  EXPECT_EQ(Json::parse(to_json({status, {}})).at("last_failure"), "\xef\xbf\xbd\xef\xbf\xbd");
 }
 
 TEST(StatusJson, TheFileIsReplacedInOneStep) {

@@ -1,0 +1,101 @@
+// Where the status of a side is asked for: HTTP, GET only, one answer for each connection.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/address_paces.hpp"
+#include "core/base/pace.hpp"
+#include "core/ports/net_options.hpp"
+#include "core/ports/ports.hpp"
+#include "net/tls_files.hpp"
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+struct StatusRequest {
+  std::string path;           // without what follows a '?'
+  bool open_metrics = false;  // OpenMetrics is understood, not only the older text of Prometheus
+  bool sees_names = false;    // who asks may know who is on the links
+};
+
+struct StatusAnswer {
+  unsigned status = 200;  // of HTTP
+  std::string type = "text/plain; charset=utf-8";
+  std::string body{};
+  std::string page_policy{};  // what a page may do (CSP); empty: nothing
+  bool streams = false;       // events follow: what tell() is given
+};
+
+// Who comes is a stranger until its request was read: bounded are the connections, their time, the
+// header, and TLS handshakes. Thread: that of the io_context, which is not the loop's.
+class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
+ public:
+  static constexpr std::size_t kConnectionsMax = 32;
+  static constexpr std::size_t kStreamsMax = 8;  // of these; so there is room for others
+  static constexpr std::uint32_t kHeaderBytesMax = 8192;
+  static constexpr std::size_t kStreamBytesPerSecond = 50'000;  // larger events come less often
+
+  using Answered = std::function<void(StatusAnswer)>;
+  struct Ports {
+    // `answered` is called once, now or later, in the same thread.
+    std::function<void(const StatusRequest&, Answered answered)> answer;
+    // Whether the owner of this token may look: 200, 401 or 403. Only where `tls` is given.
+    std::function<unsigned(const std::string& token)> judge;
+    std::function<void(LogLevel, std::string)> log;
+  };
+  struct Times {
+    std::chrono::milliseconds request{5000};  // accepted to header read
+    std::chrono::milliseconds answer{10'000};
+  };
+
+  StatusDoor(asio::io_context& io, Ports ports, Times times);
+  StatusDoor(asio::io_context& io, Ports ports) : StatusDoor(io, std::move(ports), Times{}) {}
+  ~StatusDoor();
+
+  // Each returns what is wrong, or nothing. With `tls` everybody needs a token.
+  [[nodiscard]] std::string listen(const std::string& address, std::uint16_t port,
+                                   const std::optional<TlsOptions>& tls);
+  // A socket that only this process's user may use; it is removed at the end.
+  [[nodiscard]] std::string listen_at_file(const std::string& file);
+  // Where it listens by TCP; 0: nowhere.
+  [[nodiscard]] std::uint16_t port() const;
+
+  // An event for those who follow the stream: one text for who sees names, one for others.
+  void tell(const std::string& with_names, const std::string& without);
+  [[nodiscard]] std::size_t streams() const;  // how many follow
+  // Reads certificates that have changed. Once a second.
+  void check_files();
+  void close();
+
+ private:
+  class Session;
+  using Sessions = std::list<std::shared_ptr<Session>>;
+
+  void accept();
+  void accept_at_file();
+  void retry(std::function<void()> accept);
+  void admit(TcpSocket socket, bool is_private);
+  void remove(const std::shared_ptr<Session>& session);
+
+  asio::io_context& io_;
+  const Ports ports_;
+  const Times times_;
+  asio::ip::tcp::acceptor door_;
+  asio::local::stream_protocol::acceptor file_door_;
+  std::string file_;
+  asio::steady_timer retry_;
+  std::optional<TlsFiles> tls_files_;
+  TlsContext tls_;
+  AddressPaces paces_{20, std::chrono::milliseconds(500)};  // of TLS handshakes, by address
+  Pace pace_{50, std::chrono::milliseconds(50)};            // of all of them
+  Sessions sessions_;                                       // the oldest first
+};
+
+}  // namespace connect_bridge

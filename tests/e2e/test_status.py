@@ -1,0 +1,209 @@
+"""The status by HTTP: what it says, to whom; in Prometheus, in a browser, with ctl.
+
+What needs promtool or chromium is skipped where these are not there: they are too large for the
+packages of CI (Debian: prometheus, chromium)."""
+
+import hashlib
+import http.client
+import json
+import pathlib
+import shutil
+import socket
+import ssl
+import subprocess
+import tempfile
+import urllib.error
+import urllib.request
+
+import pytest
+from std_msgs.msg import String
+
+from graph import until
+from harness.domains import free_port
+from harness.programs import build_dir
+
+TOKEN, OTHER = "token-of-anna-0123456789", "token-of-bert-0123456789"
+PROMTOOL = next((p for p in ("promtool",) if shutil.which(p)), None)
+CHROMIUM = next((p for p in ("chromium", "chromium-browser") if shutil.which(p)), None)
+
+
+def entry(identity, token, group):
+    digest = hashlib.sha256(token.encode()).hexdigest()
+    return {"identity": identity, "token_sha256": digest, "groups": [group]}
+
+
+class OfFile(http.client.HTTPConnection):
+    """HTTP at a socket in the file system."""
+
+    def __init__(self, file):
+        super().__init__("localhost", timeout=10)
+        self.file = str(file)
+
+    def connect(self):
+        self.sock = socket.socket(socket.AF_UNIX)
+        self.sock.settimeout(10)
+        self.sock.connect(self.file)
+
+
+@pytest.fixture
+def world(make_pair, tmp_path):
+    """A linked pair whose server is looked at, on loopback and in a runtime folder."""
+    # The path of a socket is short: pytest's folders may be too long.
+    with tempfile.TemporaryDirectory(prefix="cb") as runtime:
+        tokens = tmp_path / "tokens.yaml"
+        tokens.write_text(json.dumps([entry("anna", TOKEN, "ops"), entry("bert", OTHER, "x")]))
+        tokens.chmod(0o600)
+        port = free_port()
+        server = {
+            "auth": {"token_file": str(tokens)},
+            "status": {"listen": f"127.0.0.1:{port}"},
+            "rules": ["all"],
+            "rule": {"all": {"export_topics": ["/t/**"], "import_topics": ["/o/**"]}},
+        }
+        client = {
+            "auth": {"token": TOKEN},
+            "rules": ["all"],
+            "rule": {"all": {"import_topics": ["/t/**"], "export_topics": ["/o/**"]}},
+        }
+        pair = make_pair(server=server, client=client, env={"XDG_RUNTIME_DIR": runtime})
+        pair.http, pair.runtime = f"http://localhost:{port}", runtime
+        yield pair
+
+
+def get(url, context=None, **headers):
+    headers = {name.replace("_", "-"): value for name, value in headers.items()}
+    request = urllib.request.Request(url, headers=headers)
+    return urllib.request.urlopen(request, timeout=10, context=context)
+
+
+def refused(url, context=None, **headers):
+    with pytest.raises(urllib.error.HTTPError) as error:
+        get(url, context, **headers)
+    return error.value.code
+
+
+def text(url, **headers):
+    with get(url, **headers) as answer:
+        return answer.read().decode()
+
+
+def socket_of(world, name):
+    (found,) = pathlib.Path(world.runtime).glob(f"connect_bridge/{name}-*.status")
+    return found
+
+
+def ctl(world, *words):
+    return subprocess.run(
+        [build_dir() / "ctl", "status", *words],
+        env={**world.server.env, "XDG_RUNTIME_DIR": world.runtime},
+        capture_output=True,
+        text=True,
+        timeout=20,
+        check=False,
+    )
+
+
+def flows(world, topic):
+    publisher, collector = world.opened(String, topic, String(data="first"))
+    for i in range(20):
+        publisher.publish(String(data=str(i)))
+    collector.wait(10)
+    return publisher
+
+
+def test_who_sees_what(world, topic):
+    flows(world, topic)
+    assert text(world.http + "/healthz") == "alive\n"
+    assert text(world.http + "/readyz") == "ready\n"
+    status = json.loads(text(world.http + "/api/status"))
+    assert status["schema"] == 1
+    (link,) = status["links"]
+    assert link["node"] == "/connect_client" and link["open"]
+    assert link["identity"] == ""  # every user of this machine may look
+    asked = OfFile(socket_of(world, "connect_server"))
+    asked.request("GET", "/api/status")
+    assert json.loads(asked.getresponse().read())["links"][0]["identity"] == "anna"
+    assert topic in [t["topic"] for t in link["topics"]]
+    assert refused(world.http + "/api/status", Host="evil.example") == 421
+    assert refused(world.http + "/nothing") == 404
+    client = OfFile(socket_of(world, "connect_client"))
+    client.request("GET", "/readyz")
+    assert client.getresponse().status == 200
+    world.server.stop()
+    until(lambda: not world.client.links(), "the client has lost its link")
+    client = OfFile(socket_of(world, "connect_client"))
+    client.request("GET", "/readyz")
+    answer = client.getresponse()
+    assert answer.status == 503 and b"no link" in answer.read()
+    assert not list(pathlib.Path(world.runtime).glob("connect_bridge/connect_server-*"))
+
+
+def test_metrics(world, topic):
+    flows(world, topic)
+    series = f'connect_bridge_topic_messages_total{{direction="export",topic="{topic}"}}'
+    until(lambda: series in text(world.http + "/metrics"), series)
+    with get(world.http + "/metrics", Accept="application/openmetrics-text") as answer:
+        assert answer.headers["Content-Type"].startswith("application/openmetrics-text")
+        metrics = answer.read().decode()
+    assert metrics.endswith("# EOF\n")
+    assert series in metrics and "anna" not in metrics and "127.0.0.1" not in metrics
+
+
+@pytest.mark.skipif(not PROMTOOL, reason="no promtool")
+def test_promtool_finds_nothing_wrong(world, topic):
+    flows(world, topic)
+    metrics = text(world.http + "/metrics")
+    checked = subprocess.run(
+        [PROMTOOL, "check", "metrics"], input=metrics, text=True, capture_output=True, check=False
+    )
+    assert (checked.returncode, checked.stdout + checked.stderr) == (0, "")
+
+
+def test_events(world):
+    with get(world.http + "/api/events") as stream:
+        assert stream.headers["Content-Type"] == "text/event-stream"
+        for _ in range(2):
+            line = stream.readline()
+            assert line.startswith(b"data: ")
+            assert json.loads(line[6:])["node"] == "/connect_server"
+            assert stream.readline() == b"\n"
+
+
+def test_beyond_loopback(make_side, domains, authority, tmp_path):
+    tokens = tmp_path / "tokens.yaml"
+    tokens.write_text(json.dumps([entry("anna", TOKEN, "ops"), entry("bert", OTHER, "x")]))
+    tokens.chmod(0o600)
+    port = free_port()
+    server = make_side(
+        "server",
+        domains(1)[0],
+        {
+            "listen": {"port": free_port()},
+            "auth": {"token_file": str(tokens)},
+            "tls": {
+                "certificate": str(authority / "server.pem"),
+                "private_key": str(authority / "server.key"),
+            },
+            "status": {"listen": f"0.0.0.0:{port}", "groups": ["ops"]},
+            "strict_modes": False,
+        },
+    )
+    server.start().wait_listening()
+    trust = ssl.create_default_context(cafile=str(authority / "ca.pem"))
+    url = f"https://localhost:{port}/api/status"
+    assert refused(url, trust) == 401
+    assert refused(url, trust, Authorization="Bearer token-of-nobody-0123456789") == 401
+    assert refused(url, trust, Authorization=f"Bearer {OTHER}") == 403
+    with get(url, trust, Authorization=f"Bearer {TOKEN}") as answer:
+        assert json.load(answer)["node"] == "/connect_server"
+    assert refused(url, trust, Authorization=f"Bearer {TOKEN}", Host="evil.example") == 421
+    tokens.write_text(json.dumps([entry("bert", OTHER, "x")]))  # anna's is withdrawn
+    until(lambda: _status(url, trust) == 401, "the token is withdrawn", step=0.5)
+
+
+def _status(url, trust):
+    try:
+        get(url, trust, Authorization=f"Bearer {TOKEN}").close()
+        return 200
+    except urllib.error.HTTPError as error:
+        return error.code
