@@ -12,6 +12,7 @@
 #include "run/audit_json.hpp"
 #include "run/exit_codes.hpp"
 #include "run/status_json.hpp"
+#include "run/system_now.hpp"
 #include "version.hpp"
 
 namespace connect_bridge {
@@ -36,7 +37,7 @@ ros::GatewayOptions gateway_options(const BridgeParts& parts) {
 Bridge::Bridge(ros::Node& node, BridgeParts parts)
     : node_(node),
       parts_(std::move(parts)),
-      side_(parts_.side, parts_.side.secret_random()),
+      side_(parts_.side, parts_.side.secret_random(), system_now()),
       loop_(io_, node, side_,
             {[this](Action&& action) { carry_out(std::move(action)); }, [this] { send(); }}),
       gateway_(node, gateway_options(parts_),

@@ -96,7 +96,7 @@ std::vector<ServiceState> services(std::uint8_t shape) {
 // The operator's side of it: carries out actions at once.
 class World {
  public:
-  World() : side_(options(), 1) { drain(); }
+  World() : side_(options(), 1, 0) { drain(); }
 
   void step(Script& script) {
     const std::uint8_t op = script.byte();

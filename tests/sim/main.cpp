@@ -109,16 +109,21 @@ void on_fatal(int signal) {
   std::_Exit(2);
 }
 
-std::optional<std::string> run_twins(std::uint64_t seed, bool verbose) {
+std::optional<std::string> run_twins(std::uint64_t seed, bool verbose, Totals& totals) {
+  running_seed = seed;
   const TwinPlan plan = connect_bridge::sim::make_twins(seed);
   if (verbose)
     std::printf("twins %llu: %s\n", static_cast<unsigned long long>(seed), plan.text().c_str());
+  Twins twins(plan, verbose);
+  std::optional<std::string> found;
   try {
-    Twins(plan, verbose).run();
-    return std::nullopt;
+    twins.run();
   } catch (const Violation& violation) {
-    return violation.what();
+    found = violation.what();
   }
+  const std::lock_guard lock(totals.printing);
+  totals.digests[seed] = twins.digest();
+  return found;
 }
 
 Scenario scenario_of(std::uint64_t seed, const Options& options) {
@@ -170,7 +175,7 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     if (timed ? std::chrono::steady_clock::now() >= end : seed > options.last) return;
     watch.begin(seed);
     const auto found =
-        options.twins ? run_twins(seed, options.verbose) : run_seed(seed, options, totals);
+        options.twins ? run_twins(seed, options.verbose, totals) : run_seed(seed, options, totals);
     if (!found) {
       ++totals.passed;
       continue;

@@ -43,6 +43,7 @@ class Twins final : Middleware::Listener, Services::Listener {
 
   // Throws a Violation.
   void run();
+  [[nodiscard]] std::uint64_t digest() const { return digest_.value(); }
 
  private:
   // One publisher and one subscriber in the other graph.

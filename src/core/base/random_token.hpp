@@ -6,6 +6,7 @@
 
 #include "core/base/ids.hpp"
 #include "core/base/random.hpp"
+#include "core/base/time.hpp"
 
 namespace connect_bridge {
 
@@ -20,6 +21,15 @@ inline Token128 make_token(Random& random,
       token.bytes[i + j] = static_cast<std::uint8_t>(word >> (8 * j));
   }
   return token;
+}
+
+// The id of a process: when it started (ms of the system clock), then ten random bytes. So of two
+// the earlier one is smaller, as long as their clocks agree.
+inline Token128 make_side_id(Random& random, Stamp started) {
+  Token128 id = make_token(random);
+  auto ms = static_cast<std::uint64_t>(started / 1'000'000);
+  for (std::size_t i = 6; i-- > 0; ms >>= 8) id.bytes[i] = static_cast<std::uint8_t>(ms);
+  return id;
 }
 
 }  // namespace connect_bridge

@@ -62,7 +62,8 @@ void ClaimsTopic::publish(Claim claim, const Now& now) {
   period_ = period_of(told_bytes_);
   // A bridge that has fallen silent may still serve calls until its peer notices.
   const Duration good = std::max<Duration>(kMissingMax * period_, dead_after_ + kAfterDead);
-  claim.good_for = std::chrono::ceil<std::chrono::milliseconds>(std::min(good, kClaimGoodMax));
+  good_for_ = std::min(good, kClaimGoodMax);
+  claim.good_for = std::chrono::ceil<std::chrono::milliseconds>(good_for_);
   outputs_.push(Publish{mirror_, serialize(claim, now.system)});
 }
 

@@ -23,6 +23,11 @@ class ClaimsTopic {
   // A claim names all that is mirrored, so many changes are published together.
   [[nodiscard]] bool take_due(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
+  // This process stood still for longer than its last claim was good for, beside another bridge:
+  // that may have taken all over. Until the next claim is published.
+  [[nodiscard]] bool has_lapsed(const Now& now) const {
+    return claims_.any() && told_at_ + good_for_ < now.steady;
+  }
   // To the other bridges. The last claim reaches those that come later, too.
   void publish(Claim claim, const Now& now);
   // Our last word: we mirror nothing any longer.
@@ -51,6 +56,7 @@ class ClaimsTopic {
   TimePoint told_at_{};
   std::size_t told_bytes_ = 0;  // of the last claim
   Duration period_{};           // that it was told with
+  Duration good_for_{};         // the same
   // At most so late that a mirror of a service has not been made yet (core/graph/claiming.hpp).
   Pace pace_{20, std::chrono::milliseconds(20)};
 };

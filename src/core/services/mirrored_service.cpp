@@ -14,6 +14,9 @@ namespace {
 
 // A service without a place asks again after this time: places become free rarely.
 constexpr Duration kPlacePacing = std::chrono::seconds(2);
+// A claim is no more than this without an answer from the peer: another bridge may reach the
+// server.
+constexpr Duration kAttachMax = std::chrono::seconds(10);
 
 // All that wait for the same reason look again together.
 TimePoint next_turn(const Now& now, Duration pacing) {
@@ -52,16 +55,35 @@ bool MirroredService::update(const Now& now) {
     close();
     return true;
   }
-  if (feed.is_offered() && !feed.asked_to_attach()) feed.attach();
+  if (feed.is_offered() && !feed.asked_to_attach()) {
+    feed.attach();
+    attaches_until_ = now.steady + kAttachMax;
+  }
   if (mirror_) return true;
-  if (!feed.is_offered()) {
-    give_up_claim();  // there are no calls that wait for the link's return
+  looks_at_.reset();
+  if (!may_be_claimed(feed, now)) {
+    give_up_claim();
   } else if (const TimePoint settled = claim(now); settled > now.steady) {
     look_again(settled);
-  } else if (feed.is_attached() && may_appear(feed, now)) {  // mutant: mirror_attached
+  } else if (!feed.is_attached()) {  // mutant: mirror_attached
+    look_again(attaches_until_);
+  } else if (!is_served_by_bridge() && may_appear(feed, now)) {
     create_mirror(feed);
   }
   return true;
+}
+
+bool MirroredService::may_be_claimed(const Feed& feed, const Now& now) {
+  if (!feed.is_offered()) return false;  // there are no calls that wait for the link's return
+  if (!feed.is_attached() && attaches_until_ <= now.steady) return false;
+  Account& account = *feed.link().account;
+  if (account.service_places.room() > 0) return true;
+  note_waiting(feed);
+  mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
+                              "no place is left for more services of " + feed.link().label() +
+                                  ": not all of them exist here");
+  look_again(next_turn(now, kPlacePacing));
+  return false;
 }
 
 TimePoint MirroredService::claim(const Now& now) {
@@ -77,7 +99,6 @@ TimePoint MirroredService::claim(const Now& now) {
 void MirroredService::give_up_claim() {
   if (claiming_.holds()) mirroring_.claim_changed = true;
   claiming_.give_up();
-  looks_at_.reset();
 }
 
 void MirroredService::look_again(TimePoint at) {
@@ -86,16 +107,7 @@ void MirroredService::look_again(TimePoint at) {
 }
 
 bool MirroredService::may_appear(const Feed& feed, const Now& now) {
-  if (looks_at_ && *looks_at_ > now.steady) return false;
   Account& account = *feed.link().account;
-  if (account.service_places.room() == 0) {
-    note_waiting(feed);
-    mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
-                                "no place is left for more services of " + feed.link().label() +
-                                    ": not all of them exist here");
-    look_again(next_turn(now, kPlacePacing));
-    return false;
-  }
   const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
   if (wait == Duration::zero()) return true;
   if (wait == Account::kPacing) note_waiting(feed);
@@ -153,10 +165,13 @@ void MirroredService::take_over() {
   feeder_ = successor->first;
 }
 
+bool MirroredService::is_served_by_bridge() const {
+  return mirroring_.claims.serves(service_gid(key_.first));
+}
+
 bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph_since || failed_ || feed.is_unfit()) return false;
-  const Gid gid = service_gid(key_.first);
-  if (mirroring_.claims.service_taken(gid, claiming_.holds())) return false;
+  if (mirroring_.claims.service_taken(service_gid(key_.first), claiming_.holds())) return false;
   // Our own services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
   // Both ends are in one graph: what the peer exports is here already.
@@ -165,7 +180,7 @@ bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph.has_server(key_.first)) return true;
   // It is another bridge's, which is about to give way to ours, or has just ended. Ours stays, and
   // is not made as long as the graph shows the other one.
-  if (mirroring_.claims.serves(gid)) return bool(mirror_);
+  if (is_served_by_bridge()) return bool(mirror_);
   mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
                               key_.first + " has a server here and one behind " + link.label() +
                                   ": the one there is not mirrored");

@@ -47,6 +47,9 @@ class MirroredService {
   [[nodiscard]] bool on_link_dead(LinkId link);
   // Removes the link's feed if the link has not offered the service again.
   [[nodiscard]] bool forget_orphan(LinkId link);
+  // Our claim was not fresh for a while, and another bridge may have a server of its name: ours
+  // ends before it takes another call. The caller updates it afterwards.
+  void on_lapse() { close(); }
   // Calls its own update, so it may be destroyed on return.
   void on_withdraw(LinkId link, const Now& now);
 
@@ -82,10 +85,15 @@ class MirroredService {
   // Nothing but this link feeds it.
   void follow(LinkId link);
   [[nodiscard]] bool may_exist(const Feed& feed);
+  // Another bridge has a server of its name, or may have one as long as it claims it.
+  [[nodiscard]] bool is_served_by_bridge() const;
+  // Whether its mirror could be made, but for the claims of others: else it would keep out a bridge
+  // that can make one.
+  [[nodiscard]] bool may_be_claimed(const Feed& feed, const Now& now);
   // When its mirror may be made, as other bridges may claim it; it is claimed as soon as it may.
   TimePoint claim(const Now& now);
   void give_up_claim();
-  // Whether its identity may have one more mirror now. It is counted then.
+  // Whether its identity may have one more mirror at this moment. It is counted then.
   [[nodiscard]] bool may_appear(const Feed& feed, const Now& now);
   void look_again(TimePoint at);
   // It is counted once, however long it waits.
@@ -114,6 +122,7 @@ class MirroredService {
   bool differs_ = false;         // and it has another one than the peer
   Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
   Claiming claiming_;
+  TimePoint attaches_until_{};         // the peer is to have answered by then
   std::optional<TimePoint> looks_at_;  // without a mirror: when one may be made, or waits again
   bool waits_ = false;                 // it is late because its identity makes too many
   bool failed_ = false;                // until it is offered again

@@ -70,6 +70,13 @@ void ServiceImports::on_claims(const Now& now) {
   mirroring_.update_all(now);
 }
 
+void ServiceImports::on_lapse(const Now& now) {
+  if (!mirroring_.graph_since) return;
+  mirroring_.graph_since = now.steady;
+  for (auto& [key, service] : mirroring_.services) service->on_lapse();
+  mirroring_.update_all(now);
+}
+
 void ServiceImports::on_policy(const Now& now) {
   for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
     MirroredService& service = *(it++)->second;

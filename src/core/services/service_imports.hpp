@@ -30,6 +30,9 @@ class ServiceImports {
   void on_link_dead(LinkId link, const Now& now);
   void on_graph(const Now& now);   // servers here changed
   void on_claims(const Now& now);  // what other bridges mirror changed
+  // Our own claims were not fresh: all mirrors end, and nothing is claimed before the claims that
+  // were missed have arrived.
+  void on_lapse(const Now& now);
   void on_policy(const Now& now);
 
   // The action (local name) whose goals arrive at this mirror; null: none.

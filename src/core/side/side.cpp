@@ -14,10 +14,10 @@ constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
 
 }  // namespace
 
-Side::Side(SideOptions options, std::uint64_t seed)
+Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
     : options_(std::move(options)),
       random_(seed),
-      side_(make_token(random_)),
+      side_(make_side_id(random_, started)),
       policy_(options_.policy),
       jobs_({options_.compress_job_bytes}, outputs_),
       local_(side_),
@@ -36,6 +36,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
 void Side::handle(Input input, const Now& now) {
   if (stopping_) return;
   if (!started_) start(now);
+  if (claims_topic_.has_lapsed(now)) service_imports_.on_lapse(now);  // mutant: claims_lapse
   std::visit([&](auto& i) { on(i, now); }, input);
   if (!stopping_) settle(now);
 }
@@ -117,6 +118,7 @@ void Side::on(MessageTaken& input, const Now& now) {
 
 // What other bridges of this graph mirror has changed.
 void Side::on_claims(const Now& now) {
+  clock_due_ = true;
   if (local_.on_claims()) exports_.on_graph(now);
   update_exports(now);
   imports_.on_claims(links_.all(), now);

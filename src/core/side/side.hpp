@@ -34,7 +34,9 @@ namespace connect_bridge {
 // new rules, a lost link) the order is decided here.
 class Side final : private LinksUser {
  public:
-  Side(SideOptions options, std::uint64_t seed);
+  // `started`: the system clock now. Of two bridges of one graph the one that started first keeps
+  // what both claim (core/graph/claims.hpp).
+  Side(SideOptions options, std::uint64_t seed, Stamp started);
   Side(const Side&) = delete;
   Side& operator=(const Side&) = delete;
 

@@ -151,6 +151,63 @@ TEST(MirroredService, BesideAnotherBridgeItIsClaimedBeforeItAppears) {
   EXPECT_FALSE(service.due());
 }
 
+// It gives way when it hears ours; until then its server may take calls.
+TEST(MirroredService, OfTwoThatClaimAtOnceTheFirstWaitsForTheOthersServer) {
+  OfferedServices s;
+  s.graph = picture({topic(kClaimsTopic).pub(9, {}, "bridge")});
+  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
+  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+  s.claims.update(gid(9), claim_to_s(), ms(500).steady);
+  s.pass_to(1000);
+  EXPECT_TRUE(service.is_claimed());
+  EXPECT_EQ(s.did(), "");
+  Claim nothing;
+  nothing.side = another_side();
+  s.claims.update(gid(9), nothing, ms(1500).steady);
+  s.update();
+  EXPECT_EQ(s.did(), "");  // the graph may show it for a moment
+  s.claims.expire(ms(2500).steady);
+  s.update();
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+}
+
+TEST(MirroredService, WithoutAPlaceItClaimsNothing) {
+  OfferedServices s;
+  s.graph = picture({topic(kClaimsTopic).pub(9, {}, "bridge")});
+  AccountOptions limits;
+  limits.services_max = 4;
+  Shares shares(limits);
+  OneLink peer(2, std::make_shared<Account>(limits, &shares));
+  const MirroredService& service = s.offer(peer, service_channel(1, "/s"));
+  EXPECT_TRUE(s.attached(peer, {{1}, {1}, {}}));
+  auto all = shares.service_places.hold(4);
+  s.update();
+  EXPECT_FALSE(service.is_claimed());
+  EXPECT_EQ(s.did(), "");
+  EXPECT_NE(s.logged.find("no place"), std::string::npos);
+  all.release();
+  s.pass_to(2000);
+  EXPECT_TRUE(service.is_claimed());
+  s.pass_to(3000);
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+  s.mirroring.services.clear();
+}
+
+TEST(MirroredService, WhatThePeerDoesNotAnswerIsNotClaimedForLong) {
+  OfferedServices s;
+  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
+  s.pass_to(9999);
+  s.update();
+  EXPECT_TRUE(service.is_claimed());
+  s.pass_to(10'000);
+  EXPECT_FALSE(service.is_claimed());
+  s.update();
+  EXPECT_FALSE(service.is_claimed());
+  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+  EXPECT_TRUE(service.is_claimed());
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+}
+
 TEST(MirroredService, WithoutAMirrorALostLinkClaimsNothing) {
   OfferedServices s;
   s.graph = picture({topic(kClaimsTopic).pub(9, {}, "bridge")});

@@ -2,6 +2,7 @@
 // that come and go.
 #include <gtest/gtest.h>
 
+#include "core/base/random_token.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
 #include "unit/side/script.hpp"
@@ -85,6 +86,34 @@ TEST(BesideBridges, ALostLinkMakesNoMirrorAndClaimsNothing) {
   EXPECT_EQ(s.did(), "claim [11]\n");
   s.pass(1000);
   EXPECT_EQ(s.did(), "");
+}
+
+// Callers have the other bridge's server by then, and each call that came meanwhile came to both.
+TEST(BesideBridges, WhoStoodStillForTooLongServesNothing) {
+  Script s(server({callable()}));
+  s.graph({bridge()});
+  s.join(1);
+  s.pass(1500);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  s.say(1, Attached{{1}, {1}, {}, {}, ""});
+  s.pass(1000);
+  EXPECT_NE(s.did().find("mirror_service 1 /s\n"), std::string::npos);
+  s.claim_service(9, 0, "/other");
+  s.at += 4001;  // without a deadline that is kept
+  s.give(RequestTaken{{1}, {7}, sample("a")});
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
+  s.claim_service(9, 0, "/s");
+  s.pass(2500);
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(BesideBridges, WhoStartedFirstHasTheSmallerId) {
+  Random random(1);
+  const Stamp first = 1'800'000'000 * kStampSecond;
+  const Token128 id = make_side_id(random, first);
+  EXPECT_LT(id, make_side_id(random, first + kStampSecond / 1000));
+  EXPECT_LT(id, make_side_id(random, 100 * first));
+  EXPECT_NE(id, make_side_id(random, first));
 }
 
 // A publisher that leaves before it counts: what it has published crosses all the same.

@@ -30,7 +30,7 @@ SideOptions keeping(const Treatment& treatment) {
   return options;
 }
 
-Script::Script(SideOptions options) : side(std::move(options), 1) {}
+Script::Script(SideOptions options) : side(std::move(options), 1, 0) {}
 Script::~Script() = default;
 
 void Script::give(Input input) {
