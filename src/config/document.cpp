@@ -13,8 +13,7 @@ constexpr std::string_view kBegin = "<!-- ctl config-doc writes from here -->\n"
 constexpr std::string_view kEnd = "<!-- to here -->\n";
 
 std::string used_by_text(UsedBy used_by) {
-  if (used_by == UsedBy::kBoth) return "both";
-  return used_by == UsedBy::kServer ? "server" : "client";
+  return used_by == UsedBy::kServer ? "Server" : "Client";
 }
 
 // In a table a bar would end the cell, and <name> would be read as HTML.
@@ -24,21 +23,23 @@ std::string code(std::string_view text) {
   return "`" + escaped + "`";
 }
 
-std::string allowed_text(const KeySpec& spec) {
-  if (!spec.words.empty()) return fmt::format("`{}`", fmt::join(spec.words, "`, `"));
-  if (spec.range) {
-    return fmt::format("{:.15g} to {:.15g}{}{}", spec.range->min, spec.range->max,
-                       spec.unit.empty() ? "" : " ", spec.unit);
+// Words say that they are strings.
+std::string value_text(const KeySpec& spec) {
+  std::string text(type_text(spec.type));
+  if (!spec.words.empty()) {
+    const std::string words = fmt::format("`{}`", fmt::join(spec.words, "`, `"));
+    return text == "string" ? words : text + ": " + words;
   }
-  return "";
+  if (spec.range) text += fmt::format(", {:.15g} to {:.15g}", spec.range->min, spec.range->max);
+  return spec.unit.empty() ? text : text + " " + spec.unit;
 }
 
 std::string row(const KeySpec& spec) {
   std::string help = spec.help;
+  if (spec.used_by != UsedBy::kBoth) help = used_by_text(spec.used_by) + ". " + help;
   if (spec.secret) help += " Secret.";
-  return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", code(spec.key), type_text(spec.type),
-                     spec.fallback ? code(to_text(*spec.fallback)) : "", allowed_text(spec),
-                     used_by_text(spec.used_by), spec.changeable ? "yes" : "", help);
+  return fmt::format("| {} | {} | {} | {} |\n", code(spec.key), value_text(spec),
+                     spec.fallback ? code(to_text(*spec.fallback)) : "", help);
 }
 
 // The most important parameters of a program, with their help texts.
@@ -116,8 +117,8 @@ std::string config_tables() {
   for (const KeySpec& spec : key_table()) {
     if (spec.section != section) {
       text += fmt::format("{}## {}\n\n", section.empty() ? "" : "\n", spec.section);
-      text += "| key | type | default | allowed | for | run time | meaning |\n";
-      text += "| --- | --- | --- | --- | --- | --- | --- |\n";
+      text += "| key | value | default | meaning |\n";
+      text += "| --- | --- | --- | --- |\n";
       section = spec.section;
     }
     text += row(spec);

@@ -15,43 +15,35 @@ void add_listen(Rows& rows) {
        .fallback = "127.0.0.1",
        .syntax = check_listen_address,
        .help = "IP address to listen on, or several with commas; `*`: every one; `systemd`: the "
-               "sockets that it passes. Beyond loopback a login and TLS are required."},
+               "sockets that it passes."},
       [](Config& c) { return &c.listen_address; });
-  add("listen.port", {0, 65535}, "",
-      "TCP port to listen on, at all addresses; 0 takes a free one and logs it.",
+  add("listen.port", {0, 65535}, "", "TCP port to listen on; 0 takes a free one and logs it.",
       [](Config& c) { return &c.listen.port; });
-  add({.key = "listen.path",
-       .fallback = "/",
-       .syntax = check_path,
-       .help = "Path of the URL under which the bridge answers."},
+  add({.key = "listen.path", .fallback = "/", .syntax = check_path, .help = "Path of the URL."},
       [](Config& c) { return &c.listen.path; });
   add({.key = "listen.trusted_proxies",
        .syntax = check_address_range,
        .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are trusted to give "
-               "the client's address: limits and logs then go by that. Beyond loopback and without "
-               "TLS nobody else may connect, unless allow_plaintext."},
+               "the client's address."},
       [](Config& c) { return &c.listen.trusted_proxies; });
   add({.key = "listen.proxy_header",
        .fallback = "x_forwarded_for",
-       .help = "How these proxies tell the client's address. `x_forwarded_for`: in the header "
-               "X-Forwarded-For. `forwarded`: in the header Forwarded (RFC 7239). "
-               "`proxy_protocol`: by the PROXY protocol (1 or 2); each of their connections must "
-               "then begin with it."},
+       .help = "How they give it: in the header X-Forwarded-For, in the header Forwarded (RFC "
+               "7239), or by the PROXY protocol (1 or 2), with which each of their connections "
+               "must then begin."},
       [](Config& c) { return &c.listen.told_by; });
   add({.key = "listen.relay.url",
        .syntax = check_relay_url,
        .help = "A relay through which clients get here too, with this robot's name there: "
-               "wss://robot7@relay.example/. It needs tls.certificate and a login."});
+               "wss://robot7@relay.example/."});
   add({.key = "listen.relay.token_file",
        .syntax = check_not_empty,
        .help = "File with the token that the relay knows this robot by."});
   add({.key = "listen.relay.ca",
        .syntax = check_not_empty,
-       .help = "File with the certificates to trust for the relay's own certificate (PEM); without "
-               "it those of the system."});
-  add({.key = "listen.relay.pin",
-       .syntax = check_pin,
-       .help = "SHA-256 of the public keys that the relay may have, in base64; as `tls.pin`."},
+       .help = "File with the certificates to trust for the relay (PEM); without it those of the "
+               "system."});
+  add({.key = "listen.relay.pin", .syntax = check_pin, .help = "As `tls.pin`, for the relay."},
       [](Config& c) { return &c.relay_pins; });
 }
 
@@ -59,19 +51,17 @@ void add_dial(Rows& rows) {
   const auto add = row_adder(rows, "Who is reached where", UsedBy::kClient);
   add({.key = "url",
        .syntax = check_url,
-       .help = "The server to dial, wss:// or ws://; by a relay with the robot's name there, "
-               "wss://robot7@relay.example/; on one cable wss://[fe80::1%eth0]/. Required."});
+       .help = "The server to dial, wss:// or ws://; by a relay wss://robot7@relay.example/; on "
+               "one cable wss://[fe80::1%eth0]/. Required."});
   add({.key = "http_proxy",
        .fallback = "environment",
        .syntax = check_http_proxy,
-       .help = "HTTP proxy that the client dials through (CONNECT), "
-               "http://proxy.example:3128. `environment`: that of https_proxy, for "
-               "wss:// and a server that is not in no_proxy. `none`: no proxy."});
+       .help = "HTTP proxy to dial through, http://proxy.example:3128. `environment`: that of "
+               "https_proxy. `none`: no proxy."});
   add({.key = "http_proxy_login",
        .syntax = check_http_proxy_login,
        .secret = true,
-       .help = "\"user:password\" for the proxy in http_proxy. It goes there "
-               "unencrypted, as with all such proxies."});
+       .help = "\"user:password\" for that proxy, which gets it unencrypted."});
   row_adder(rows, "Who is reached where")(
       {.key = "allow_plaintext",
        .fallback = false,
@@ -94,20 +84,17 @@ void add_login(Rows& rows) {
   add({.key = "auth.method",
        .fallback = "token",
        .words = {"token", "jwt", "service", "plugin", "certificate", "none"},
-       .help = "How a client proves who it is; the same at both sides. `certificate`: "
-               "by the one it shows (tls.ca at the server). `none` is refused by a "
-               "server that listens beyond loopback."},
+       .help = "How a client proves who it is; the same at both sides."},
       [](Config& c) { return &c.auth.method; });
   add({.key = "auth.token",
        .syntax = check_token,
        .secret = true,
-       .help = "The token itself. A file or the environment variable "
-               "`CONNECT_BRIDGE_TOKEN` keeps it out of parameter files."},
+       .help = "The token itself. A file, or the environment variable `CONNECT_BRIDGE_TOKEN`, "
+               "keeps it out of parameter files."},
       [](Config& c) { return &c.auth.token; });
   add({.key = "auth.token_file",
        .syntax = check_not_empty,
-       .help = "File with the token (client), or with the token or the hashes of many and "
-               "their identities (server). Followed while the program runs."},
+       .help = "File with the token (client), or with one token or the hashes of many (server)."},
       [](Config& c) { return &c.auth.token_file; });
 }
 
@@ -116,8 +103,8 @@ void add_login_methods(Rows& rows) {
   const auto add = row_adder(rows, "Login", UsedBy::kServer);
   add({.key = "auth.jwt_keys",
        .syntax = check_file_or_http_url,
-       .help = "`jwt`: the keys that sign tokens: a file, JWKS or public keys in PEM, or the "
-               "https:// address of a JWKS. Followed while the program runs."});
+       .help = "`jwt`: the keys that sign tokens: a file (JWKS, or public keys in PEM), or the "
+               "https:// address of a JWKS."});
   add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."});
   add({.key = "auth.jwt_audience",
        .syntax = check_not_empty,
@@ -136,12 +123,11 @@ void add_login_methods(Rows& rows) {
        .help = "`service`: the https:// address that is asked about each login."});
   add({.key = "auth.https_ca",
        .syntax = check_not_empty,
-       .help = "File with the authorities (PEM) that `auth.jwt_keys` and `auth.service` "
-               "are trusted by; without it those of the system."});
+       .help = "File with the authorities to trust for `auth.jwt_keys` and `auth.service` (PEM); "
+               "without it those of the system."});
   add({.key = "auth.plugin",
        .syntax = check_not_empty,
-       .help = "`plugin`: the shared library that decides, made with "
-               "connect_bridge/auth_plugin.h. It runs inside the server."},
+       .help = "`plugin`: the shared library that decides. It runs inside the server."},
       [](Config& c) { return &c.auth.plugin; });
   add({.key = "auth.plugin_options",
        .secret = true,
@@ -152,12 +138,9 @@ void add_files(Rows& rows) {
   row_adder(rows, "Login")(
       {.key = "strict_modes",
        .fallback = true,
-       .help =
-           "Whether files that decide over rights must be safe from other users: token, keys, "
-           "authorities, plugin, and the parameter file of a side that is reached from other "
-           "machines. They and all folders above them must belong to root or to the user of "
-           "this program, and nobody else may write them (a folder with the sticky bit, as /tmp, "
-           "and a group that only the owner is in are fine). `false`: they are not looked at."},
+       .help = "Whether files that decide over rights (token, keys, authorities, plugin, the "
+               "parameter file) must be safe from other users: they and all folders above them "
+               "belong to root or to the user of this program, and nobody else may write them."},
       [](Config& c) { return &c.auth.strict_modes; });
 }
 
@@ -165,8 +148,8 @@ void add_tls(Rows& rows) {
   const auto add = row_adder(rows, "TLS");
   add({.key = "tls.certificate",
        .syntax = check_not_empty,
-       .help = "File with this side's certificate chain (PEM). With it a server speaks "
-               "TLS only; a client shows it to servers that ask."},
+       .help = "File with this side's certificate chain (PEM). With it a server speaks TLS only; a "
+               "client shows it to servers that ask."},
       [](Config& c) { return &c.tls.certificate_file; });
   add({.key = "tls.private_key",
        .syntax = check_not_empty,
@@ -180,15 +163,14 @@ void add_tls(Rows& rows) {
   add({.key = "tls.server_name",
        .syntax = check_not_empty,
        .used_by = UsedBy::kClient,
-       .help = "Name that the server's certificate must carry, where it is not the "
-               "host of the URL."},
+       .help = "Name in the server's certificate, where it is not the host of the URL."},
       [](Config& c) { return &c.tls.server_name; });
   add({.key = "tls.pin",
        .syntax = check_pin,
        .used_by = UsedBy::kClient,
-       .help = "SHA-256 of the public keys that the server may have, in base64. With "
-               "tls.ca both must hold; without it the key alone decides, and the "
-               "certificate may be self-signed, expired or for another name."},
+       .help =
+           "SHA-256 of the public keys that the server may have, in base64. Without tls.ca the key "
+           "alone decides: the certificate may be self-signed, expired or for another name."},
       [](Config& c) { return &c.tls.pins; });
 }
 
@@ -197,9 +179,8 @@ void add_names(Rows& rows) {
   add({.key = "prefix",
        .fallback = "",
        .syntax = check_prefix,
-       .help = "Put before every name of the peer, so that several robots can be used side by "
-               "side: /scan becomes /robot1/scan. Of this side only names below it can be "
-               "exported; the peer sees them without it. Rules have names without it."},
+       .help = "Put before every name of the peer: /scan becomes /robot1/scan. Of this side only "
+               "names below it can be exported; the peer, and the rules, have them without it."},
       [](Config& c) { return &c.prefix; });
   add({.key = "remap",
        .fallback = Strings{},
@@ -217,13 +198,8 @@ void add_operation(Rows& rows) {
   const auto add = row_adder(rows, "Operation");
   add({.key = "status_file",
        .syntax = check_not_empty,
-       .help =
-           "File in which this side keeps its status as JSON, once a second. Of the program: "
-           "version, started, certificate_valid_until; time: when it was written; running: false "
-           "after an orderly end; traffic: bytes of IP packets that it has sent and received since "
-           "it started. Of each link: open_seconds (for how long it is open), the clock, and per "
-           "topic messages, bytes, latency and drops by reason. The bridge waits while it writes: "
-           "use a folder in memory, below /run."},
+       .help = "File in which this side keeps its status as JSON, once a second (see \"Status\"). "
+               "The bridge waits while it writes: use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "status.listen",
        .syntax = check_status_address,
@@ -239,22 +215,20 @@ void add_operation(Rows& rows) {
   add({.key = "types_not_installed",
        .fallback = "carry",
        .words = {"carry", "refuse"},
-       .help = "Interfaces whose type's package is not installed at this side. `carry`: "
-               "their messages are carried, and their content is not checked. "
-               "`refuse`: only what can be checked reaches a node."});
+       .help = "Interfaces whose type's package is not installed here. `carry`: their content is "
+               "not checked. `refuse`: only what can be checked reaches a node."});
 }
 
 void add_audit(Rows& rows) {
   const auto add = row_adder(rows, "Audit log");
   add({.key = "audit.file",
        .syntax = check_not_empty,
-       .help = "File that gets a line of JSON for each login, refusal, lost link, "
-               "channel, call, goal and change of rules (docs/security.md). Unset: "
-               "there is none."},
+       .help = "File that gets a line of JSON for each login, refusal, lost link, channel, call, "
+               "goal and change of rules (docs/security.md)."},
       [](Config& c) { return &c.audit.file; });
   add({.key = "audit.required",
-       .help = "A peer's call, goal or change of parameters that cannot be recorded now "
-               "(the disk is full, or they come too fast) is refused."},
+       .help =
+           "A peer's call, goal or change of parameters that cannot be recorded now is refused."},
       [](Config& c) { return &c.audit.required; });
 }
 
@@ -266,29 +240,26 @@ void add_connection(Rows& rows) {
        .fallback = 60.0,
        .range = NumberRange{0, 3600},
        .unit = "s",
-       .help = "How long after a loss the messages of reliable topics are kept for the "
-               "peer's return (see \"After a break\"). 0: not at all."},
+       .help = "How long after a loss the messages of reliable topics are kept for the peer's "
+               "return (see \"After a break\"). 0: not at all."},
       [](Config& c) { return &c.limits.resume_for; });
   add("resume.bytes", {0, kGiB}, "bytes",
-      "How many bytes of them are kept for one peer. Beyond that the topic "
-      "with the most bytes loses its oldest message.",
+      "How many bytes of them are kept for one peer; beyond that the topic with the most loses its "
+      "oldest.",
       [](Config& c) { return &c.limits.resume_bytes_max; });
   add("login_timeout", {1, 60}, "s",
-      "Server: time that a connection has to log in. Client: how long it waits for the "
-      "answer to its login: no less than its server's.",
+      "Server: time that a connection has to log in. Client: how long it waits for the answer: no "
+      "less than its server's.",
       [](Config& c) { return &c.limits.login_timeout; });
   add("link.bytes_per_second", {0, 1e12}, "bytes/s",
-      "The most that this side sends on one link, for connections that are paid "
-      "by the megabyte: bytes of IP packets, as `traffic` of the status counts them. Urgent "
-      "messages count and are never held back. 0: no limit; values below 1000 mean "
-      "1000 (see \"A connection that is paid by the megabyte\").",
+      "The most that this side sends on one link, in bytes of IP packets. Urgent messages count "
+      "and are never held back. 0: no limit; below 1000 means 1000.",
       [](Config& c) { return &c.limits.outbox.bytes_per_second_max; });
   add({.key = "congestion_control",
        .fallback = "auto",
        .syntax = check_word,
-       .help = "TCP congestion control: `auto` is cubic, and bbr, where the host allows "
-               "it, while the network loses packets all the time; "
-               "`host` leaves the host's, any other word is the algorithm to use."},
+       .help = "TCP congestion control: `auto` is cubic, or bbr while the network loses packets "
+               "all the time; `host` leaves the host's; else the algorithm."},
       [](Config& c) { return &c.socket.congestion_control; });
 }
 
@@ -300,31 +271,26 @@ void add_limits(Rows& rows) {
   add("max_message_size", {1024, kGiB}, "bytes", "Largest message accepted from a peer.",
       [](Config& c) { return &c.limits.reassembly.message_bytes_max; });
   add("memory_max", {1 << 20, 1024 * kGiB}, "bytes",
-      "Memory that all peers together may use at this side: unfinished messages, "
-      "queues, calls, bases, histories. An identity that is alone can use half; with n "
-      "greedy identities each gets 1/(n+1). The links of an identity share its part in "
-      "the same way: a single link can use a third. What does not fit is dropped "
-      "(`memory` in the status) or refused. In the middleware a peer's transient-local samples may "
-      "take half as much again.",
+      "Memory that all peers together may use at this side; a single link can use a third "
+      "(docs/security.md section 5). What does not fit is dropped (`memory` in the status) or "
+      "refused.",
       [](Config& c) { return &c.limits.account.memory_bytes_max; });
   add("latched_depth", {1, 100000}, "messages",
-      "Queue depth of a transient-local topic whose publishers show none in the graph (see "
-      "\"Latched topics\").",
+      "Queue depth of a transient-local topic whose publishers show none in the graph.",
       [](Config& c) { return &c.limits.latched_depth; });
   add("mirrors_max", {1, 16384}, "",
-      "Publishers of one peer that may exist here. Each takes some 25 kB at this side and in "
-      "the processes that subscribe to it; further ones are left out and logged.",
+      "Publishers of one peer that may exist here, 25 kB each; further ones are left out and "
+      "logged.",
       [](Config& c) { return &c.limits.mirrors_max; });
   add("peer_bytes_per_second", {0, 1024 * kGiB}, "bytes",
-      "What is read from a peer; beyond that reading pauses, and the peer has to wait "
-      "(`reading_held` in the status). A burst of 4 seconds' worth passes at once. 0: no limit.",
+      "What is read from a peer; beyond that reading pauses (`reading_held` in the status). 4 "
+      "seconds' worth passes at once. 0: no limit.",
       [](Config& c) { return &c.socket.receive_bytes_per_second; });
   of_server("connections_max", {1, 10000}, "",
             "Clients at the same time, including lost ones that may return.",
             [](Config& c) { return &c.limits.links_max; });
   of_server("connections_per_identity_max", {0, 10000}, "",
-            "The same for one identity, so that one token cannot take all places. 0: "
-            "half of connections_max, but at least 8.",
+            "The same for one identity. 0: half of connections_max, but at least 8.",
             [](Config& c) { return &c.limits.identity_links_max; });
   const AccountOptions account;
   of_server({.key = "limits.offences_per_minute",
@@ -334,8 +300,7 @@ void add_limits(Rows& rows) {
                      "do (4002, 4006, 4009, 4010); " +
                      std::to_string(account.offences_at_once) +
                      " of them at once. After more, its next login waits, or is refused, for at "
-                     "most a minute. Its links that have not offended go on after a break all the "
-                     "same."});
+                     "most a minute."});
 }
 
 }  // namespace

@@ -66,40 +66,32 @@ void add_rule_rights(Rows& rows) {
 void add_rule_treatment(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add({.key = "priority",
-       .help = "Urgent goes before everything; the others share 8 : 4 : 1. Unset: by name and type "
-               "(/clock, Twist and Joy urgent; services, /tf and joint states high; images, clouds "
-               "and maps bulk), and small messages go right behind the urgent ones."},
+       .help = "Urgent goes before everything; the others share 8 : 4 : 1. Unset: by type "
+               "(docs/flow.md section 4)."},
       [](Rule& r) { return &r.treatment.priority; });
   add({.key = "compression",
        .fallback = "auto",
        .syntax = check_compression,
-       .help = "`auto` (where messages arrive sooner, by the link's rate and by how much they "
-               "shrink; not what is urgent), `none`, `lz4`, `zstd` or `zstd:<level>` (1 to 19; "
-               "`zstd` is level 3)."},
+       .help = "`auto` (where messages arrive sooner; not what is urgent), `none`, `lz4`, `zstd` "
+               "or `zstd:<level>` (1 to 19; `zstd` is level 3)."},
       [](Rule& r) { return &r.treatment.compression; });
   add({.key = "keep",
-       .help = "What of a topic waits where a link carries less than is published: `newest`, the "
-               "newest message of each publisher, or `all`, for at most 5 s. Unset: `newest` of "
-               "states (best effort, or a type that begins with a Header), `all` of events; the "
-               "status says which, and why."},
+       .help = "What waits where a link carries less than is published: `newest`, the newest "
+               "message of each publisher, or `all`, for at most 5 s. Unset: by type; the status "
+               "says which, and why."},
       [](Rule& r) { return &r.treatment.keep; });
   add("max_rate", {0.001, 1e6}, "Hz",
-      "Messages per second of one publisher: what is sent, and what is taken of each, its "
-      "last samples of a transient-local topic included. The newest one comes late rather than "
+      "Messages per second of one publisher, sent or taken; the newest one comes late rather than "
       "never. Unset: all.",
       [](Rule& r) { return &r.treatment.max_rate; });
-  add("max_bytes_per_second", {1, 1e12}, "bytes/s",
-      "Bandwidth of one publisher, uncompressed, sent or taken as for max_rate; unset: no "
-      "limit.",
+  add("max_bytes_per_second", {1, 1e12}, "bytes/s", "The same in bytes, uncompressed.",
       [](Rule& r) { return &r.treatment.bytes_per_second_max; });
   add("max_age", {0.001, 86400}, "s",
-      "Older messages are dropped rather than delivered late, also those of "
-      "transient-local topics; unset: never.",
+      "Older messages are dropped, also those of transient-local topics. Unset: never.",
       [](Rule& r) { return &r.treatment.max_age; });
   add("queue_bytes_max", {1024, kGiB}, "bytes",
-      "What may wait to be sent of one topic; one message always fits. Of a transient-local "
-      "topic at least 64 MiB may. Unset: 16 MiB, but 1 MiB while the oldest waits for more than "
-      "0.25 s: the link is too slow then.",
+      "What may wait to be sent of one topic; of a transient-local one at least 64 MiB. Unset: 16 "
+      "MiB, but 1 MiB while the oldest waits for more than 0.25 s.",
       [](Rule& r) { return &r.treatment.queue_bytes_max; });
 }
 
@@ -110,7 +102,7 @@ void add_rule_clock(Rows& rows) {
        .fallback = "relay",
        .words = {"relay", "publish"},
        .help = "For a rule that imports /clock. `publish`: this side publishes the peer's ROS time "
-               "itself, evenly at clock_rate, however the link behaves."});
+               "itself, evenly."});
   add({.key = "rule.<name>.clock_rate",
        .fallback = 50.0,
        .range = NumberRange{1, 1000},
@@ -122,17 +114,13 @@ void add_rule_clock(Rows& rows) {
 void add_rule_exceptions(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add({.key = "resume",
-       .help =
-           "Whether messages of reliable volatile topics that a lost connection loses are sent "
-           "again (see \"After a break\"). Unset: yes, except for commands, pictures, and what is "
-           "urgent or has a max_age."},
+       .help = "Whether messages of reliable volatile topics that a lost connection loses are sent "
+               "again (see \"After a break\")."},
       [](Rule& r) { return &r.treatment.resume; });
   add({.key = "allow_type_mismatch",
        .fallback = false,
-       .help = "For imports whose type has another definition here than at the peer (another type "
-               "hash). `false`: they are declined, and the log says so. "
-               "`true`: they are used. Messages that do not fit the definition here are dropped; "
-               "those that fit may mean something else."},
+       .help = "Whether imports whose type has another definition here than at the peer are used. "
+               "Those of their messages that fit the definition here may mean something else."},
       [](Rule& r) { return &r.treatment.allow_type_mismatch; });
 }
 
@@ -140,15 +128,14 @@ void add_rule_exceptions(Rows& rows) {
 void add_rule_calls(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add("calls_max", {1, 1000}, "calls",
-      "Calls of one service under way at its server for one peer; later ones wait for "
-      "their turn.",
+      "Calls of one service under way for one peer; later ones wait for their turn.",
       [](Rule& r) { return &r.treatment.calls_max; });
   add("server_queue", {0, 1000}, "requests",
-      "Depth of the server's request queue: at most so many requests are handed over that "
-      "it may not have taken yet; 0: every request is handed over at once.",
+      "Depth of the server's request queue: as many requests are handed over that it may not have "
+      "taken yet; 0: all at once.",
       [](Rule& r) { return &r.treatment.server_queue; });
   add("call_timeout", {0.01, 86400}, "s",
-      "A call without an answer is given up after this; unset: never.",
+      "A call without an answer is given up after this. Unset: never.",
       [](Rule& r) { return &r.treatment.call_timeout; });
 }
 
@@ -157,8 +144,7 @@ void add_rule_qos(Rows& rows) {
   add({.key = "qos.reliability", .help = "Reliability."},
       [](Rule& r) { return &r.treatment.qos.reliability; });
   add({.key = "qos.durability",
-       .help = "Durability. At the exporting side only a weaker one than the publisher has: what "
-               "it said is kept for late subscribers at the importing side."},
+       .help = "Durability. At the exporting side only a weaker one than the publisher has."},
       [](Rule& r) { return &r.treatment.qos.durability; });
   add("qos.depth", {1, 100000}, "messages", "Keep-last depth, of the queue too.",
       [](Rule& r) { return &r.treatment.qos.depth; });
@@ -171,13 +157,12 @@ void add_rule_qos(Rows& rows) {
 }  // namespace
 
 void add_rule_rows(std::vector<KeySpec>& rows) {
-  row_adder(rows, "Rules")(
-      {.key = "rules",
-       .fallback = Strings{},
-       .syntax = check_rule_name,
-       .changeable = true,
-       .help = "Names of the rules in their order: the first that allows an interface decides its "
-               "treatment."});
+  row_adder(rows, "Rules")({.key = "rules",
+                            .fallback = Strings{},
+                            .syntax = check_rule_name,
+                            .changeable = true,
+                            .help = "Names of the rules in their order: the first that allows an "
+                                    "interface decides its treatment."});
   add_rule_rights(rows);
   add_rule_treatment(rows);
   add_rule_clock(rows);
