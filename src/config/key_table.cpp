@@ -198,16 +198,15 @@ void add_operation(Rows& rows) {
   const auto add = row_adder(rows, "Operation");
   add({.key = "status_file",
        .syntax = check_not_empty,
-       .help = "File in which this side keeps its status as JSON, once a second (see \"Status\"). "
+       .help = "File in which this side keeps its status as JSON, once a second (docs/status.md). "
                "The bridge waits while it writes: use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "status.listen",
        .syntax = check_status_address,
-       .help = "Where the status is answered by HTTP: a page for people, `/metrics`, `/api/status` "
-               "(docs/status.md), as 127.0.0.1:9091. Every user of this machine can look then. "
-               "Beyond loopback a server needs `tls.certificate`, `auth.token_file` and "
-               "`status.groups`. Unset: nowhere but at a socket of this program's own user, where "
-               "`ctl status` asks."});
+       .help =
+           "Where the status is answered by HTTP, as 127.0.0.1:9091 (docs/status.md); every user "
+           "of this machine can look then. Beyond loopback a server needs tls.certificate, "
+           "auth.token_file and status.groups. Unset: only `ctl status` of this user."});
   add({.key = "status.groups",
        .used_by = UsedBy::kServer,
        .help = "Groups whose tokens may ask for the status beyond loopback."},
