@@ -7,6 +7,7 @@
 
 #include "apps/ctl_certs.hpp"
 #include "apps/ctl_explain.hpp"
+#include "apps/ctl_status.hpp"
 #include "apps/ctl_token.hpp"
 #include "config/document.hpp"
 #include "run/check.hpp"
@@ -99,11 +100,15 @@ int main(int argc, char** argv) {
   ExplainRequest question;
   const auto* explain = add_explain_command(app, question);
 
+  StatusQuestion status_question;
+  const auto* status = add_status_command(app, status_question);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& wrong) {
     return app.exit(wrong) == 0 ? 0 : connect_bridge::kExitConfiguration;
   }
+  if (*status) return run_status(status_question);
   if (*explain) return run_explain(question);
   if (*certs) return connect_bridge::run_certs(order);
   if (*token) return request.remove ? remove_token(request) : make_token(request);

@@ -25,6 +25,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::chrono::milliseconds kAcceptRetry{100};
+constexpr std::chrono::seconds kEventsAtLeast{5};  // however large they are
 constexpr char kAcceptsNothing[] =
     "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 constexpr char kBearer[] = "Bearer ";
@@ -112,7 +113,9 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     const TimePoint now = steady_now();
     if (!streams_ || writes_ || now < next_event_) return;
     event_ = "data: " + (sees_names_ ? with_names : without) + "\n\n";
-    next_event_ = now + std::chrono::seconds(1) * event_.size() / kStreamBytesPerSecond;
+    next_event_ =
+        now + std::min<Duration>(std::chrono::seconds(1) * event_.size() / kStreamBytesPerSecond,
+                                 kEventsAtLeast);
     writes_ = true;
     set_deadline(door_->times_.answer);
     asio::async_write(transport_, asio::buffer(event_),

@@ -40,7 +40,8 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   static constexpr std::size_t kConnectionsMax = 32;
   static constexpr std::size_t kStreamsMax = 8;  // of these; so there is room for others
   static constexpr std::uint32_t kHeaderBytesMax = 8192;
-  static constexpr std::size_t kStreamBytesPerSecond = 50'000;  // larger events come less often
+  static constexpr std::size_t kStreamBytesPerSecond =
+      50'000;  // larger events come less often, at least every 5 s
 
   using Answered = std::function<void(StatusAnswer)>;
   struct Ports {

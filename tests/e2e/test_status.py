@@ -18,13 +18,13 @@ import urllib.request
 import pytest
 from std_msgs.msg import String
 
+from browser import CHROMIUM, Browser
 from graph import until
 from harness.domains import free_port
 from harness.programs import build_dir
 
 TOKEN, OTHER = "token-of-anna-0123456789", "token-of-bert-0123456789"
-PROMTOOL = next((p for p in ("promtool",) if shutil.which(p)), None)
-CHROMIUM = next((p for p in ("chromium", "chromium-browser") if shutil.which(p)), None)
+PROMTOOL = shutil.which("promtool")
 
 
 def entry(identity, token, group):
@@ -207,3 +207,62 @@ def _status(url, trust):
         return 200
     except urllib.error.HTTPError as error:
         return error.code
+
+
+ROWS = """[...document.querySelectorAll('#topics tbody tr')]
+    .map(row => [...row.cells].map(cell => cell.textContent))"""
+
+
+def test_ctl(world, topic):
+    publisher = flows(world, topic)
+    several = ctl(world)
+    assert several.returncode == 0, several.stderr
+    assert "/connect_server (server)  1 link is open" in several.stdout
+    assert "/connect_client (client)  1 link is open" in several.stdout
+    assert "anna" in several.stdout and topic in several.stdout
+    publisher.publish(String(data="one more"))
+    asked = json.loads(ctl(world, "--json", str(socket_of(world, "connect_client"))).stdout)
+    assert asked["node"] == "/connect_client" and asked["schema"] == 1
+    by_address = ctl(world, world.http.removeprefix("http://"))
+    assert topic in by_address.stdout and "anna" not in by_address.stdout
+    assert ctl(world, "--json").returncode == 2  # of which?
+    assert ctl(world, f"127.0.0.1:{free_port()}").returncode == 1
+    assert ctl(world, "nowhere").returncode == 2
+    world.client.kill()  # what it leaves is removed, and there is one program
+    assert json.loads(ctl(world, "--json").stdout)["node"] == "/connect_server"
+    assert socket_of(world, "connect_server").exists()
+    assert not list(pathlib.Path(world.runtime).glob("connect_bridge/connect_client-*"))
+    world.client.start().wait_linked()
+
+
+@pytest.mark.skipif(not CHROMIUM, reason="no chromium")
+def test_the_page_shows_what_the_json_says(world, topic, tmp_path):
+    publisher = flows(world, topic)
+    page = Browser(world.http + "/")
+    try:
+        until(lambda: topic in str(page.value(ROWS)), "the topic is on the page", step=0.2)
+        (shown,) = [row for row in page.value(ROWS) if row[0] == topic]
+        status = json.loads(text(world.http + "/api/status"))
+        (link,) = status["links"]
+        (said,) = [t for t in link["topics"] if t["topic"] == topic]
+        assert shown[1:3] == [said["direction"], str(link["link"])]
+        assert shown[8:] == ["flows", f"{said['keep']}: {said['keep_because']}", said["type"]]
+        whole = page.value("document.body.innerText")
+        assert link["node"] in whole and link["peer"] in whole and "1 link is open" in whole
+        for _ in range(40):
+            publisher.publish(String(data="rate"))
+        until(lambda: any(row[3] not in ("", "0") for row in page.value(ROWS)), "a rate", step=0.2)
+        # The keyboard: / leads to the filter, which is text as all else.
+        page.press("/")
+        page.type("<img src=x onerror=alert(1)>")
+        until(lambda: page.value(ROWS) == [], "nothing fits the filter", step=0.2)
+        assert page.complaints() == []
+        assert all(url.startswith(world.http + "/") for url in page.requests())
+    finally:
+        page.close()
+    phone = Browser(world.http + "/", width=400, height=800, dark=True)
+    try:
+        until(lambda: topic in str(phone.value(ROWS)), "the topic is on the page", step=0.2)
+        assert phone.value("document.documentElement.scrollWidth") <= 400
+    finally:
+        phone.close()

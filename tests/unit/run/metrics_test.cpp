@@ -2,6 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <iterator>
+#include <regex>
+
+#include "unit/source_text.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -97,6 +103,30 @@ TEST(Metrics, ANameIsNoMarkup) {
   Metrics metrics;
   metrics.count(picture({{1, {topic("/a\"} 1\nb{x=\"\\", 1)}}}));
   EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\\\"} 1\\nb{x=\\\"\\\\\"} 1\n"));
+}
+
+// What config/ asks Prometheus for is there.
+TEST(Metrics, AlertsAndDashboardAskForWhatIsThere) {
+  StatusPicture all = picture({{1, {topic("/a", 1)}}});
+  LinkStatus& link = all.side.links[0];
+  link.clock.known = true;
+  link.topics[0].dropped.add(DropReason::kRate);
+  link.topics[0].latency_ms = 1;
+  link.services.resize(1);
+  link.services[0].calls = link.services[0].lost = 1;
+  all.run.certificate_end = kStampSecond;
+  all.run.audit.emplace();
+  Metrics metrics;
+  metrics.count(all);
+  const std::string text = metrics.text(false);
+  const std::regex name("connect_bridge_[a-z_]+");
+  for (const char* file : {"config/alerts.yaml", "config/grafana_dashboard.json"}) {
+    const std::string asks = test::source_text(file);
+    const std::sregex_iterator begin(asks.begin(), asks.end(), name), end;
+    EXPECT_GE(std::distance(begin, end), 9) << file;
+    for (auto at = begin; at != end; ++at)
+      EXPECT_THAT(text, HasSubstr("# TYPE " + at->str() + " ")) << file;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,156 @@
+#include "apps/ctl_status.hpp"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <chrono>
+#include <cstdio>
+#include <istream>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "config/syntax.hpp"
+#include "run/exit_codes.hpp"
+#include "run/runtime_folder.hpp"
+#include "run/status_screen.hpp"
+
+namespace {
+
+using connect_bridge::Json;
+
+constexpr auto kAnswerTime = std::chrono::seconds(10);
+constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
+constexpr int kNobodyAnswers = 1;
+
+int complain_of(const std::string& where, const std::string& problem) {
+  std::fprintf(stderr, "%s: %s\n", where.c_str(), problem.c_str());
+  return kNobodyAnswers;
+}
+
+// The answer to one question, as a stream that reading goes on in.
+class Asked {
+ public:
+  Asked(const std::string& where, const std::string& path) {
+    if (where.find('/') != std::string::npos) {
+      file_.expires_after(kAnswerTime);
+      file_.connect(boost::asio::local::stream_protocol::endpoint(where));
+      stream_ = &file_;
+    } else {
+      const auto at = connect_bridge::syntax::parse_status_address(where);
+      tcp_.expires_after(kAnswerTime);
+      tcp_.connect(at->host, std::to_string(at->port));
+      stream_ = &tcp_;
+    }
+    *stream_ << "GET " << path << " HTTP/1.1\r\nHost: localhost\r\n\r\n" << std::flush;
+    std::string line;
+    std::getline(*stream_, line);
+    if (line.empty()) {
+      problem_ = "nobody answers";
+    } else if (line.rfind("HTTP/1.1 200", 0) != 0) {
+      problem_ = line.substr(0, line.find('\r'));
+    }
+    while (std::getline(*stream_, line) && line != "\r") {
+    }
+  }
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] std::string rest() {
+    return {std::istreambuf_iterator<char>(*stream_), std::istreambuf_iterator<char>()};
+  }
+  // Null: there is none.
+  [[nodiscard]] Json next_event() {
+    file_.expires_after(kAnswerTime);
+    tcp_.expires_after(kAnswerTime);
+    constexpr std::string_view kData = "data: ";
+    std::string line;
+    while (std::getline(*stream_, line))
+      if (line.rfind(kData, 0) == 0) return Json::parse(line.substr(kData.size()), nullptr, false);
+    return nullptr;
+  }
+
+ private:
+  boost::asio::local::stream_protocol::iostream file_;
+  boost::asio::ip::tcp::iostream tcp_;
+  std::iostream* stream_ = nullptr;
+  std::string problem_;
+};
+
+std::size_t rows_of_screen() {
+  winsize size{};
+  if (::isatty(STDOUT_FILENO) == 0 || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 ||
+      size.ws_row == 0)
+    return std::numeric_limits<std::size_t>::max() / 2;
+  return size.ws_row > kLinesBesides ? size.ws_row - kLinesBesides : 1;
+}
+
+int show_json(const std::string& where) {
+  Asked asked(where, "/api/status");
+  if (!asked.problem().empty()) return complain_of(where, asked.problem());
+  std::fputs((asked.rest() + "\n").c_str(), stdout);
+  return 0;
+}
+
+// Rates need two.
+int show_screen(const std::string& where, bool watch) {
+  Asked asked(where, "/api/events");
+  if (!asked.problem().empty()) return complain_of(where, asked.problem());
+  Json before = asked.next_event();
+  do {
+    const Json now = asked.next_event();
+    if (!now.is_object() || !before.is_object())
+      return complain_of(where, "no status comes any longer");
+    const bool clears = watch && ::isatty(STDOUT_FILENO) != 0;
+    std::fputs(clears ? "\033[H\033[2J" : "", stdout);
+    std::fputs(connect_bridge::status_screen(now, before, rows_of_screen()).c_str(), stdout);
+    std::fflush(stdout);
+    before = now;
+  } while (watch);
+  return 0;
+}
+
+}  // namespace
+
+CLI::App* add_status_command(CLI::App& app, StatusQuestion& question) {
+  auto* status = app.add_subcommand(
+      "status", "Show what a running server or client does: links, topics, rates, drops, calls");
+  status->footer(
+      "From another machine: ssh -L 9091:127.0.0.1:9091 ROBOT, then ctl status 127.0.0.1:9091. "
+      "Exit code: 0 if it is shown, 1 if nobody answers, 2 if the address is wrong.");
+  status->add_option("where", question.where,
+                     "An address of status.listen, as 127.0.0.1:9091, or a socket. Without it: "
+                     "this user's programs on this machine");
+  auto* json = status->add_flag("--json", question.json, "As JSON (docs/status.md)");
+  status->add_flag("--watch", question.watch, "Again every second, until Ctrl-C")->excludes(json);
+  return status;
+}
+
+int run_status(const StatusQuestion& question) {
+  std::vector<std::string> all{question.where};
+  if (question.where.empty()) {
+    all = connect_bridge::status_sockets();
+  } else if (question.where.find('/') == std::string::npos &&
+             !connect_bridge::syntax::parse_status_address(question.where)) {
+    complain_of(question.where, "this is no address as 127.0.0.1:9091, and no path of a socket");
+    return connect_bridge::kExitConfiguration;
+  }
+  if (all.empty()) {
+    std::fputs("no server or client of this user runs here\n", stderr);
+    return kNobodyAnswers;
+  }
+  if ((question.watch || question.json) && all.size() > 1) {
+    std::fputs("there are several, name one of them:\n", stderr);
+    for (const auto& socket : all) std::fprintf(stderr, "  ctl status %s\n", socket.c_str());
+    return connect_bridge::kExitConfiguration;
+  }
+  int worst = 0;
+  for (const auto& where : all) {
+    if (all.size() > 1) std::printf("%s---- %s\n", &where == &all[0] ? "" : "\n", where.c_str());
+    worst = std::max(worst, question.json ? show_json(where) : show_screen(where, question.watch));
+  }
+  return worst;
+}
