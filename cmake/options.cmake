@@ -66,6 +66,11 @@ if(DEFINED ENV{CONNECT_BRIDGE_OWN_PREFIX})
 endif()
 
 # version.hpp
+set(CONNECT_SOURCE "source" CACHE STRING "What the build is of, as --version tells: a package's version or a commit")
+set(CONNECT_BUILD "${CONNECT_SOURCE}, ${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}, ${CMAKE_BUILD_TYPE}")
+if(CONNECT_ROS AND DEFINED ENV{ROS_DISTRO})
+  string(APPEND CONNECT_BUILD ", ROS 2 $ENV{ROS_DISTRO}")
+endif()
 configure_file("${CMAKE_CURRENT_LIST_DIR}/version.hpp.in" "${CMAKE_CURRENT_BINARY_DIR}/generated/version.hpp" @ONLY)
 
 # status_page.hpp: the page of src/run/status_page.html as a text in the program

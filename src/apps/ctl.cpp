@@ -12,7 +12,6 @@
 #include "config/document.hpp"
 #include "run/check.hpp"
 #include "run/exit_codes.hpp"
-#include "version.hpp"
 
 namespace {
 
@@ -73,9 +72,7 @@ std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
 int main(int argc, char** argv) {
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
-  app.set_version_flag("--version",
-                       std::string("connect_bridge ") + connect_bridge::kProgramVersion,
-                       "Print the version");
+  app.set_version_flag("--version", connect_bridge::version_text(), "Print the version");
   app.failure_message([](const CLI::App* failed, const CLI::Error& wrong) {
     return complaint_of(*failed, wrong) + "\n\n" + failed->help();
   });

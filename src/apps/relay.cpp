@@ -14,11 +14,11 @@
 #include <string>
 
 #include "auth/file_trust.hpp"
+#include "config/document.hpp"
 #include "config/syntax.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
 #include "relay/robot_line.hpp"
-#include "version.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -130,9 +130,7 @@ int main(int argc, char** argv) {
       "relay: joins robots (server with listen.relay.url) and operators (client with a url like "
       "wss://robot7@relay.example/), on a machine that both can dial. It sees who, when and how "
       "much, and none of the content. Manual: docs/reach.md"};
-  app.set_version_flag("--version",
-                       std::string("connect_bridge ") + connect_bridge::kProgramVersion,
-                       "Print the version");
+  app.set_version_flag("--version", connect_bridge::version_text(), "Print the version");
   std::string file;
   bool only_checks = false;
   std::string robot;

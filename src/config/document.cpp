@@ -4,6 +4,8 @@
 
 #include "config/key_search.hpp"
 #include "core/base/check.hpp"
+#include "core/wire/login.hpp"
+#include "version.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -106,7 +108,7 @@ A file that takes all that the server's rules allow, but /rosout, and gives topi
 constexpr char kMoreHelp[] = R"(
 `ctl check FILE` says in words what a parameter file means, `ctl config-doc` prints all parameters.
 Other ROS arguments work as in every node: -r __node:=NAME, -r __ns:=/NAMESPACE, --log-level LEVEL.
---version prints the version.
+--version prints version, protocol and build.
 Manual: docs/config.md, docs/security.md and README.md of the project.
 )";
 
@@ -133,6 +135,11 @@ std::optional<std::string> config_document(std::string_view manual) {
   const std::size_t end = manual.find(kEnd, at);
   if (end == std::string_view::npos) return std::nullopt;
   return fmt::format("{}\n{}\n{}", manual.substr(0, at), config_tables(), manual.substr(end));
+}
+
+std::string version_text() {
+  return fmt::format("connect_bridge {} (protocol {}; {})", kProgramVersion, kProtocolVersion,
+                     kBuild);
 }
 
 std::string help_text(Role role) {

@@ -15,6 +15,9 @@ namespace connect_bridge {
 // marks.
 [[nodiscard]] std::optional<std::string> config_document(std::string_view manual);
 
+// What `--version` prints of every program: version, protocol and build, one line.
+[[nodiscard]] std::string version_text();
+
 // `server --help` and `client --help`.
 [[nodiscard]] std::string help_text(Role role);
 

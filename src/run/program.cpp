@@ -24,7 +24,6 @@
 #include "run/pairing.hpp"
 #include "run/signals.hpp"
 #include "run/slow_start.hpp"
-#include "version.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -179,7 +178,7 @@ int run_program(Role role, int argc, char** argv) {
     return 0;
   }
   if (has_argument(argc, argv, {"--version"})) {
-    std::printf("connect_bridge %s\n", kProgramVersion);
+    std::printf("%s\n", version_text().c_str());
     return 0;
   }
   std::signal(SIGPIPE, SIG_IGN);
