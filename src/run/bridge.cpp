@@ -39,7 +39,8 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       parts_(std::move(parts)),
       side_(parts_.side, parts_.side.secret_random(), system_now()),
       loop_(io_, node, side_,
-            {[this](Action&& action) { carry_out(std::move(action)); }, [this] { send(); }}),
+            {[this](Action&& action) { return carry_out(std::move(action)); },
+             [this](ConnectionId id) { network_.read(id); }, [this] { send(); }}),
       gateway_(node, gateway_options(parts_),
                [this] { boost::asio::post(io_, [this] { on_wake(); }); }),
       parameters_(io_, node, std::move(parts_.config), std::move(parts_.folder),
@@ -51,6 +52,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](ConnectionId id, const Repairs& repairs) {
                   return loop_.next_packet(id, repairs);
                 },
+                [this](ConnectionId id) { loop_.arrived(id); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
       status_file_(node),
@@ -149,25 +151,33 @@ void Bridge::run() {
 
 // Each counts as a move of the loop: with a middleware that waits a second for every entity that it
 // ends, one step may take longer than the guard allows.
-void Bridge::carry_out(Action&& action) {
+bool Bridge::carry_out(Action&& action) {
   guard_.moved();
-  std::visit(
-      Overloaded{
-          [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
-          [&](OpenGate& a) { open_gate(a); }, [&](CloseConnection& a) { close_connection(a); },
-          [&](Authenticate& a) { authenticate(std::move(a)); },
-          [&](CompressJob& a) { workers_.add(std::move(a)); },
-          [&](DecompressJob& a) { workers_.add(std::move(a)); },
-          [&](CancelJob& a) { workers_.cancel(a.job); },
-          [&](SendRequest& a) { send_request(std::move(a)); },
-          [&](Log& a) { node_.log(a.level, a.text); },
-          [&](Audit& a) {
-            if (audit_log_) audit_log_->add(std::move(a));
-          },
-          [&](Stopped&) { network_.stop(); },
-          [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
-      },
-      action);
+  bool in_middleware = false;
+  std::visit(Overloaded{
+                 [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
+                 [&](OpenGate& a) { open_gate(a); },
+                 [&](CloseConnection& a) { close_connection(a); },
+                 [&](Authenticate& a) { authenticate(std::move(a)); },
+                 [&](CompressJob& a) { workers_.add(std::move(a)); },
+                 [&](DecompressJob& a) { workers_.add(std::move(a)); },
+                 [&](CancelJob& a) { workers_.cancel(a.job); },
+                 [&](SendRequest& a) {
+                   in_middleware = true;
+                   send_request(std::move(a));
+                 },
+                 [&](Log& a) { node_.log(a.level, a.text); },
+                 [&](Audit& a) {
+                   if (audit_log_) audit_log_->add(std::move(a));
+                 },
+                 [&](Stopped&) { network_.stop(); },
+                 [&](const auto& a) {  // all others are for ROS
+                   in_middleware = true;
+                   gateway_.apply(a);
+                 },
+             },
+             action);
+  return in_middleware;
 }
 
 // What a peer calls is recorded before.
@@ -235,7 +245,6 @@ void Bridge::judge_certificate(const Authenticate& request) {
 }
 
 void Bridge::send() {
-  network_.handled();
   while (const auto connection = side_.take_ready()) network_.send(*connection);
   if (stop_.has_begun() && network_.all_closed()) stop_.finish();
 }

@@ -66,7 +66,8 @@ class Bridge {
   [[nodiscard]] std::string open_audit_log();
   [[nodiscard]] std::string listen();
   void note(AuditEvent event, std::string reason = {});
-  void carry_out(Action&& action);
+  // Whether that was in the middleware.
+  bool carry_out(Action&& action);
   void send_request(SendRequest&& request);
   void open_gate(const OpenGate& gate);
   void on_network(Input&& input);

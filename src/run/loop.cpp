@@ -1,5 +1,6 @@
 #include "run/loop.hpp"
 
+#include <boost/asio/post.hpp>
 #include <ctime>
 
 namespace connect_bridge {
@@ -38,15 +39,38 @@ void Loop::begin_step() {
 }
 
 std::optional<Packet> Loop::next_packet(ConnectionId connection, const Repairs& repairs) {
+  cost_.begin();
   auto packet = side_.next_packet(connection, now(), repairs);
+  side_.spent(cost_.own(), cost_.now());
   if (!sending_ && (!packet || !packet->more)) set_timer();
   return packet;
 }
 
 void Loop::handle(Input&& input) {
   handled_ = true;
+  cost_.begin();
   side_.handle(std::move(input), now());
-  while (auto action = side_.next_action()) ports_.carry_out(std::move(*action));
+  side_.spent(cost_.own(), cost_.now());
+  while (auto action = side_.next_action()) {
+    static_cast<void>(cost_.inside());
+    if (ports_.carry_out(std::move(*action))) side_.spent(cost_.inside(), cost_.now());
+  }
+}
+
+void Loop::arrived(ConnectionId connection) {
+  side_.on_arrival(connection, now());
+  plan_turn();
+}
+
+void Loop::plan_turn() {
+  if (std::exchange(turn_planned_, true)) return;
+  boost::asio::post(io_, [this] {
+    turn_planned_ = false;
+    const auto next = side_.take_turn(now());
+    if (!next) return;
+    ports_.read(*next);
+    plan_turn();
+  });
 }
 
 // Where no input came there is nothing new to send: the middleware woke the loop for what an

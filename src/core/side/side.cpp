@@ -34,6 +34,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
 }
 
 void Side::handle(Input input, const Now& now) {
+  outputs_.begin_step();
   if (stopping_) return;
   if (!started_) start(now);
   if (claims_topic_.has_lapsed(now)) service_imports_.on_lapse(now);  // mutant: claims_lapse

@@ -41,11 +41,20 @@ class Side final : private LinksUser {
   Side& operator=(const Side&) = delete;
 
   void handle(Input input, const Now& now);
+  // A packet of this connection has come. It is to wait until take_turn() gives the connection:
+  // then handle() gets it, before the next one of this connection has come.
+  void on_arrival(ConnectionId connection, const Now& now) { links_.on_arrival(connection, now); }
+  // Whose packet handle() is to get now: that of who has used least of the loop's time. nullopt: no
+  // packet waits.
+  std::optional<ConnectionId> take_turn(const Now& now) { return links_.take_turn(now); }
+  // What the last handle(), next_packet(), or the last action's carrying out, took of the loop.
+  void spent(Duration cost, TimePoint now) { outputs_.spent(cost, now); }
   std::optional<Action> next_action() { return outputs_.next(); }
   // The next WebSocket message for this connection; call when the previous one has been handed to
   // the socket.
   std::optional<Packet> next_packet(ConnectionId connection, const Now& now,
                                     const Repairs& repairs = {}) {
+    outputs_.begin_step();
     return links_.next_packet(connection, now, repairs);
   }
   // A connection that may have a packet since the last input, each once; nullopt: there is no other

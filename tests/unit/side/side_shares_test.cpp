@@ -133,20 +133,6 @@ TEST(Shares, ServicesTakePlaces) {
   EXPECT_EQ(count(s.did(), "mirror_service "), 1);
 }
 
-// Reading them costs time in the loop; a new link of the same identity gets no more.
-TEST(Shares, ControlMessagesHaveARate) {
-  const auto account = std::make_shared<Account>();
-  topics_test::OneLink first(1, account), second(2, account);
-  const Now begin = topics_test::ms(1000);
-  for (int mebibyte = 0; mebibyte < 32; ++mebibyte) {
-    EXPECT_TRUE(first.link.hears(1 << 20, begin));
-    EXPECT_TRUE(second.link.hears(1 << 20, begin));
-  }
-  EXPECT_TRUE(first.link.hears(1, begin));
-  EXPECT_FALSE(first.link.hears(1, begin));
-  EXPECT_TRUE(first.link.hears(1, topics_test::ms(1001)));
-}
-
 // Each change costs the exporter a subscription, and what is kept for late ones.
 TEST(Shares, DemandThatIsSwitchedWithoutEndEndsTheLink) {
   Script s(server({everything()}));
