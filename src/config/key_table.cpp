@@ -222,8 +222,8 @@ void add_operation(Rows& rows) {
            "version, started, certificate_valid_until; time: when it was written; running: false "
            "after an orderly end; traffic: bytes of IP packets that it has sent and received since "
            "it started. Of each link: open_seconds (for how long it is open), the clock, and per "
-           "topic messages, bytes, latency and drops by reason. The bridge waits while it writes: "
-           "use a folder in memory, below /run."},
+           "topic messages, bytes, latency and drops by reason; of more than 500 topics of a link "
+           "the others together (further_topics). Use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "status.listen",
        .syntax = check_status_address,

@@ -55,7 +55,9 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](ConnectionId id) { loop_.arrived(id); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
-      status_file_(node),
+      status_file_([this](const std::string& problem) {
+        boost::asio::post(io_, [this, problem] { node_.log(LogLevel::kWarn, problem); });
+      }),
       supervisor_(io_, parts_.notify_socket),
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
@@ -146,7 +148,9 @@ void Bridge::run() {
   seconds_.start();
   loop_.feed(TimePassed{});
   io_.run();
-  write_status(0, false);
+  if (const std::string& file = parameters_.config().status_file; !file.empty())
+    status_file_.write(file, std::make_shared<StatusPicture>(
+                                 StatusPicture{side_.status(loop_.now()), run_status(0, false)}));
 }
 
 // Each counts as a move of the loop: with a middleware that waits a second for every entity that it
@@ -261,41 +265,57 @@ void Bridge::every_second(double lag_ms) {
                          ? std::nullopt
                          : lags_.count(loop_.now());
   if (times)
-    node_.log(LogLevel::kWarn,
-              "this process was held up for " + std::to_string(std::lround(lag_ms)) +
-                  " ms and all links waited (busy machine, very large message, slow disk under "
-                  "status_file)");
+    node_.log(LogLevel::kWarn, "this process was held up for " +
+                                   std::to_string(std::lround(lag_ms)) +
+                                   " ms and all links waited (busy machine, very large message)");
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();
   network_.every_second(loop_.now());
   parameters_.check_files();
-  write_status(lag_ms, true);
+  take_status(lag_ms);
   supervisor_.every_second();
   guard_.moved();
 }
 
-void Bridge::write_status(double lag_ms, bool running) {
-  const Config& config = parameters_.config();
-  const bool asked = running && status_site_.wanted();
-  if (config.status_file.empty() && !asked) return;
-  const auto picture = std::make_shared<StatusPicture>();
-  RunStatus& run = picture->run;
+RunStatus Bridge::run_status(double lag_ms, bool running) {
+  RunStatus run;
   run.time = rfc3339(std::chrono::system_clock::now());
   run.running = running;
   run.started = rfc3339(started_);
   run.version = kProgramVersion;
   run.certificate_end = network_.certificate_end();
   run.node = node_.facts().full_name;
-  run.role = config.role;
+  run.role = parameters_.config().role;
   run.loop_lag_ms = lag_ms;
   run.ros = gateway_.counters();
   run.network = network_.counts();
   run.traffic = network_.traffic();
   if (audit_log_) run.audit = audit_log_->counts();
-  picture->side = side_.status(loop_.now());
-  if (asked) status_site_.publish(picture);
-  if (!config.status_file.empty()) status_file_.write(config.status_file, to_json(*picture));
+  return run;
+}
+
+void Bridge::take_status(double lag_ms) {
+  if (taking_ || (parameters_.config().status_file.empty() && !status_site_.wanted())) return;
+  taking_ = Taking{std::make_shared<StatusPicture>(
+                       StatusPicture{side_.own_status(loop_.now()), run_status(lag_ms, true)}),
+                   side_.links()};
+  std::reverse(taking_->left.begin(), taking_->left.end());
+  take_status_of_next();
+}
+
+void Bridge::take_status_of_next() {
+  auto& [picture, left] = *taking_;
+  if (left.empty()) {
+    if (status_site_.wanted()) status_site_.publish(picture);
+    if (const std::string& file = parameters_.config().status_file; !file.empty())
+      status_file_.write(file, picture);
+    return taking_.reset();
+  }
+  if (auto link = side_.status_of(left.back(), loop_.now()))
+    picture->side.links.push_back(*std::move(link));
+  left.pop_back();
+  boost::asio::post(io_, [this] { take_status_of_next(); });
 }
 
 void Bridge::stop() {

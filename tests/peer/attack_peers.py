@@ -214,7 +214,7 @@ async def listeners(attack):
 
 
 async def mirrors(attack):
-    """Each link offers 4,000 topics with a publisher each, goes after some seconds, and comes again."""
+    """Each link offers 4,000 topics with a publisher each, goes, and comes again."""
 
     async def offer():
         async with attack.logged_in() as web:

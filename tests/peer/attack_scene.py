@@ -120,7 +120,7 @@ class Scene:
     """aside: the attacker gets what processor time the others leave, as if it were elsewhere, and
     there is a twin of the server without a link, in a graph of its own (elsewhere()).
     way: how all connections come to the server, the operator's too.
-    links, identities: how many links at a time the attacks of a peer have, and of how many identities."""
+    links, identities: how many links at a time those who log in have, and of how many."""
 
     def __init__(
         self, folder, attack, aside=False, way=DIRECT, links=8, identities=1, **parameters

@@ -63,6 +63,11 @@ class Side final : private LinksUser {
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
   [[nodiscard]] Status status(const Now& now) const;
+  // The same in parts, none of which takes long: all but the links, and each of them; nullopt: it
+  // is gone.
+  [[nodiscard]] Status own_status(const Now& now) const;
+  [[nodiscard]] std::vector<LinkId> links() const;
+  [[nodiscard]] std::optional<LinkStatus> status_of(LinkId link, const Now& now) const;
 
  private:
   // ---- inputs
@@ -138,7 +143,7 @@ class Side final : private LinksUser {
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
-  [[nodiscard]] LinkStatus status_of(const Link& link) const;
+  [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;
 
   SideOptions options_;
   Random random_;

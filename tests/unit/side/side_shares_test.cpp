@@ -274,5 +274,19 @@ TEST(Shares, PlacesOfMirrorsAreSharedByIdentities) {
   }
 }
 
+// A peer may offer thousands of topics: what is in use is shown, of the others the sum.
+TEST(Shares, TheStatusShowsSoManyTopicsOfALink) {
+  Script s(server({everything()}));
+  std::vector<Topic> topics;
+  for (int i = 0; i < 600; ++i) topics.push_back(topic("/t" + std::to_string(i)).pub(1));
+  s.graph(topics);
+  s.join(1);
+  s.demand(1, 600, true);
+  const LinkStatus shown = s.status().links.front();
+  EXPECT_EQ(shown.topics.size(), LinkStatus::kShownMax);
+  EXPECT_EQ(shown.further_topics, 600 - LinkStatus::kShownMax);
+  EXPECT_TRUE(shown.topics.front().demanded);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test
