@@ -12,6 +12,11 @@ constexpr Duration kLate = std::chrono::milliseconds(100);
 constexpr Duration kReadTime = std::chrono::milliseconds(20);
 constexpr Duration kReadPause = std::chrono::seconds(1);
 
+// After a longer step others may have come meanwhile. To get a packet out of its socket takes some
+// looks at the sockets, between which steps of that length would add up.
+constexpr Duration kLongStep = std::chrono::microseconds(200);
+constexpr int kLooks = 8;
+
 Stamp read_clock(clockid_t id) {
   timespec t{};
   clock_gettime(id, &t);
@@ -64,7 +69,12 @@ void Loop::arrived(ConnectionId connection) {
 
 void Loop::plan_turn() {
   if (std::exchange(turn_planned_, true)) return;
-  boost::asio::post(io_, [this] {
+  look(step_took_ < kLongStep ? 1 : kLooks);
+}
+
+void Loop::look(int times) {
+  boost::asio::post(io_, [this, times] {
+    if (times > 1) return look(times - 1);
     turn_planned_ = false;
     const auto next = side_.take_turn(now());
     if (!next) return;
@@ -89,7 +99,8 @@ void Loop::end_step() {
     sending_ = false;
     set_timer();
   }
-  longest_ = std::max(longest_, Duration(std::chrono::steady_clock::now() - began));
+  step_took_ = std::chrono::steady_clock::now() - began;
+  longest_ = std::max(longest_, step_took_);
 }
 
 // A timer that is set too early is left as it is: deadlines move with every packet, and setting the

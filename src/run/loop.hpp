@@ -62,6 +62,8 @@ class Loop {
   void set_timer();
   void wait_until(TimePoint when);
   void plan_turn();
+  // At the sockets, so many times, before the next packet has its turn.
+  void look(int times);
 
   boost::asio::io_context& io_;
   const ros::Node& node_;
@@ -77,6 +79,7 @@ class Loop {
   bool sending_ = false;  // as the end of a step, which sets the timer itself
   bool turn_planned_ = false;
   StepCost cost_;
+  Duration step_took_{};  // the last one
   Duration longest_{};
 };
 
