@@ -199,7 +199,7 @@ void add_operation(Rows& rows) {
   add({.key = "status_file",
        .syntax = check_not_empty,
        .help = "File in which this side keeps its status as JSON, once a second (docs/status.md). "
-               "The bridge waits while it writes: use a folder in memory, below /run."},
+               "Use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "status.listen",
        .syntax = check_status_address,

@@ -147,8 +147,9 @@ bool exists(const std::string& path) {
 
 bool is_host(const std::string& text) {
   ErrorCode no_address;
-  static_cast<void>(asio::ip::make_address(text, no_address));
-  if (!no_address) return true;
+  const auto address = asio::ip::make_address(text, no_address);
+  // A certificate knows no zones.
+  if (!no_address) return address.is_v4() || address.to_v6().scope_id() == 0;
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
            c == '.' || c == '_';  // no rule of DNS (RFC 952), but names of machines have it

@@ -51,13 +51,12 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::shared_ptr<Listener> listener;
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
-  std::vector<ConnectionId> unhandled;  // where reading waits for the loop
-  std::shared_ptr<RouteWatch> routes;   // of who dials
-  asio::ip::address dialled;            // the last that was tried, or one far away
-  std::string route;                    // to it, when `routes` last reported; empty: not known
-  TlsOptions dial_options;              // what dial_tls was made of
-  std::optional<TlsFiles> dial_tls;     // empty: no secure URL was dialed yet
-  int silent_dials = 0;                 // in a row, to which nothing answered
+  std::shared_ptr<RouteWatch> routes;  // of who dials
+  asio::ip::address dialled;           // the last that was tried, or one far away
+  std::string route;                   // to it, when `routes` last reported; empty: not known
+  TlsOptions dial_options;             // what dial_tls was made of
+  std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
+  int silent_dials = 0;                // in a row, to which nothing answered
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
   std::uint64_t past_extra_frames = 0;
@@ -109,9 +108,6 @@ void Network::State::add(ConnectionOpened opened, std::shared_ptr<WebSocket> soc
   };
   setup.held = [weak = weak_from_this()](const std::string& peer) {
     if (const auto self = weak.lock()) self->on_held(peer);
-  };
-  setup.unhandled = [weak = weak_from_this()](ConnectionId waits) {
-    if (const auto self = weak.lock()) self->unhandled.push_back(waits);
   };
   setup.options = sockets;
   setup.pending_slot = pending_slot;
@@ -288,9 +284,8 @@ Stamp Network::certificate_end() const {
   return 0;
 }
 
-void Network::handled() {
-  for (const ConnectionId waits : std::exchange(state_->unhandled, {}))
-    if (const auto found = state_->find(waits)) found->handled();
+void Network::read(ConnectionId connection) {
+  if (const auto found = state_->find(connection)) found->deliver();
 }
 
 void Network::send(ConnectionId connection) {

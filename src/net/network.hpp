@@ -32,6 +32,9 @@ struct NetworkEvents {
   // The next packet to send on a connection, or nullopt when there is none now; with what TCP
   // repairs there.
   std::function<std::optional<Packet>(ConnectionId, const Repairs&)> next_packet;
+  // A packet has come on a connection, and waits for read(); nothing else is read there meanwhile.
+  // May be empty: then it is delivered at once.
+  std::function<void(ConnectionId)> arrived;
   // May be empty. Attempts of unknown clients are logged at kDebug.
   std::function<void(Log&&)> log;
 };
@@ -47,8 +50,8 @@ struct NetworkCounts : DoorCounts {
 // Order of events: one ConnectionOpened or DialFailed for each dial; after ConnectionOpened exactly
 // one ConnectionClosed. The ids of accepted connections are given here, those of dials by the core.
 //
-// A new connection is behind a gate: packets of at most 4096 bytes, 16 KiB in total, and each one
-// is read only after the loop has called handled() since the one before. allow() opens the gate.
+// A new connection is behind a gate: packets of at most 4096 bytes, 16 KiB in total. allow() opens
+// it.
 //
 // Thread: that of the io_context, which must outlive this object. Nothing throws.
 class Network {
@@ -81,8 +84,8 @@ class Network {
   // 0: never, or it shows none.
   [[nodiscard]] Stamp certificate_end() const;
 
-  // What was received has been handled. Call it after each input; it is cheap.
-  void handled();
+  // Delivers the packet that waits there, if one does, then the next one may come.
+  void read(ConnectionId connection);
   // There may be something to send on this connection; next_packet is asked for it, now or when
   // there is room again.
   void send(ConnectionId connection);

@@ -37,7 +37,6 @@ Socket::Socket(SocketSetup setup)
       deadline_(socket_->get_executor()),
       packet_rate_(setup_.options.receive_packets_per_second, setup_.options.receive_burst),
       byte_rate_(setup_.options.receive_bytes_per_second, setup_.options.receive_burst),
-      text_rate_(setup_.options.receive_text_bytes_per_second, setup_.options.receive_burst),
       read_at_(socket_->get_executor()),
       gate_(socket_->next_layer().read_bytes()),
       extra_frames_(socket_->next_layer().read_bytes()),
@@ -58,10 +57,11 @@ void Socket::open() {
   read();
 }
 
-void Socket::handled() {
-  if (state_ != State::kOpen || !packet_unhandled_) return;
-  packet_unhandled_ = false;
-  read();
+void Socket::deliver() {
+  if (!std::exchange(waits_, false) || state_ != State::kOpen) return;
+  const bool text = socket_->got_text();
+  setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
+  if (state_ == State::kOpen) read_on();
 }
 
 void Socket::allow(std::size_t packet_bytes_max) {
@@ -69,10 +69,6 @@ void Socket::allow(std::size_t packet_bytes_max) {
   socket_->next_layer().read_ahead();
   setup_.pending_slot.reset();
   socket_->read_message_max(packet_bytes_max);
-  if (packet_unhandled_) {
-    packet_unhandled_ = false;
-    read();
-  }
 }
 
 // ---- reading
@@ -90,7 +86,6 @@ void Socket::read() {
 void Socket::on_read(const ErrorCode& error) {
   if (state_ != State::kOpen) return;
   if (error) return fail(error);
-  const bool text = socket_->got_text();
   if (!within_gate()) return end_flood();  // mutant: gate_messages
   received_bytes_ += received_.size();
   ++messages_;
@@ -99,11 +94,9 @@ void Socket::on_read(const ErrorCode& error) {
   const TimePoint now = steady_now();
   packet_rate_.take(1, now);
   byte_rate_.take(bytes, now);
-  if (text) text_rate_.take(bytes, now);  // mutant: text_rate
-  packet_unhandled_ = !gate_.is_open();   // mutant: gate_closed
-  if (packet_unhandled_) setup_.unhandled(setup_.opened.connection);
-  setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
-  if (state_ == State::kOpen && !packet_unhandled_) read_on();
+  waits_ = true;
+  if (setup_.events->arrived) return setup_.events->arrived(setup_.opened.connection);
+  deliver();
 }
 
 // What is no message costs as much as one.
@@ -121,8 +114,7 @@ std::optional<std::chrono::steady_clock::time_point> Socket::frames_due() {
 }
 
 void Socket::read_on() {
-  const TimePoint at =
-      std::max({packet_rate_.ready_at(), byte_rate_.ready_at(), text_rate_.ready_at()});
+  const TimePoint at = std::max(packet_rate_.ready_at(), byte_rate_.ready_at());
   if (at <= steady_now()) return read();
   held_ = true;
   if (setup_.held) setup_.held(setup_.opened.peer);

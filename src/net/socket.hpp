@@ -28,8 +28,6 @@ struct SocketSetup {
   std::shared_ptr<WebSocket> socket;       // after its handshake
   NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
   std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object
-  std::function<void(ConnectionId)>
-      unhandled;  // before its gate opens: reading waits for handled()
   std::function<void(const std::string& peer)> held;  // it sends more than is read of it
   SocketOptions options;
   std::shared_ptr<Admission::Pending> pending_slot;  // given back by allow()
@@ -45,7 +43,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   Socket& operator=(const Socket&) = delete;
 
   void open();  // delivers ConnectionOpened, then reads
-  void handled();
+  // The packet that waits, if one does; then reads on.
+  void deliver();
   // There may be something to send.
   void send();
   void allow(std::size_t packet_bytes_max);
@@ -102,13 +101,12 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   ReceiveBuffer received_;
   bool reading_ = false;
-  bool held_ = false;              // reading pauses until read_at_: the peer sends too much
-  bool packet_unhandled_ = false;  // before the gate opens: wait for handled()
+  bool held_ = false;   // reading pauses until read_at_: the peer sends too much
+  bool waits_ = false;  // a packet that was read: for deliver()
   std::uint64_t received_bytes_ = 0;
   std::uint64_t messages_ = 0;
   Throttle packet_rate_;
   Throttle byte_rate_;
-  Throttle text_rate_;
   boost::asio::steady_timer read_at_;
   Gate gate_;
   ExtraFrames extra_frames_;

@@ -39,7 +39,8 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       parts_(std::move(parts)),
       side_(parts_.side, parts_.side.secret_random(), system_now()),
       loop_(io_, node, side_,
-            {[this](Action&& action) { carry_out(std::move(action)); }, [this] { send(); }}),
+            {[this](Action&& action) { return carry_out(std::move(action)); },
+             [this](ConnectionId id) { network_.read(id); }, [this] { send(); }}),
       gateway_(node, gateway_options(parts_),
                [this] { boost::asio::post(io_, [this] { on_wake(); }); }),
       parameters_(io_, node, std::move(parts_.config), std::move(parts_.folder),
@@ -51,9 +52,12 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](ConnectionId id, const Repairs& repairs) {
                   return loop_.next_packet(id, repairs);
                 },
+                [this](ConnectionId id) { loop_.arrived(id); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
-      status_file_(node),
+      status_file_([this](const std::string& problem) {
+        boost::asio::post(io_, [this, problem] { node_.log(LogLevel::kWarn, problem); });
+      }),
       supervisor_(io_, parts_.notify_socket),
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
@@ -144,30 +148,40 @@ void Bridge::run() {
   seconds_.start();
   loop_.feed(TimePassed{});
   io_.run();
-  write_status(0, false);
+  if (const std::string& file = parameters_.config().status_file; !file.empty())
+    status_file_.write(file, std::make_shared<StatusPicture>(
+                                 StatusPicture{side_.status(loop_.now()), run_status(0, false)}));
 }
 
 // Each counts as a move of the loop: with a middleware that waits a second for every entity that it
 // ends, one step may take longer than the guard allows.
-void Bridge::carry_out(Action&& action) {
+bool Bridge::carry_out(Action&& action) {
   guard_.moved();
-  std::visit(
-      Overloaded{
-          [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
-          [&](OpenGate& a) { open_gate(a); }, [&](CloseConnection& a) { close_connection(a); },
-          [&](Authenticate& a) { authenticate(std::move(a)); },
-          [&](CompressJob& a) { workers_.add(std::move(a)); },
-          [&](DecompressJob& a) { workers_.add(std::move(a)); },
-          [&](CancelJob& a) { workers_.cancel(a.job); },
-          [&](SendRequest& a) { send_request(std::move(a)); },
-          [&](Log& a) { node_.log(a.level, a.text); },
-          [&](Audit& a) {
-            if (audit_log_) audit_log_->add(std::move(a));
-          },
-          [&](Stopped&) { network_.stop(); },
-          [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
-      },
-      action);
+  bool in_middleware = false;
+  std::visit(Overloaded{
+                 [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
+                 [&](OpenGate& a) { open_gate(a); },
+                 [&](CloseConnection& a) { close_connection(a); },
+                 [&](Authenticate& a) { authenticate(std::move(a)); },
+                 [&](CompressJob& a) { workers_.add(std::move(a)); },
+                 [&](DecompressJob& a) { workers_.add(std::move(a)); },
+                 [&](CancelJob& a) { workers_.cancel(a.job); },
+                 [&](SendRequest& a) {
+                   in_middleware = true;
+                   send_request(std::move(a));
+                 },
+                 [&](Log& a) { node_.log(a.level, a.text); },
+                 [&](Audit& a) {
+                   if (audit_log_) audit_log_->add(std::move(a));
+                 },
+                 [&](Stopped&) { network_.stop(); },
+                 [&](const auto& a) {  // all others are for ROS
+                   in_middleware = true;
+                   gateway_.apply(a);
+                 },
+             },
+             action);
+  return in_middleware;
 }
 
 // What a peer calls is recorded before.
@@ -235,7 +249,6 @@ void Bridge::judge_certificate(const Authenticate& request) {
 }
 
 void Bridge::send() {
-  network_.handled();
   while (const auto connection = side_.take_ready()) network_.send(*connection);
   if (stop_.has_begun() && network_.all_closed()) stop_.finish();
 }
@@ -252,41 +265,57 @@ void Bridge::every_second(double lag_ms) {
                          ? std::nullopt
                          : lags_.count(loop_.now());
   if (times)
-    node_.log(LogLevel::kWarn,
-              "this process was held up for " + std::to_string(std::lround(lag_ms)) +
-                  " ms and all links waited (busy machine, very large message, slow disk under "
-                  "status_file)");
+    node_.log(LogLevel::kWarn, "this process was held up for " +
+                                   std::to_string(std::lround(lag_ms)) +
+                                   " ms and all links waited (busy machine, very large message)");
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();
   network_.every_second(loop_.now());
   parameters_.check_files();
-  write_status(lag_ms, true);
+  take_status(lag_ms);
   supervisor_.every_second();
   guard_.moved();
 }
 
-void Bridge::write_status(double lag_ms, bool running) {
-  const Config& config = parameters_.config();
-  const bool asked = running && status_site_.wanted();
-  if (config.status_file.empty() && !asked) return;
-  const auto picture = std::make_shared<StatusPicture>();
-  RunStatus& run = picture->run;
+RunStatus Bridge::run_status(double lag_ms, bool running) {
+  RunStatus run;
   run.time = rfc3339(std::chrono::system_clock::now());
   run.running = running;
   run.started = rfc3339(started_);
   run.version = kProgramVersion;
   run.certificate_end = network_.certificate_end();
   run.node = node_.facts().full_name;
-  run.role = config.role;
+  run.role = parameters_.config().role;
   run.loop_lag_ms = lag_ms;
   run.ros = gateway_.counters();
   run.network = network_.counts();
   run.traffic = network_.traffic();
   if (audit_log_) run.audit = audit_log_->counts();
-  picture->side = side_.status(loop_.now());
-  if (asked) status_site_.publish(picture);
-  if (!config.status_file.empty()) status_file_.write(config.status_file, to_json(*picture));
+  return run;
+}
+
+void Bridge::take_status(double lag_ms) {
+  if (taking_ || (parameters_.config().status_file.empty() && !status_site_.wanted())) return;
+  taking_ = Taking{std::make_shared<StatusPicture>(
+                       StatusPicture{side_.own_status(loop_.now()), run_status(lag_ms, true)}),
+                   side_.links()};
+  std::reverse(taking_->left.begin(), taking_->left.end());
+  take_status_of_next();
+}
+
+void Bridge::take_status_of_next() {
+  auto& [picture, left] = *taking_;
+  if (left.empty()) {
+    if (status_site_.wanted()) status_site_.publish(picture);
+    if (const std::string& file = parameters_.config().status_file; !file.empty())
+      status_file_.write(file, picture);
+    return taking_.reset();
+  }
+  if (auto link = side_.status_of(left.back(), loop_.now()))
+    picture->side.links.push_back(*std::move(link));
+  left.pop_back();
+  boost::asio::post(io_, [this] { take_status_of_next(); });
 }
 
 void Bridge::stop() {

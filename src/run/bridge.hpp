@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "auth/authenticator.hpp"
 #include "auth/credential.hpp"
@@ -66,7 +67,8 @@ class Bridge {
   [[nodiscard]] std::string open_audit_log();
   [[nodiscard]] std::string listen();
   void note(AuditEvent event, std::string reason = {});
-  void carry_out(Action&& action);
+  // Whether that was in the middleware.
+  bool carry_out(Action&& action);
   void send_request(SendRequest&& request);
   void open_gate(const OpenGate& gate);
   void on_network(Input&& input);
@@ -79,7 +81,10 @@ class Bridge {
   void send();
   void on_wake();
   void every_second(double lag_ms);
-  void write_status(double lag_ms, bool running);
+  [[nodiscard]] RunStatus run_status(double lag_ms, bool running);
+  // The status is taken now, link by link in turns, and then written.
+  void take_status(double lag_ms);
+  void take_status_of_next();
   void stop();
 
   boost::asio::io_context io_{1};
@@ -94,6 +99,12 @@ class Bridge {
   Network network_;
   std::optional<AuditLog> audit_log_;
   StatusFile status_file_;
+  // That is being taken: of the links that are left, the next one is the last.
+  struct Taking {
+    std::shared_ptr<StatusPicture> picture;
+    std::vector<LinkId> left;
+  };
+  std::optional<Taking> taking_;
   HeapTrim heap_;
   Supervisor supervisor_;
   LogLimit lags_;

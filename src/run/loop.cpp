@@ -1,5 +1,6 @@
 #include "run/loop.hpp"
 
+#include <boost/asio/post.hpp>
 #include <ctime>
 
 namespace connect_bridge {
@@ -10,6 +11,11 @@ namespace {
 constexpr Duration kLate = std::chrono::milliseconds(100);
 constexpr Duration kReadTime = std::chrono::milliseconds(20);
 constexpr Duration kReadPause = std::chrono::seconds(1);
+
+// After a longer step others may have come meanwhile. To get a packet out of its socket takes some
+// looks at the sockets, between which steps of that length would add up.
+constexpr Duration kLongStep = std::chrono::microseconds(200);
+constexpr int kLooks = 8;
 
 Stamp read_clock(clockid_t id) {
   timespec t{};
@@ -38,15 +44,43 @@ void Loop::begin_step() {
 }
 
 std::optional<Packet> Loop::next_packet(ConnectionId connection, const Repairs& repairs) {
+  cost_.begin();
   auto packet = side_.next_packet(connection, now(), repairs);
+  side_.spent(cost_.own(), cost_.now());
   if (!sending_ && (!packet || !packet->more)) set_timer();
   return packet;
 }
 
 void Loop::handle(Input&& input) {
   handled_ = true;
+  cost_.begin();
   side_.handle(std::move(input), now());
-  while (auto action = side_.next_action()) ports_.carry_out(std::move(*action));
+  side_.spent(cost_.own(), cost_.now());
+  while (auto action = side_.next_action()) {
+    static_cast<void>(cost_.inside());
+    if (ports_.carry_out(std::move(*action))) side_.spent(cost_.inside(), cost_.now());
+  }
+}
+
+void Loop::arrived(ConnectionId connection) {
+  side_.on_arrival(connection, now());
+  plan_turn();
+}
+
+void Loop::plan_turn() {
+  if (std::exchange(turn_planned_, true)) return;
+  look(step_took_ < kLongStep ? 1 : kLooks);
+}
+
+void Loop::look(int times) {
+  boost::asio::post(io_, [this, times] {
+    if (times > 1) return look(times - 1);
+    turn_planned_ = false;
+    const auto next = side_.take_turn(now());
+    if (!next) return;
+    ports_.read(*next);
+    plan_turn();
+  });
 }
 
 // Where no input came there is nothing new to send: the middleware woke the loop for what an
@@ -65,7 +99,8 @@ void Loop::end_step() {
     sending_ = false;
     set_timer();
   }
-  longest_ = std::max(longest_, Duration(std::chrono::steady_clock::now() - began));
+  step_took_ = std::chrono::steady_clock::now() - began;
+  longest_ = std::max(longest_, step_took_);
 }
 
 // A timer that is set too early is left as it is: deadlines move with every packet, and setting the

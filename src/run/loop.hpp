@@ -12,6 +12,7 @@
 
 #include "core/side/side.hpp"
 #include "ros/node/node.hpp"
+#include "run/step_cost.hpp"
 
 namespace connect_bridge {
 
@@ -19,12 +20,13 @@ namespace connect_bridge {
 class Loop {
  public:
   struct Ports {
-    std::function<void(Action&&)> carry_out;
-    std::function<void()> send;  // what connections have to send (Side::take_ready)
+    std::function<bool(Action&&)> carry_out;  // whether that was in the middleware
+    std::function<void(ConnectionId)> read;   // the packet that has come there is to be fed
+    std::function<void()> send;               // what connections have to send (Side::take_ready)
   };
 
   Loop(boost::asio::io_context& io, const ros::Node& node, Side& side, Ports ports)
-      : node_(node), side_(side), ports_(std::move(ports)), timer_(io) {}
+      : io_(io), node_(node), side_(side), ports_(std::move(ports)), timer_(io) {}
 
   // The longest step since this was last asked.
   [[nodiscard]] Duration take_longest() { return std::exchange(longest_, Duration::zero()); }
@@ -34,6 +36,10 @@ class Loop {
   // One step with one input. An input from inside an action (a login answered at once) waits until
   // this step has handled the earlier inputs.
   void feed(Input&& input);
+
+  // A packet has come there: it is read when it is its turn (Side::take_turn). Between two of them
+  // the sockets are looked at, so that who has used less comes first.
+  void arrived(ConnectionId connection);
 
   // The next packet of a connection that can take one; nullopt: none now. What is held back because
   // of the link's rate is pulled again when its time has come.
@@ -55,7 +61,11 @@ class Loop {
   void end_step();
   void set_timer();
   void wait_until(TimePoint when);
+  void plan_turn();
+  // At the sockets, so many times, before the next packet has its turn.
+  void look(int times);
 
+  boost::asio::io_context& io_;
   const ros::Node& node_;
   Side& side_;
   const Ports ports_;
@@ -67,6 +77,9 @@ class Loop {
   bool stepping_ = false;
   bool handled_ = false;  // an input, in this step
   bool sending_ = false;  // as the end of a step, which sets the timer itself
+  bool turn_planned_ = false;
+  StepCost cost_;
+  Duration step_took_{};  // the last one
   Duration longest_{};
 };
 

@@ -34,10 +34,39 @@ std::string write_atomically(const std::string& file, const std::string& text, b
   return {};
 }
 
-void StatusFile::write(const std::string& file, const std::string& text) {
-  const std::string problem = write_atomically(file, text);
-  if (!problem.empty() && problem != problem_) node_.log(LogLevel::kWarn, problem);
-  problem_ = problem;
+StatusFile::StatusFile(std::function<void(const std::string&)> tell)
+    : tell_(std::move(tell)), thread_([this] { write_all(); }) {}
+
+StatusFile::~StatusFile() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void StatusFile::write(const std::string& file, std::shared_ptr<const StatusPicture> picture) {
+  {
+    const std::lock_guard lock(mutex_);
+    waits_ = {file, std::move(picture)};
+  }
+  changed_.notify_one();
+}
+
+void StatusFile::write_all() {
+  std::string before;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return ending_ || waits_; });
+    if (!waits_) return;
+    const auto [file, picture] = *std::exchange(waits_, std::nullopt);
+    lock.unlock();
+    const std::string problem = write_atomically(file, to_json(*picture));
+    if (!problem.empty() && problem != before) tell_(problem);
+    before = problem;
+    lock.lock();
+  }
 }
 
 }  // namespace connect_bridge

@@ -1,9 +1,16 @@
 // The status file (docs/config.md, `status_file`).
 #pragma once
 
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <thread>
+#include <utility>
 
-#include "ros/node/node.hpp"
+#include "run/status_json.hpp"
 
 namespace connect_bridge {
 
@@ -12,16 +19,30 @@ namespace connect_bridge {
 std::string write_atomically(const std::string& file, const std::string& text,
                              bool lasting = false);
 
+// The text is made, and written, by a thread of its own: neither a long status nor a slow disk
+// takes time of the loop.
 class StatusFile {
  public:
-  explicit StatusFile(const ros::Node& node) : node_(node) {}
+  // `tell`: a problem has begun. Called by the thread.
+  explicit StatusFile(std::function<void(const std::string& problem)> tell);
+  // What was given last is written first.
+  ~StatusFile();
+  StatusFile(const StatusFile&) = delete;
+  StatusFile& operator=(const StatusFile&) = delete;
 
-  // A problem is logged when it begins, not each time.
-  void write(const std::string& file, const std::string& text);
+  // In place of what waits, if the one before is still being written. Thread: the loop's.
+  void write(const std::string& file, std::shared_ptr<const StatusPicture> picture);
 
  private:
-  const ros::Node& node_;
-  std::string problem_;
+  using Waiting = std::pair<std::string, std::shared_ptr<const StatusPicture>>;
+  void write_all();
+
+  const std::function<void(const std::string&)> tell_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<Waiting> waits_;
+  bool ending_ = false;
+  std::thread thread_;  // last: it uses the others
 };
 
 }  // namespace connect_bridge

@@ -35,11 +35,16 @@ OrderedJson to_value(const StrangersStatus& strangers, const DoorCounts& doors) 
           {"logins_not_judged", strangers.logins_not_judged}};
 }
 
-OrderedJson to_value(const TopicStatus& topic) {
+OrderedJson to_value(const DropCounts& counts) {
   OrderedJson dropped = OrderedJson::object();
   for (std::size_t i = 0; i < kDropReasons; ++i)
-    if (topic.dropped.by_reason[i] > 0)
-      dropped[std::string(name_of(static_cast<DropReason>(i)))] = topic.dropped.by_reason[i];
+    if (counts.by_reason[i] > 0)
+      dropped[std::string(name_of(static_cast<DropReason>(i)))] = counts.by_reason[i];
+  return dropped;
+}
+
+OrderedJson to_value(const TopicStatus& topic) {
+  const OrderedJson dropped = to_value(topic.dropped);
   OrderedJson json = {{"topic", topic.topic},
                       {"type", topic.type},
                       {"direction", topic.exported ? "export" : "import"},
@@ -104,6 +109,12 @@ OrderedJson to_value(const LinkStatus& link, Names names) {
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
   json["services"] = OrderedJson::array();
   for (const auto& service : link.services) json["services"].push_back(to_value(service));
+  if (link.further_topics > 0)
+    json["further_topics"] = {
+        {"count", link.further_topics},  {"messages", link.further.messages},
+        {"bytes", link.further.bytes},   {"wire_bytes", link.further.wire_bytes},
+        {"queued", link.further.queued}, {"dropped", to_value(link.further.dropped)}};
+  if (link.further_services > 0) json["further_services"] = {{"count", link.further_services}};
   return json;
 }
 

@@ -61,7 +61,6 @@ class World {
     while (!ended_) {
       io_.restart();
       io_.run_one_for(std::chrono::milliseconds(1));
-      network_.handled();
       read(other);
       CONNECT_CHECK(std::chrono::steady_clock::now() < late);
     }
@@ -134,7 +133,9 @@ class World {
   boost::asio::io_context io_;
   Network network_{io_,
                    {[this](Input&& input) { on(std::move(input)); },
-                    [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
+                    [](ConnectionId, const Repairs&) { return std::nullopt; },
+                    {},
+                    [](Log&&) {}}};
 };
 
 }  // namespace

@@ -68,7 +68,6 @@ class World {
   bool turn() {
     io_.restart();
     const bool happened = io_.poll() > 0;
-    network_.handled();
     return happened;
   }
 
@@ -99,7 +98,9 @@ class World {
   boost::asio::io_context io_;
   Network network_{io_,
                    {[this](Input&& input) { on(std::move(input)); },
-                    [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
+                    [](ConnectionId, const Repairs&) { return std::nullopt; },
+                    {},
+                    [](Log&&) {}}};
 };
 
 }  // namespace

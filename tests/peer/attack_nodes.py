@@ -13,9 +13,10 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(HERE), str(HERE.parent / "e2e"), str(HERE.parents[1] / "tools")]
 
-from attack_peers import LARGE_NAMES  # noqa: E402
+from attack_peers import LARGE_NAMES, LATCHED  # noqa: E402
 from graph import Graph  # noqa: E402
-from std_msgs.msg import UInt8MultiArray  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from std_msgs.msg import String, UInt8MultiArray  # noqa: E402
 
 CAMERA_PERIOD = 0.04
 LARGE_BYTES = 1 << 20
@@ -61,7 +62,18 @@ def never_reads(domain):
             publisher.publish(large)
 
 
-NODES = {"bomb": bomb, "unfinished": unfinished, "never_reads": never_reads}
+def toggles(domain):
+    """Latched topics."""
+    with graph(domain, "latched") as robot:
+        qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        publishers = [robot.publisher(String, f"/t/latched{n}", qos) for n in range(LATCHED)]
+        for publisher in publishers:
+            publisher.publish(String(data="x" * 1000))
+        for _ in until_the_end():
+            pass
+
+
+NODES = {"bomb": bomb, "unfinished": unfinished, "never_reads": never_reads, "toggles": toggles}
 
 if __name__ == "__main__":
     NODES[sys.argv[1]](int(sys.argv[2]))

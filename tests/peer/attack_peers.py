@@ -16,6 +16,7 @@ from peer_world import BYTES, STRING, message, part_of, vectors
 MBIT = 125_000  # bytes
 LARGE_NAMES = [f"/o/large{n}" for n in range(1, 5)]
 PART_BYTES = 1_000_000
+LATCHED = 64  # topics of a node
 SIGN_OF_LIFE = encode_packet([dict(type="time_request", t1=1)])
 
 
@@ -178,7 +179,107 @@ async def texts(attack):
                 if ends.done() or not attack.seconds_left():
                     return
 
-    await attack.many(8, speak)
+    await attack.many(attack.links, speak)
+
+
+async def until_over(attack, web, step):
+    """Repeats it until the server ends the connection or the time is over."""
+    ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
+    while attack.seconds_left() and not ends.done():
+        await step()
+
+
+async def listeners(attack):
+    """Each link listens to 1,024 topics with long names that nobody publishes, of its own each."""
+
+    async def listen():
+        async with attack.logged_in() as web:
+            begin(web, "/t/**")
+            own = f"/t/{os.urandom(8).hex()}{'x' * 170}"
+            for first in range(0, 1024, 128):
+                added = [
+                    {"listener": n + 1, "name": f"{own}{n}", "type": STRING}
+                    for n in range(first, first + 128)
+                ]
+                say(web, type="listeners", added=added, removed=[])
+                attack.done["listeners"] += len(added)
+
+            async def live():
+                web.send(SIGN_OF_LIFE)
+                await asyncio.sleep(0.3)
+
+            await until_over(attack, web, live)
+
+    await attack.many(attack.links, listen)
+
+
+async def mirrors(attack):
+    """Each link offers 4,000 topics with a publisher each, goes, and comes again."""
+
+    async def offer():
+        async with attack.logged_in() as web:
+            begin(web)
+            own = os.urandom(8).hex()
+            for first in range(1, 4000, 250):
+                offered = [topic(n, f"/o/{own}{n}") for n in range(first, first + 250)]
+                say(web, type="offer", channels=offered)
+                attack.done["channels"] += len(offered)
+                await web.drain()
+            goes = time.monotonic() + min(15.0, attack.seconds_left() * 0.6)
+
+            async def live():
+                web.send(SIGN_OF_LIFE)
+                await asyncio.sleep(0.3)
+                if time.monotonic() > goes:
+                    raise EOFError
+
+            await until_over(attack, web, live)
+
+    await attack.many(attack.links, offer)
+
+
+async def toggles(attack):
+    """Each link demands the latched topics of a node, and does not, each millisecond."""
+
+    async def toggle():
+        async with attack.logged_in() as web:
+            begin(web, "/t/**")
+            channels = set()
+            while len(channels) < LATCHED:
+                offer = await told(web, "offer")
+                channels |= {c["channel"] for c in offer["channels"] if "/t/latched" in c["name"]}
+            numbers = itertools.count(1)
+
+            async def both():
+                said = {"type": "demand", "channels": sorted(channels)}
+                say(web, number=next(numbers), **said)
+                say(web, number=0, **said)
+                attack.done["toggles"] += 1
+                await web.drain()
+                await asyncio.sleep(0.001)
+
+            await until_over(attack, web, both)
+
+    await attack.many(attack.links, toggle)
+
+
+async def frames(attack):
+    """Packets that are full of frames which take effect, as fast as they can be sent."""
+    packet = encode_packet([dict(type="time_request", t1=n) for n in range(1, 1001)])
+
+    async def send():
+        async with attack.logged_in() as web:
+            begin(web)
+
+            async def some():
+                for _ in range(10):
+                    web.send(packet)
+                attack.done["packets"] += 10
+                await web.drain()
+
+            await until_over(attack, web, some)
+
+    await attack.many(attack.links, send)
 
 
 async def channels(attack):

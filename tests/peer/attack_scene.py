@@ -36,8 +36,12 @@ ATTACKS = (
     "origins",
     "channels",
     "texts",
+    "listeners",
+    "mirrors",
+    "toggles",
+    "frames",
 )
-WITH_NODES = ("bomb", "unfinished", "never_reads")  # attack_nodes.py
+WITH_NODES = ("bomb", "unfinished", "never_reads", "toggles")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LOG_BYTES_PER_HOUR = 1 << 20
@@ -53,7 +57,7 @@ RULES = {
             "import_topics": ["/o/**"],
             "export_topics": ["/t/**"],
             "compression": "none",
-            "identities": ["hostile"],
+            "identities": [f"hostile{n}" for n in range(8)],
         },
     },
 }
@@ -115,9 +119,14 @@ class Watch:
 class Scene:
     """aside: the attacker gets what processor time the others leave, as if it were elsewhere, and
     there is a twin of the server without a link, in a graph of its own (elsewhere()).
-    way: how all connections come to the server, the operator's too."""
+    way: how all connections come to the server, the operator's too.
+    links, identities: how many links at a time those who log in have, and of how many."""
 
-    def __init__(self, folder, attack, aside=False, way=DIRECT, **parameters):
+    def __init__(
+        self, folder, attack, aside=False, way=DIRECT, links=8, identities=1, **parameters
+    ):
+        self._tokens = [f"{HOSTILE}{n}" for n in range(identities)]
+        self._links = links
         self._folder = pathlib.Path(folder)
         self._attack, self._way = attack, way
         self._priority = ["chrt", "--idle", "0"] if aside else ["nice", "-n", "5"]
@@ -138,7 +147,8 @@ class Scene:
         self._twin = self._start_twin() if aside else None
 
     def _bridge(self, tls, port, door, parameters):
-        tokens = {"operator": OPERATOR.encode(), "hostile": HOSTILE.encode()}
+        tokens = {f"hostile{n}": token.encode() for n, token in enumerate(self._tokens)}
+        tokens["operator"] = OPERATOR.encode()
         server = {
             **RULES,
             "listen": {"address": "127.0.0.1", "port": port, **listen_parameters(self._way)},
@@ -253,7 +263,8 @@ class Scene:
     def _start_attack(self, port, seconds, count):
         arguments = {
             "port": port,
-            "token": HOSTILE,
+            "tokens": self._tokens,
+            "links": self._links,
             "seconds": seconds,
             "count": count,
             "way": self._way,

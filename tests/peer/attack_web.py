@@ -3,6 +3,7 @@
 import asyncio
 import collections
 import contextlib
+import itertools
 import secrets
 import socket
 import ssl
@@ -78,10 +79,12 @@ class Web:
 
 
 class Attack:
-    """Target, token, duration and maximum count of an attack; and its results."""
+    """Target, tokens of the attackers, duration and maximum count of an attack, how many links at a
+    time those have that log in, where that is asked for; and its results."""
 
-    def __init__(self, port, token, seconds, count, way=DIRECT):
-        self.port, self.token, self.way = port, token.encode(), way
+    def __init__(self, port, tokens, seconds, count, way=DIRECT, links=8):
+        self.port, self.links, self.way = port, links, way
+        self._tokens = itertools.cycle(token.encode() for token in tokens)
         self.done = collections.Counter()
         self._end, self._left = time.monotonic() + seconds, count
 
@@ -130,7 +133,7 @@ class Attack:
         """A WebSocket behind the login, if the token is right."""
         async with self.upgraded() as web:
             web.send(encode_hello(side=secrets.token_bytes(16), node="/hostile"))
-            web.send(encode_login("token", token or self.token))
+            web.send(encode_login("token", token or next(self._tokens)))
             opcode, _ = await web.recv(patience)
             self.done["refused" if opcode == CLOSE else "logged_in"] += 1
             yield web

@@ -29,6 +29,10 @@ ATTACKS = {
     "origins": peers.origins,
     "channels": peers.channels,
     "texts": peers.texts,
+    "listeners": peers.listeners,
+    "mirrors": peers.mirrors,
+    "toggles": peers.toggles,
+    "frames": peers.frames,
 }
 
 

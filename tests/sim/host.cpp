@@ -25,6 +25,7 @@ Host::Host(int index, HostPlan plan, const World& world, Rng rng)
       plan_(std::move(plan)),
       world_(world),
       rng_(rng),
+      cost_rng_(static_cast<std::uint64_t>(index) + 0xc057),
       held_bytes_(std::make_shared<std::uint64_t>(0)) {}
 
 Host::~Host() = default;
@@ -65,7 +66,8 @@ void Host::crash(bool peers_notice) {
   if (!side_) return;
   tell(stopped_ ? "ends" : "crashes");
   ++life_;
-  draining_ = drain_planned_ = false;
+  draining_ = drain_planned_ = turn_planned_ = false;
+  unread_.clear();
   side_.reset();
   world_.network.died(*this, peers_notice);
   ready_.clear();
@@ -149,8 +151,48 @@ void Host::input(Input input) {
   if (const auto* packet = std::get_if<PacketReceived>(&input); packet && packet->text)
     world_.checker.on_received(*this, packet->connection, packet->payload.view());
   side_->handle(std::move(input), now());
+  side_->spent(cost(), now().steady);
   drain();
   world_.checker.after_input(*this);
+}
+
+// Most take little.
+Duration Host::cost() {
+  return cost_rng_.between(Duration{0}, cost_rng_.chance(10) ? Duration{5ms} : Duration{100us});
+}
+
+void Host::plan_turn(Duration delay) {
+  if (std::exchange(turn_planned_, true)) return;
+  world_.schedule.after(delay, [this, life = life_] {
+    if (life != life_) return;
+    turn_planned_ = false;
+    take_turns();
+  });
+}
+
+// While a step takes its time others' packets come.
+void Host::take_turns() {
+  if (!side_ || blocked_) return;
+  const auto next = side_->take_turn(now());
+  if (!next) return;
+  read(*next);
+  plan_turn(cost());
+}
+
+void Host::read(ConnectionId id) {
+  auto& unread = unread_[id];
+  if (unread.empty()) return;
+  FlatPacket packet = std::move(unread.front());
+  unread.pop_front();
+  Gate& gate = gates_[id];
+  gate.bytes += packet.bytes.size();
+  if (packet.bytes.size() > gate.packet_bytes_max || gate.bytes > gate.bytes_max) {
+    world_.network.close(*this, id, static_cast<std::uint16_t>(CloseCode::kTooLarge));
+    return;
+  }
+  input(PacketReceived{id, packet.text, counted(std::move(packet.bytes))});
+  const auto more = unread_.find(id);
+  if (side_ && more != unread_.end() && !more->second.empty()) side_->on_arrival(id, now());
 }
 
 void Host::drain() {
@@ -179,6 +221,7 @@ void Host::block(Duration how_long) {
     if (life != life_) return;
     blocked_ = false;
     drain();
+    while (const auto next = side_->take_turn(now())) read(*next);
     // What has arrived is read before it is looked at what is due.
     auto waiting = std::exchange(waiting_, {});
     std::stable_partition(waiting.begin(), waiting.end(), [](const Input& input) {
@@ -268,17 +311,17 @@ void Host::on_dial_failed(ConnectionId id, const std::string& reason) {
 }
 
 void Host::on_packet(ConnectionId id, FlatPacket packet) {
-  Gate& gate = gates_[id];
-  gate.bytes += packet.bytes.size();
-  if (packet.bytes.size() > gate.packet_bytes_max || gate.bytes > gate.bytes_max) {
-    world_.network.close(*this, id, static_cast<std::uint16_t>(CloseCode::kTooLarge));
-    return;
-  }
+  if (!side_) return;
   last_packet_ = world_.schedule.now();
-  input(PacketReceived{id, packet.text, counted(std::move(packet.bytes))});
+  auto& unread = unread_[id];
+  unread.push_back(std::move(packet));
+  if (unread.size() == 1) side_->on_arrival(id, now());
+  plan_turn(0ns);
 }
 
 void Host::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
+  for (std::size_t left = unread_[id].size(); left > 0; --left) read(id);  // they came before
+  unread_.erase(id);
   identities_.erase(id);
   gates_.erase(id);
   ready_.erase(id);

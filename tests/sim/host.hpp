@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -148,6 +149,12 @@ class Host : public Party {
     std::uint64_t bytes = 0;
   };
   void input(Input input);
+  // The first of the packets that have come on this connection.
+  void read(ConnectionId id);
+  void take_turns();
+  void plan_turn(Duration delay);
+  // What a step takes of the loop.
+  Duration cost();
   void drain();
   void block(Duration how_long);
   void pump();
@@ -191,6 +198,7 @@ class Host : public Party {
   HostPlan plan_;
   World world_;
   Rng rng_;
+  Rng cost_rng_;
   int path_ = -1;
   std::unique_ptr<Side> side_;
   bool calm_ = false;
@@ -200,6 +208,8 @@ class Host : public Party {
   bool snapshot_planned_ = false;
   bool draining_ = false, drain_planned_ = false;
   std::set<ConnectionId> ready_;  // that may have a packet, as the side has said
+  std::map<ConnectionId, std::deque<FlatPacket>> unread_;  // those wait for their turns
+  bool turn_planned_ = false;
   bool blocked_ = false;
   std::vector<Input> waiting_;  // while it is blocked
   std::optional<TimePoint> planned_deadline_;

@@ -18,6 +18,12 @@ constexpr int kMissingMax = 3;
 constexpr Duration kAfterDead = std::chrono::seconds(1);
 // A large claim is repeated less often, so that this is about what it costs per shortest period.
 constexpr std::size_t kPeriodBytes = 50'000;
+// So is the change of a large one: after it the loop has time for others. Beside another bridge it
+// is told before that may have shown its mirror (kClaimNames).
+constexpr std::size_t kLargeBytes = 10'000;
+constexpr Duration kRestOfByte = std::chrono::microseconds(1);
+constexpr Duration kRestMax = std::chrono::milliseconds(400);
+constexpr Duration kRestBesideOthersMax = std::chrono::milliseconds(100);
 
 }  // namespace
 
@@ -45,14 +51,22 @@ Duration ClaimsTopic::period_of(std::size_t bytes) const {
 bool ClaimsTopic::take_due(const Now& now) {
   // A change that comes too soon after many others is not lost: `changed_` stays until the pace
   // allows a claim, which then names all changes (docs/protocol.md section 14, rule 2).
-  const bool due = changed_ || repeat_at() <= now.steady;  // mutant: claims_repeat
+  const bool due = (changed_ && changes_at() <= now.steady) ||
+                   repeat_at() <= now.steady;  // mutant: claims_repeat
   if (!due || !pace_.take(now.steady)) return false;
   changed_ = false;
   return true;
 }
 
+TimePoint ClaimsTopic::changes_at() const {
+  if (told_bytes_ < kLargeBytes) return told_at_;
+  const Duration rest = kRestOfByte * static_cast<std::int64_t>(told_bytes_);
+  return told_at_ + std::min(rest, claims_.any() ? kRestBesideOthersMax : kRestMax);
+}
+
 std::optional<TimePoint> ClaimsTopic::deadline() const {
-  const TimePoint due = changed_ ? pace_.free_at() : std::max(repeat_at(), pace_.free_at());
+  const TimePoint at = changed_ ? std::min(changes_at(), repeat_at()) : repeat_at();
+  const TimePoint due = std::max(at, pace_.free_at());
   return earliest(due, claims_.deadline());
 }
 

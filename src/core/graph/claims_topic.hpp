@@ -42,6 +42,8 @@ class ClaimsTopic {
  private:
   // Between two signs of life with a claim of this size.
   [[nodiscard]] Duration period_of(std::size_t bytes) const;
+  // When a change may be told.
+  [[nodiscard]] TimePoint changes_at() const;
   // Another bridge may have come since.
   [[nodiscard]] TimePoint repeat_at() const {
     return told_at_ + std::min(period_, period_of(told_bytes_));

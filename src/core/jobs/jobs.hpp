@@ -87,21 +87,26 @@ class Jobs {
   void on_done(JobDone& done, const Now& now) {
     const auto it = owners_.find(done.job);
     if (it == owners_.end()) return;
-    JobOwner* owner = it->second;
+    const Owner owner = std::move(it->second);
     owners_.erase(it);
-    owner->on_job(std::move(done.result), now);
+    const Outputs::Paying paying(outputs_, owner.payer);
+    owner.owner->on_job(std::move(done.result), now);
   }
 
  private:
+  struct Owner {
+    JobOwner* owner = nullptr;
+    Payer payer;  // for whom the job was begun, and what follows from it
+  };
   JobId begin(JobOwner& owner) {
     const JobId id = outputs_.new_job();
-    owners_[id] = &owner;
+    owners_[id] = {&owner, outputs_.payer()};
     return id;
   }
 
   JobOptions options_;
   Outputs& outputs_;
-  std::unordered_map<JobId, JobOwner*> owners_;
+  std::unordered_map<JobId, Owner> owners_;
 };
 
 }  // namespace connect_bridge

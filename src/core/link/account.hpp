@@ -13,7 +13,7 @@
 #include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/link/inflation_pace.hpp"
-#include "core/link/text_limit.hpp"
+#include "core/ports/payer.hpp"
 
 namespace connect_bridge {
 
@@ -25,8 +25,6 @@ struct AccountOptions {
   // Links that are ended for an offence: so many, then the next login waits for a period each.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // Control messages, in bytes a second; what 8 seconds allow passes at once.
-  std::uint64_t control_bytes_per_second = 8 << 20;
   // What its peers take back of what this side has made for them; a minute's worth at once.
   int channels_per_second = 200;
   // Publishers here of which all peers together may be the origins; and services.
@@ -81,7 +79,6 @@ struct Account {
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
         offences(options.offences_at_once, options.offence_period),
-        text(static_cast<double>(options.control_bytes_per_second)),
         withdrawals(kMinute * options.channels_per_second,
                     Duration(std::chrono::seconds(1)) / options.channels_per_second),
         attaches(withdrawals),
@@ -116,20 +113,18 @@ struct Account {
     return Duration::zero();
   }
 
-  Budget memory;          // what its links hold
-  Budget places;          // its publishers here
-  Budget service_places;  // its services here
-  Budget listened;        // topics that nobody publishes here and its peers listen to
-  Budget early;           // samples for its peers that wait for the answer to an offer
+  const Payer time = std::make_shared<LoopTime>();  // of the loop, that its links have used
+  Budget memory;                                    // what its links hold
+  Budget places;                                    // its publishers here
+  Budget service_places;                            // its services here
+  Budget listened;  // topics that nobody publishes here and its peers listen to
+  Budget early;     // samples for its peers that wait for the answer to an offer
   Pace mirrors;
   Pace listeners;  // topics that are subscribed for its peers' listeners
   Pace offences;   // for which its links were ended; while not free it may not log in
   InflationPace inflation{1};
   // Of `accepts`, as for each link; after a restart many links come at once.
   Pace accepts{160, std::chrono::seconds(1)};
-  // Of control messages. Each connection is read no faster than its own rate allows; this limits
-  // peers that come again and again, or with many links.
-  TextLimit text;
   Pace withdrawals;   // of one link: each has a copy of it, as it is at the start
   Pace attaches;      // those that create a client, which takes the middleware about a millisecond
   Pace demands;       // that ended

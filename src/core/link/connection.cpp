@@ -43,6 +43,7 @@ void Connection::on_packet(bool text, const Payload& packet, const Now& now) {
   outbox_.on_received(packet.size(), now);
   if (state_ == State::kClosed) return;
   last_heard_ = now.steady;
+  unread_ = false;
   probe_ends_at_.reset();
   if (state_ != State::kOpen) {
     if (text) return fail(CloseCode::kIllegal, "text before login");
@@ -114,8 +115,6 @@ void Connection::opened(const Now& now) {
 }
 
 Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
-  if (!user_->hears(text.size(), now))
-    return Error{CloseCode::kTooLarge, "too many bytes of control messages"};
   auto control = decode_control(as_text(text));
   if (!control) return control.error();
   return user_->on_control(control.value(), now);
@@ -218,6 +217,7 @@ void Connection::probe(const Now& now) {
 }
 
 TimePoint Connection::silent_at() const {
+  if (unread_) return TimePoint::max();
   return probe_ends_at_ ? std::min(dead_at(), *probe_ends_at_) : dead_at();
 }
 

@@ -51,8 +51,6 @@ class ConnectionUser {
   // The channel to which a message goes; asked before anything of it is kept. Null: the peer may
   // not send on it. Valid until its owner gets the message, by which it may end.
   [[nodiscard]] virtual Incoming* incoming(ChannelId channel) = 0;
-  // Before a control message of so many bytes is read. False: the peer says too much.
-  [[nodiscard]] virtual bool hears(std::size_t bytes, const Now& now) = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
   // The peer has all of a tracked message.
   virtual void on_delivered(const Outbox::Delivered& whole, const Now& now) = 0;
@@ -94,6 +92,8 @@ class Connection {
     outbox_.draw_from(*memory);
     reassembly_.draw_from(*memory);
   }
+  // A packet has come that on_packet() will get later. Until then the peer is not silent.
+  void has_come() { unread_ = true; }
   void on_time(const Now& now);
   // The network has changed: a peer that can still be reached is heard within a third of
   // dead_after, or a second if that is longer.
@@ -153,6 +153,7 @@ class Connection {
   TimePoint login_answered_by_;
   TimePoint login_deadline_;
   TimePoint last_heard_;
+  bool unread_ = false;  // a packet has come
   std::optional<TimePoint> probe_ends_at_;
   TimePoint next_time_request_{};
   Duration time_period_;

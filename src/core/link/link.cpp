@@ -35,7 +35,6 @@ void Link::drop_connection() {
   incoming_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
-  account->text.forget(id);
   login.lost();
   accepts.lost();
   connection_.reset();

@@ -195,9 +195,6 @@ class Link final : public ConnectionUser {
     const auto it = incoming_.find(channel);
     return it == incoming_.end() ? nullptr : &it->second;
   }
-  [[nodiscard]] bool hears(std::size_t bytes, const Now& now) override {
-    return account->text.take(id, bytes, now.steady);
-  }
   Result<Nothing> on_control(Control& control, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
   void on_peer_time(const TimeReply& reply, Stamp t4) override { user_.on_peer_time(reply, t4); }

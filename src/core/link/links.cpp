@@ -14,6 +14,9 @@ namespace {
 constexpr std::uint32_t kIdentityLinksMin = 8;
 // A link that lives this long counts as a success: the back-off starts again after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
+// Each is read so often at least while it has something to say, so that a peer whose packets wait
+// for others' is not taken for silent by itself: it hears our signs of life, we its.
+constexpr int kReadsToDead = 6;
 
 }  // namespace
 
@@ -25,6 +28,7 @@ Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs&
       outputs_(outputs),
       user_(user),
       accounts_(options.account),
+      turns_(options.dead_after / kReadsToDead),
       strangers_(options, outputs),
       dialer_({options.retry_min, options.retry_max}),
       last_failure_(outputs),
@@ -219,8 +223,15 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   if (options_.role == Role::kClient) renewal_.on_open(link);
 }
 
+void Links::on_arrival(ConnectionId connection, const Now& now) {
+  Link* const link = link_of(connection);
+  turns_.wait(connection, link ? link->account->time : of_strangers_, now.steady);
+  if (link) link->connection()->has_come();
+}
+
 void Links::on(PacketReceived& input, const Now& now) {
   if (Link* const link = link_of(input.connection)) {
+    const Outputs::Paying paying(outputs_, link->account->time);
     link->mark();
     return link->connection()->on_packet(input.text, input.payload, now);
   }
@@ -231,6 +242,7 @@ void Links::on(PacketReceived& input, const Now& now) {
 }
 
 void Links::on(ConnectionClosed& input, const Now& now) {
+  turns_.forget(input.connection);
   const std::string reason = reason_of(input);
   const bool client = options_.role == Role::kClient;
   const auto how = client ? failure_by(input.code) : DialFailure::kGone;
@@ -244,6 +256,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   }
   Link* link = link_of(input.connection);
   if (!link) return;
+  const Outputs::Paying paying(outputs_, link->account->time);
   const std::string end = orderly ? "the link with " + link->label() + " was closed: "
                                   : "lost the link with " + link->label() + ": ";
   log(*link, level, end + reason + hint, now);
@@ -269,7 +282,6 @@ bool Links::settle(const Now& now) {
     const auto found = links_.find(*id);
     if (found == links_.end()) continue;  // it was forgotten
     Link& link = found->second;
-    end_loudest(*link.account, links_);
     Connection* const connection = link.connection();
     if (connection && connection->failure()) {
       close_failed(link, now);
@@ -283,6 +295,7 @@ bool Links::settle(const Now& now) {
 }
 
 void Links::close_failed(Link& link, const Now& now) {
+  const Outputs::Paying paying(outputs_, link.account->time);
   const Error error = *link.connection()->failure();
   log(link, LogLevel::kWarn,
       "closing the link with " + link.label() + ": " + error.message + " (" +
@@ -340,6 +353,7 @@ void Links::on_time(const Now& now) {
 }
 
 void Links::on_time(Link& link, const Now& now) {
+  const Outputs::Paying paying(outputs_, link.account->time);
   link.timer.cancel();
   link.mark();
   link.on_time(now);
@@ -366,6 +380,7 @@ void Links::stop(const Now& now) {
 
 std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const Repairs& repairs) {
   if (Link* const link = link_of(id)) {
+    const Outputs::Paying paying(outputs_, link->account->time);
     auto packet = link->connection()->next_packet(now, repairs);
     wait(*link);  // what is held back leaves at its time
     return packet;

@@ -15,6 +15,7 @@
 #include "core/link/last_failure.hpp"
 #include "core/link/link.hpp"
 #include "core/link/links_user.hpp"
+#include "core/link/loop_turns.hpp"
 #include "core/link/loss.hpp"
 #include "core/link/options.hpp"
 #include "core/link/renewal.hpp"
@@ -46,6 +47,10 @@ class Links {
   // Looks at the links that the input concerned, to be called after each: closes the connections
   // that have failed, notes who has something to send and who waits for when. Whether any failed.
   bool settle(const Now& now);
+  // A packet of this connection has come, and waits until it is given by take_turn().
+  void on_arrival(ConnectionId connection, const Now& now);
+  // Whose packet is read next, by PacketReceived; nullopt: no packet waits.
+  std::optional<ConnectionId> take_turn(const Now& now) { return turns_.take(now.steady); }
   // Client: dials when it is time to.
   void dial_if_due(const Now& now);
   // Closes everything orderly, for good.
@@ -111,6 +116,8 @@ class Links {
   // Exactly the connections of these: carry() adds one, lose() removes it. The others are
   // strangers.
   std::map<ConnectionId, Link*> carrying_;
+  LoopTurns turns_;
+  const Payer of_strangers_ = std::make_shared<LoopTime>();
   Strangers strangers_;
   Dialer dialer_;
   ConnectionId dialing_;  // client: dial or connection under way

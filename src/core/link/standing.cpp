@@ -39,13 +39,6 @@ void note_offence(Link& link, CloseCode code, const Now& now) {
   link.account->note_offence(now);
 }
 
-void end_loudest(Account& account, LinkTable& links) {
-  const auto loudest = account.text.take_loudest();
-  const auto found = loudest ? links.find(*loudest) : links.end();
-  if (found != links.end())
-    found->second.fail({CloseCode::kTooLarge, "sent most of too many bytes of control messages"});
-}
-
 TimePoint may_log_in_at(const Identity& identity, const Link* continued, Accounts& accounts) {
   const bool innocent = continued && !continued->login.has_offended();
   return innocent || identity.name.empty() ? TimePoint{}

@@ -16,8 +16,6 @@ namespace connect_bridge {
 // Whether a peer that keeps to the protocol does not come to this end. Then it counts for its
 // identity: one that offends again and again waits for its next login.
 void note_offence(Link& link, CloseCode code, const Now& now);
-// Fails the link in whose place another one of its identity was let through (TextLimit), if any.
-void end_loudest(Account& account, LinkTable& links);
 // Server: when this identity may log in; `continued`: the link that goes on with that, or null.
 // Links without an identity are judged singly.
 [[nodiscard]] TimePoint may_log_in_at(const Identity& identity, const Link* continued,

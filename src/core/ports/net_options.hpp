@@ -53,7 +53,6 @@ struct SocketOptions {
   // wait. 0: no limit. A burst of receive_burst passes at once.
   std::int64_t receive_packets_per_second = 50'000;
   std::int64_t receive_bytes_per_second = 0;
-  std::int64_t receive_text_bytes_per_second = 4 << 20;  // control messages, which cost the most
   std::chrono::milliseconds receive_burst{4000};
   std::chrono::milliseconds user_timeout{20000};  // unacknowledged data ends the connection
   std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off

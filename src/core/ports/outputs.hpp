@@ -1,19 +1,46 @@
-// Collects the actions of the parts of a side, and gives out new ids.
+// Collects the actions of the parts of a side and who pays for them, and gives out new ids.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/tell_once.hpp"
 #include "core/ports/actions.hpp"
+#include "core/ports/payer.hpp"
 
 namespace connect_bridge {
 
 class Outputs {
  public:
-  void push(Action action) { actions_.push_back(std::move(action)); }
+  // While it exists, what is done and pushed is done for one identity.
+  class Paying {
+   public:
+    Paying(Outputs& outputs, Payer payer)
+        : outputs_(outputs), before_(std::exchange(outputs.payer_, std::move(payer))) {
+      outputs_.note_payer();
+    }
+    ~Paying() { outputs_.payer_ = std::move(before_); }
+    Paying(const Paying&) = delete;
+    Paying& operator=(const Paying&) = delete;
+
+   private:
+    Outputs& outputs_;
+    Payer before_;
+  };
+  [[nodiscard]] const Payer& payer() const { return payer_; }
+  // A step begins, for which nobody pays until somebody does.
+  void begin_step() { paying_.clear(); }
+  // What was done since begin_step(), or the action that was given last, has cost so much. Those
+  // for whom it was pay alike.
+  void spent(Duration cost, TimePoint now) {
+    for (const Payer& payer : paying_) payer->add(cost / static_cast<int>(paying_.size()), now);
+  }
+
+  void push(Action action) { actions_.emplace_back(std::move(action), payer_); }
   void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
   // For what comes back as often as its cause does, and for what several parts say alike.
   void log_once(LogLevel level, const std::string& text) { log_once(told_, level, text); }
@@ -33,9 +60,11 @@ class Outputs {
 
   std::optional<Action> next() {
     if (actions_.empty()) return std::nullopt;
-    Action action = std::move(actions_.front());
+    auto [action, payer] = std::move(actions_.front());
     actions_.pop_front();
-    return action;
+    paying_.clear();
+    if (payer) paying_.push_back(std::move(payer));
+    return std::move(action);
   }
 
   SubscriptionId new_subscription() { return {++last_subscription_}; }
@@ -46,7 +75,14 @@ class Outputs {
   JobId new_job() { return {++last_job_}; }
 
  private:
-  std::deque<Action> actions_;
+  void note_payer() {
+    if (payer_ && std::find(paying_.begin(), paying_.end(), payer_) == paying_.end())
+      paying_.push_back(payer_);
+  }
+
+  std::deque<std::pair<Action, Payer>> actions_;
+  Payer payer_;                // of what is done now
+  std::vector<Payer> paying_;  // each once
   TellOnce told_;
   bool audits_ = false;
   std::uint64_t last_subscription_ = 0;

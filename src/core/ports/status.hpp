@@ -87,8 +87,13 @@ struct LinkStatus {
   // Publishers, services and subscriptions that had to wait for their turn or for a place.
   std::uint64_t mirrors_waited = 0;
   ClockStatus clock;
+  // At most kShownMax of each, first those that are in use; what the others have together.
+  static constexpr std::size_t kShownMax = 500;
   std::vector<TopicStatus> topics;
   std::vector<ServiceStatus> services;
+  std::uint64_t further_topics = 0;
+  std::uint64_t further_services = 0;
+  TopicStatus further;  // without a name
 };
 
 // A server's connections without a login.

@@ -188,6 +188,7 @@ bool MirroredService::may_exist(const Feed& feed) {
 }
 
 void MirroredService::create_mirror(const Feed& feed) {
+  const Outputs::Paying paying(mirroring_.outputs, feed.link().account->time);
   place_ = feed.link().account->service_places.hold(1);
   mirror_ = mirroring_.outputs.new_service_mirror();
   mirroring_.by_mirror[mirror_] = this;

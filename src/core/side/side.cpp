@@ -1,5 +1,7 @@
 #include "core/side/side.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 #include <variant>
 
@@ -11,6 +13,34 @@ namespace connect_bridge {
 namespace {
 
 constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
+
+bool is_used(const TopicStatus& topic) {
+  return topic.demanded || topic.messages > 0;
+}
+
+bool is_used(const ServiceStatus& service) {
+  return service.calls > 0;
+}
+
+// A peer may offer thousands.
+template <class Shown>
+std::vector<Shown> take_further(std::vector<Shown>& all) {
+  if (all.size() <= LinkStatus::kShownMax) return {};
+  std::stable_partition(all.begin(), all.end(), [](const Shown& one) { return is_used(one); });
+  const auto first = all.begin() + LinkStatus::kShownMax;
+  std::vector<Shown> further(std::make_move_iterator(first), std::make_move_iterator(all.end()));
+  all.erase(first, all.end());
+  return further;
+}
+
+void sum_up(LinkStatus& link) {
+  link.further_services = take_further(link.services).size();
+  for (const TopicStatus& topic : take_further(link.topics)) {
+    ++link.further_topics;
+    link.further.add_past(topic);
+    link.further.queued += topic.queued;
+  }
+}
 
 }  // namespace
 
@@ -34,6 +64,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
 }
 
 void Side::handle(Input input, const Now& now) {
+  outputs_.begin_step();
   if (stopping_) return;
   if (!started_) start(now);
   if (claims_topic_.has_lapsed(now)) service_imports_.on_lapse(now);  // mutant: claims_lapse
@@ -291,29 +322,45 @@ Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
 
 // ---- status
 
-LinkStatus Side::status_of(const Link& link) const {
+LinkStatus Side::status_of(const Link& link, const Now& now) const {
   LinkStatus shown = link.status();
+  if (link.open()) shown.open_for = link.life.open_for(now);
   exports_.add_status(link, shown);
   exports_.add_kept(link, shown);
   imports_.add_status(link, shown);
   service_exports_.add_status(link, shown);
   service_imports_.add_status(link, shown);
   for (auto& topic : shown.topics) link.add_past(topic);
+  sum_up(shown);
   return shown;
 }
 
-Status Side::status(const Now& now) const {
+std::optional<LinkStatus> Side::status_of(LinkId link, const Now& now) const {
+  const auto found = links_.all().find(link);
+  if (found == links_.all().end()) return std::nullopt;
+  return status_of(found->second, now);
+}
+
+std::vector<LinkId> Side::links() const {
+  std::vector<LinkId> all;
+  for (const auto& [id, link] : links_.all()) all.push_back(id);
+  return all;
+}
+
+Status Side::own_status(const Now&) const {
   Status status;
   links_.add_status(status);
   status.memory_bytes = exports_.memory_bytes() + imports_.memory_bytes() +
                         service_exports_.memory_bytes() + service_imports_.memory_bytes();
   status.shared_bytes = links_.memory().used();
   status.shared_bytes_max = options_.account.memory_bytes_max;
-  for (const auto& [id, link] : links_.all()) {
-    status.links.push_back(status_of(link));
-    if (link.open()) status.links.back().open_for = link.life.open_for(now);
-    status.memory_bytes += link.memory_bytes();
-  }
+  for (const auto& [id, link] : links_.all()) status.memory_bytes += link.memory_bytes();
+  return status;
+}
+
+Status Side::status(const Now& now) const {
+  Status status = own_status(now);
+  for (const auto& [id, link] : links_.all()) status.links.push_back(status_of(link, now));
   return status;
 }
 

@@ -41,11 +41,20 @@ class Side final : private LinksUser {
   Side& operator=(const Side&) = delete;
 
   void handle(Input input, const Now& now);
+  // A packet of this connection has come. It is to wait until take_turn() gives the connection:
+  // then handle() gets it, before the next one of this connection has come.
+  void on_arrival(ConnectionId connection, const Now& now) { links_.on_arrival(connection, now); }
+  // Whose packet handle() is to get now: that of who has used least of the loop's time. nullopt: no
+  // packet waits.
+  std::optional<ConnectionId> take_turn(const Now& now) { return links_.take_turn(now); }
+  // What the last handle(), next_packet(), or the last action's carrying out, took of the loop.
+  void spent(Duration cost, TimePoint now) { outputs_.spent(cost, now); }
   std::optional<Action> next_action() { return outputs_.next(); }
   // The next WebSocket message for this connection; call when the previous one has been handed to
   // the socket.
   std::optional<Packet> next_packet(ConnectionId connection, const Now& now,
                                     const Repairs& repairs = {}) {
+    outputs_.begin_step();
     return links_.next_packet(connection, now, repairs);
   }
   // A connection that may have a packet since the last input, each once; nullopt: there is no other
@@ -54,6 +63,11 @@ class Side final : private LinksUser {
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
   [[nodiscard]] Status status(const Now& now) const;
+  // The same in parts, none of which takes long: all but the links, and each of them; nullopt: it
+  // is gone.
+  [[nodiscard]] Status own_status(const Now& now) const;
+  [[nodiscard]] std::vector<LinkId> links() const;
+  [[nodiscard]] std::optional<LinkStatus> status_of(LinkId link, const Now& now) const;
 
  private:
   // ---- inputs
@@ -129,7 +143,7 @@ class Side final : private LinksUser {
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
-  [[nodiscard]] LinkStatus status_of(const Link& link) const;
+  [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;
 
   SideOptions options_;
   Random random_;

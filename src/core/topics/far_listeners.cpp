@@ -198,7 +198,9 @@ void FarListeners::on_time(const Now& now) {
 
 // A subscription that comes or goes costs every process of the graph, and this one's loop.
 void FarListeners::serve(OfLink& of_link, const Now& now) {
+  if (of_link.waiting.empty()) return;
   Account& account = *of_link.link->account;
+  const Outputs::Paying paying(side_.outputs, account.time);
   while (!of_link.waiting.empty()) {
     // When one ends, give_back() looks here again.
     if (!has_place(account))

@@ -131,7 +131,7 @@ class Walk {
     return false;
   }
 
-  static std::size_t memory_of(const Member& field) {
+  static std::uint64_t memory_of(const Member& field) {
     switch (field.type_id_) {
       case rosidl_typesupport_introspection_c__ROS_TYPE_MESSAGE:
         return members_of(*field.members_).size_of_;
@@ -173,7 +173,7 @@ class Walk {
   }
 
   // Counts a string or a sequence and its memory.
-  bool block(std::size_t bytes) {
+  bool block(std::uint64_t bytes) {
     if (room_.blocks == 0) {
       problem = "more strings and sequences than allowed (" + std::to_string(limits_.blocks) + ")";
       return false;

@@ -66,6 +66,23 @@ TEST(ClaimsTopic, ALargeClaimIsGoodForLongerFromTheFirst) {
   EXPECT_TRUE(t.said_at(22s, 1));
 }
 
+// Otherwise thousands of mirrors, made one after the other, would each cost a claim of all of them.
+TEST(ClaimsTopic, ALargeClaimLeavesTimeBeforeItsChange) {
+  TopicScript t;
+  t.topic.change();
+  EXPECT_TRUE(t.said_at(10s, 10'000));
+  t.topic.change();
+  EXPECT_FALSE(t.said_at(10s + 399ms, 10'001));
+  EXPECT_EQ(t.topic.deadline(), TimePoint{} + 10s + 400ms);
+  EXPECT_TRUE(t.said_at(10s + 400ms, 10));
+  t.topic.change();
+  EXPECT_TRUE(t.said_at(10s + 401ms, 10'000));
+  t.claims.update({}, {TopicScript::side(2), {}}, TimePoint{} + 10s);
+  t.topic.change();
+  EXPECT_FALSE(t.said_at(10s + 500ms, 10'001));
+  EXPECT_TRUE(t.said_at(10s + 501ms, 10'001));
+}
+
 // What was said to last is kept to, though the other bridge that made it short has gone.
 TEST(ClaimsTopic, ASignOfLifeComesInTimeForTheLastOne) {
   TopicScript t;

@@ -82,7 +82,6 @@ class Recorder final : public ConnectionUser, private IncomingChannel {
     const auto it = expected_.find(channel);
     return it == expected_.end() ? nullptr : &it->second;
   }
-  bool hears(std::size_t, const Now&) override { return true; }
   Result<Nothing> on_control(Control&, const Now&) override { return note("control"); }
   Result<Nothing> on_message(InMessage message, const Now&) override {
     if (message.channel == last_) forget(last_);

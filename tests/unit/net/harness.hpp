@@ -58,6 +58,9 @@ struct Side {
       : network(loop.io,
                 {[this](Input&& input) { on(std::move(input)); },
                  [this](ConnectionId id, const Repairs&) { return next(id); },
+                 [this](ConnectionId id) {
+                   if (reads) network.read(id);
+                 },
                  [this](Log&& log) { logs.push_back(log.text); }},
                 std::move(sockets)) {}
 
@@ -91,7 +94,6 @@ struct Side {
       received_bytes += packet->payload.size();
       if (echo) send(packet->connection, Packet{packet->text, {packet->payload}});
       received[packet->connection].push_back(std::move(*packet));
-      if (handles_at_once) network.handled();
     } else if (auto* closing = std::get_if<ConnectionClosed>(&input)) {
       closed[closing->connection] = {closing->code, closing->reason};
       ++closed_count;
@@ -102,7 +104,7 @@ struct Side {
   [[nodiscard]] bool is_closed(ConnectionId id) const { return closed.count(id) != 0; }
 
   bool echo = false;
-  bool handles_at_once = true;
+  bool reads = true;                       // at once
   std::size_t packet_bytes_max = 1 << 20;  // 0: the gate stays shut
   std::map<ConnectionId, std::deque<Packet>> out;
   std::vector<ConnectionId> opened;

@@ -26,6 +26,7 @@ struct Unanswered {
                        changes.push_back(changed->route);
                    },
                    [](ConnectionId, const Repairs&) { return std::optional<Packet>{}; },
+                   {},
                    {}}};
 
   void dial(const std::string& host) {

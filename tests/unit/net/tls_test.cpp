@@ -248,9 +248,9 @@ TEST_F(Tls, WhoWaitsForATurnIsCutInTime) {
 TEST_F(Tls, APeerThatDoesNotReadIsCutAfterASecond) {
   Pair pair{server_of(good())};
   ASSERT_TRUE(pair.connect(trusting(pair)));
-  // The client reads one packet and waits for handled(), which never comes.
+  // The client has one packet that is never read.
   pair.client.packet_bytes_max = 0;
-  pair.client.handles_at_once = false;
+  pair.client.reads = false;
   const ConnectionId second{78};
   ASSERT_TRUE(pair.connect(trusting(pair), second));
   const ConnectionId id = pair.accepted();

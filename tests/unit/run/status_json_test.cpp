@@ -2,9 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "core/base/json.hpp"
 #include "run/status_file.hpp"
@@ -168,6 +170,44 @@ TEST(StatusJson, TheFileIsReplacedInOneStep) {
   EXPECT_EQ(write_atomically(folder / "nowhere" / "x", "{}").find("cannot write"), 0U);
   std::filesystem::create_directories(folder / "taken" / "x");
   EXPECT_EQ(write_atomically(folder / "taken", "{}").find("cannot replace"), 0U);
+}
+
+TEST(StatusJson, WhatIsNotShownIsSummedUp) {
+  LinkStatus link;
+  link.further_topics = 2;
+  link.further.messages = 3;
+  link.further.queued = 1;
+  link.further.dropped.add(DropReason::kRate, 4);
+  link.further_services = 5;
+  Status status;
+  status.links = {link};
+  const auto json = Json::parse(to_json({status, {}})).at("links").at(0);
+  EXPECT_EQ(json.at("further_topics"), Json::parse(R"({"count": 2, "messages": 3, "bytes": 0,
+    "wire_bytes": 0, "queued": 1, "dropped": {"rate": 4}})"));
+  EXPECT_EQ(json.at("further_services"), Json::parse(R"({"count": 5})"));
+}
+
+// A thread writes it: the last one that was given in any case, and a problem is told once.
+TEST(StatusFile, TheLastOneIsWrittenAndAProblemToldOnce) {
+  const std::filesystem::path folder = test::scratch_folder();
+  std::atomic<int> told = 0;
+  {
+    StatusFile file([&](const std::string&) { ++told; });
+    file.write(folder / "nowhere" / "x", std::make_shared<StatusPicture>());
+    while (told == 0) std::this_thread::yield();
+    for (int i = 0; i < 10; ++i)
+      file.write(folder / "nowhere" / "x", std::make_shared<StatusPicture>());
+  }
+  EXPECT_EQ(told, 1);
+  {
+    StatusFile file([](const std::string& problem) { ADD_FAILURE() << problem; });
+    for (const bool running : {true, true, false}) {
+      RunStatus run;
+      run.running = running;
+      file.write(folder / "status.json", std::make_shared<StatusPicture>(StatusPicture{{}, run}));
+    }
+  }
+  EXPECT_FALSE(Json::parse(std::ifstream(folder / "status.json")).at("running"));
 }
 
 // Others may write to the folder.

@@ -39,48 +39,6 @@ TEST(Limits, SoHaveAttachmentsAndDemandsOfAllLinksOfAnIdentity) {
   EXPECT_TRUE(account.demands.take(begin + std::chrono::milliseconds(100)));
 }
 
-TEST(Limits, ControlMessagesHaveTheRateThatIsSet) {
-  TextLimit limit(1000);
-  const TimePoint begin = topics_test::ms(1000).steady;
-  EXPECT_TRUE(limit.take({1}, 8'001, begin));
-  EXPECT_FALSE(limit.take({1}, 1, begin));
-  EXPECT_TRUE(limit.take({1}, 1, begin + std::chrono::milliseconds(1)));
-}
-
-// One of them is a robot that says little; it is not for it to pay.
-TEST(Limits, WhoSentMostControlMessagesEnds) {
-  SideOptions options = server({everything()});
-  options.account.control_bytes_per_second = 1000;
-  Script s(options);
-  s.login(1, {}, called("shared"));
-  s.login(2, {}, called("shared"));
-  Accepts much;
-  for (int i = 0; i < 85; ++i) much.deny.push_back("/x" + std::string(100, 'x'));
-  s.say(1, much);
-  s.did();
-  EXPECT_EQ(s.status().links.size(), 2U);
-  s.say(2, Accepts{});
-  EXPECT_THAT(s.did(), HasSubstr("close 1 4006"));
-  s.pass(2000);
-  EXPECT_THAT(s.did(), Not(HasSubstr("close 2")));
-  EXPECT_THAT(s.logged, HasSubstr("most of too many bytes of control messages"));
-}
-
-// What it sent counts on; who then speaks ends.
-TEST(Limits, WhoSentMuchAndWentAwayHasSentIt) {
-  TextLimit limit(1000);
-  const TimePoint begin = topics_test::ms(1000).steady;
-  EXPECT_TRUE(limit.take({1}, 14'000, begin));
-  limit.forget({1});
-  EXPECT_FALSE(limit.take({2}, 1, begin));
-  EXPECT_EQ(limit.take_loudest(), std::nullopt);
-  const TimePoint later = begin + std::chrono::seconds(7);
-  EXPECT_TRUE(limit.take({3}, 5000, later));
-  EXPECT_TRUE(limit.take({2}, 1, later));
-  EXPECT_EQ(limit.take_loudest(), LinkId{3});
-  EXPECT_EQ(limit.take_loudest(), std::nullopt) << "it is told once";
-}
-
 // ---- counts
 
 TEST(Limits, PublishersThatWaitForTheirPaceAreCounted) {

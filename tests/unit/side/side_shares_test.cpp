@@ -133,20 +133,6 @@ TEST(Shares, ServicesTakePlaces) {
   EXPECT_EQ(count(s.did(), "mirror_service "), 1);
 }
 
-// Reading them costs time in the loop; a new link of the same identity gets no more.
-TEST(Shares, ControlMessagesHaveARate) {
-  const auto account = std::make_shared<Account>();
-  topics_test::OneLink first(1, account), second(2, account);
-  const Now begin = topics_test::ms(1000);
-  for (int mebibyte = 0; mebibyte < 32; ++mebibyte) {
-    EXPECT_TRUE(first.link.hears(1 << 20, begin));
-    EXPECT_TRUE(second.link.hears(1 << 20, begin));
-  }
-  EXPECT_TRUE(first.link.hears(1, begin));
-  EXPECT_FALSE(first.link.hears(1, begin));
-  EXPECT_TRUE(first.link.hears(1, topics_test::ms(1001)));
-}
-
 // Each change costs the exporter a subscription, and what is kept for late ones.
 TEST(Shares, DemandThatIsSwitchedWithoutEndEndsTheLink) {
   Script s(server({everything()}));
@@ -286,6 +272,20 @@ TEST(Shares, PlacesOfMirrorsAreSharedByIdentities) {
           Offer{{channel(1, "/a", n < 4 ? origins : std::vector{origins[0], origins[1]})}, true});
     EXPECT_EQ(count(s.did(), "mirror "), std::vector<std::int64_t>({5, 1, 0, 2})[n - 1]) << n;
   }
+}
+
+// A peer may offer thousands of topics: what is in use is shown, of the others the sum.
+TEST(Shares, TheStatusShowsSoManyTopicsOfALink) {
+  Script s(server({everything()}));
+  std::vector<Topic> topics;
+  for (int i = 0; i < 600; ++i) topics.push_back(topic("/t" + std::to_string(i)).pub(1));
+  s.graph(topics);
+  s.join(1);
+  s.demand(1, 600, true);
+  const LinkStatus shown = s.status().links.front();
+  EXPECT_EQ(shown.topics.size(), LinkStatus::kShownMax);
+  EXPECT_EQ(shown.further_topics, 600 - LinkStatus::kShownMax);
+  EXPECT_TRUE(shown.topics.front().demanded);
 }
 
 }  // namespace

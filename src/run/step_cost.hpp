@@ -1,0 +1,54 @@
+// What parts of a step take of the loop.
+#pragma once
+
+#include <time.h>
+
+#include <algorithm>
+#include <ctime>
+#include <utility>
+
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+// Wall time, but of our own code at most the processor time of this thread: on a busy machine it
+// costs nobody what others take from the process. Inside the middleware wall time counts, since a
+// lock that another thread holds there is held up by what was asked of it. Thread: that of the
+// loop.
+class StepCost {
+ public:
+  // A part begins.
+  void begin() {
+    wall_ = read(CLOCK_MONOTONIC);
+    processor_ = read(CLOCK_THREAD_CPUTIME_ID);
+  }
+  // What our own code took since the last call.
+  Duration own() {
+    const Duration wall = inside();
+    // To ask for the processor time costs more than it can tell of a short time.
+    return wall < kShort ? wall
+                         : std::min(wall, Duration(read(CLOCK_THREAD_CPUTIME_ID) - processor_));
+  }
+  // What the middleware took since the last call.
+  Duration inside() {
+    const std::int64_t now = read(CLOCK_MONOTONIC);
+    return Duration(now - std::exchange(wall_, now));
+  }
+
+  // As of the last call.
+  [[nodiscard]] TimePoint now() const { return TimePoint(Duration(wall_)); }
+
+ private:
+  static constexpr Duration kShort = std::chrono::microseconds(100);
+
+  static std::int64_t read(clockid_t id) {
+    timespec t{};
+    clock_gettime(id, &t);
+    return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
+  }
+
+  std::int64_t wall_ = 0;
+  std::int64_t processor_ = 0;  // as of begin()
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,48 @@
+#include "run/step_cost.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+namespace connect_bridge::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+void compute_for(Duration processor_time) {
+  const std::clock_t end =
+      std::clock() + static_cast<std::clock_t>(processor_time / 1us * CLOCKS_PER_SEC / 1'000'000);
+  while (std::clock() < end) {
+  }
+}
+
+// What the machine takes, here a sleep, is nobody's; what this thread computes is.
+TEST(StepCost, OfOurOwnCodeOnlyProcessorTimeCounts) {
+  StepCost cost;
+  cost.begin();
+  std::this_thread::sleep_for(300ms);
+  EXPECT_LT(cost.own(), 100ms);
+  cost.begin();
+  compute_for(20ms);
+  EXPECT_GE(cost.own(), 15ms);
+}
+
+TEST(StepCost, InsideTheMiddlewareALockThatAnotherThreadHoldsCounts) {
+  StepCost cost;
+  std::mutex held;
+  held.lock();
+  cost.begin();
+  std::thread other([&] {
+    std::this_thread::sleep_for(50ms);
+    held.unlock();
+  });
+  held.lock();
+  EXPECT_GE(cost.inside(), 40ms);
+  held.unlock();
+  other.join();
+}
+
+}  // namespace
+}  // namespace connect_bridge::test
