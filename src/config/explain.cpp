@@ -177,6 +177,9 @@ void add_treatment(const Treatment& treatment, Names& parts) {
                                                         ? "the newest of each publisher"
                                                         : "all"));
   }
+  if (treatment.with_large)
+    parts.emplace_back(*treatment.with_large ? "with the large message of its stamp"
+                                             : "not with the large message of its stamp");
   if (treatment.max_rate > 0) {
     parts.push_back(fmt::format("at most {:.6g} messages per second", treatment.max_rate));
   }

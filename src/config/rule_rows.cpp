@@ -80,6 +80,11 @@ void add_rule_treatment(Rows& rows) {
                "message of each publisher, or `all`, for at most 5 s. Unset: by type; the status "
                "says which, and why."},
       [](Rule& r) { return &r.treatment.keep; });
+  add({.key = "with_large",
+       .help = "`true`: a message leaves with the large one (image, cloud, map) of the same stamp, "
+               "node and namespace, and is dropped with it; both types must begin with a Header. "
+               "Not what is urgent or high. Unset: CameraInfo does."},
+      [](Rule& r) { return &r.treatment.with_large; });
   add("max_rate", {0.001, 1e6}, "Hz",
       "Messages per second of one publisher, sent or taken; the newest one comes late rather than "
       "never. Unset: all.",

@@ -5,7 +5,7 @@ import random
 import time
 
 from geometry_msgs.msg import Twist, Vector3
-from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import CameraInfo, CompressedImage
 
 from conftest import OPEN
 from graph import qos, until
@@ -60,3 +60,30 @@ def test_a_rate_never_loses_the_stop(make_pair):
         until(lambda: heard.messages and heard.messages[-1] == Twist(), "the robot stops", 2, 0.01)
     driving = sum(message != Twist() for message in heard.messages)
     assert 5 * 4 <= driving <= 5 * 7, "ten a second, for half a second"
+
+
+def test_an_image_that_arrives_has_its_info(make_pair):
+    """On a thin link (github.com/ROBOTIS-GIT/turtlebot3_autorace issue 49)."""
+    pair = make_pair(server={**OPEN, "link.bytes_per_second": 600_000})
+    first = CompressedImage(format="jpeg", data=NOISE.randbytes(60_000))
+    camera, images = pair.opened(CompressedImage, "/c/image/compressed", first, qos(10))
+    about, infos = pair.opened(CameraInfo, "/c/camera_info", CameraInfo(), qos(10))
+    images.clear()
+    infos.clear()
+    begin = time.monotonic()
+    for number in range(1, SECONDS * 30):
+        image = CompressedImage(format="jpeg", data=NOISE.randbytes(60_000))
+        info = CameraInfo()
+        image.header.stamp.sec = info.header.stamp.sec = number
+        about.publish(info)
+        camera.publish(image)
+        time.sleep(max(0, begin + number / 30 - time.monotonic()))
+    time.sleep(1)
+    stamps = {message.header.stamp.sec: at for message, at in zip(images.messages, images.times)}
+    known = {message.header.stamp.sec: at for message, at in zip(infos.messages, infos.times)}
+    late = [abs(at - known[stamp]) for stamp, at in stamps.items() if stamp in known]
+    print(f"{len(stamps)} images, {len(known)} infos, {len(late)} pairs, apart {max(late):.3f} s")
+    assert len(stamps) > 50
+    assert len(late) >= 0.95 * len(stamps)
+    assert len(known) < 1.2 * len(stamps)
+    assert sorted(late)[int(0.95 * len(late))] < 0.05

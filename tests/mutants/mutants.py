@@ -192,4 +192,5 @@ MUTANTS = [
     Mutant("states_replaced", "in a queue that stands all states wait", gone),
     Mutant("accepted", "what a peer does not accept is offered", value("Answer::kYes")),
     Mutant("stand_ends", "a queue that stood once stands for ever", gone),
+    Mutant("not_without_it", "an info whose image is dropped is forgotten", gone),
 ]

@@ -30,6 +30,19 @@ DEFAULTS = {
     "rules": ["all"],
     "rule": {"all": {"export_topics": ["/wan/**"], "import_topics": ["/wan/**"]}},
 }
+# Messages of the bench have no Header: here they tell states, but for the events.
+NOW = {
+    "rules": ["event", "state"],
+    "rule": {
+        "event": {"export_topics": ["/wan/event_*"], "compression": "none"},
+        "state": {
+            "export_topics": ["/wan/**"],
+            "import_topics": ["/wan/**"],
+            "keep": "newest",
+            "compression": "none",
+        },
+    },
+}
 
 
 def seen_from_the_client(rules):
@@ -42,7 +55,7 @@ def seen_from_the_client(rules):
     return {"rules": rules["rules"], "rule": turned}
 
 
-RULES = {"priorities": PRIORITIES, "defaults": DEFAULTS}
+RULES = {"priorities": PRIORITIES, "defaults": DEFAULTS, "now": NOW}
 
 
 class Bed:

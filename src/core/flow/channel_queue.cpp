@@ -14,6 +14,9 @@
 namespace connect_bridge {
 namespace {
 
+// Messages of a channel that wait for their large ones; beyond it the oldest goes alone.
+constexpr std::size_t kApartMost = 128;
+
 // Whether `stamp` lies more than `limit` before now. An unknown time is never too far.
 bool is_older(Stamp stamp, Duration limit, const Now& now) {
   if (limit == kForever || stamp == 0 || now.system == 0 || stamp >= now.system) return false;
@@ -28,8 +31,9 @@ std::uint32_t body_bytes_of(const OutMessage& message) {
 
 }  // namespace
 
-ChannelQueue::ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases)
-    : id_(id), options_(options) {
+ChannelQueue::ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases,
+                           Together& together)
+    : id_(id), options_(options), together_(together) {
   const Compression& how = options.compression;
   if (how.automatic ? options.priority != Priority::kUrgent : how.codec == Codec::kZstd)
     deltas_.emplace(how, !options.keep, bases);
@@ -64,10 +68,19 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
   ++counts_.accepted;
   if (const auto reason = refused(message, now)) {
     counts_.dropped.add(*reason);
+    if (message.moment.is_large()) together_.gone(message.moment);
     return;
   }
   // The protocol requires equal sizes for an uncompressed message.
   if (message.codec == Codec::kNone) message.raw_bytes = body_bytes_of(message);
+  count_queued(message);
+  if (!message.moment.follows || goes_on()) return place(std::move(message), arrival, now);
+  apart_.push_back({std::move(message), arrival, now.steady});
+  settle(now);
+  if (apart_.size() > kApartMost) rejoin(1, now);
+}
+
+void ChannelQueue::place(OutMessage message, std::uint64_t arrival, const Now& now) {
   const auto body_bytes = message.body.size();
   // What takes part in a replay is bounded by bytes alone (Replay::takes), and only as long as
   // nothing that does not waits before it: the order of the channel stays.
@@ -117,22 +130,20 @@ bool ChannelQueue::replace(OutMessage& message) {
       continue;
     }
     count_dropped(waiting_[i].message, DropReason::kNewerAvailable);
-    waiting_bytes_ -= waiting_[i].message.body.size();
+    waiting_bytes_ += message.body.size() - waiting_[i].message.body.size();
     if (i == 0) front_.reset();
     waiting_[i].message = std::move(message);
-    count_queued(waiting_[i].message);
     return true;
   }
   return false;
 }
 
 void ChannelQueue::enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {
+  waiting_bytes_ += message.body.size();
   waiting_.push_back({std::move(message), arrival, now.steady});
-  count_queued(waiting_.back().message);
 }
 
 void ChannelQueue::count_queued(const OutMessage& message) {
-  waiting_bytes_ += message.body.size();
   ++counts_.queued;
   counts_.queued_bytes += message.body.size();
 }
@@ -144,6 +155,7 @@ void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrival
   for (auto& message : messages) {
     ++counts_.accepted;
     replay_.add(message.body.size());
+    count_queued(message);
     enqueue(std::move(message), ++arrivals, now);
   }
 }
@@ -156,6 +168,11 @@ std::deque<OutMessage> ChannelQueue::take_unarrived() {
     --counts_.sent;
     counts_.sent_bytes -= bytes;
     taken.push_back(std::move(message));
+  }
+  while (!apart_.empty()) {
+    waiting_bytes_ += apart_.front().message.body.size();
+    waiting_.push_back(std::move(apart_.front()));
+    apart_.pop_front();
   }
   const auto forget_queued = [this](std::size_t bytes) {
     --counts_.queued;
@@ -263,6 +280,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now)
   if (deltas_)
     deltas_->sent({message.subject, message.demand, whole.raw}, message.codec,
                   std::move(whole.room));
+  if (message.moment.is_large()) together_.left(message.moment);
   const Whole result{message.subject, message.sequence, message.resumes};
   if (!message.tracked && !message.resumes) return std::nullopt;
   const auto bytes = message.body.size();
@@ -279,8 +297,15 @@ OutMessage ChannelQueue::unprepared(Open open) {
 }
 
 std::optional<std::uint64_t> ChannelQueue::oldest_waiting() const {
-  if (waiting_.empty()) return std::nullopt;
-  return waiting_.front().arrival;
+  if (!waiting_.empty()) return waiting_.front().arrival;
+  if (!apart_.empty()) return apart_.front().arrival;
+  return std::nullopt;
+}
+
+void ChannelQueue::drop_oldest_waiting(DropReason reason) {
+  if (!waiting_.empty()) return drop_waiting_at(0, reason);
+  count_dropped(apart_.front().message, reason);
+  apart_.pop_front();
 }
 
 OutMessage ChannelQueue::take_waiting(std::size_t index) {
@@ -318,6 +343,42 @@ void ChannelQueue::count_dropped(const OutMessage& message, DropReason reason) {
   counts_.dropped.add(reason);
   --counts_.queued;
   counts_.queued_bytes -= message.body.size();
+  if (message.moment.is_large()) together_.gone(message.moment);
+}
+
+// ---- what leaves with a large message
+
+Together::Verdict ChannelQueue::judge(const Waiting& next, const Now& now) {
+  const auto answer = together_.ask(next.message.moment, next.since, now.steady);
+  if (answer.verdict == Together::Verdict::kWait) settles_at_ = std::min(settles_at_, answer.until);
+  // An event is not dropped with its picture: it counts by itself.
+  const bool drops = answer.verdict == Together::Verdict::kDrop && next.message.state;
+  return answer.verdict == Together::Verdict::kDrop && !drops ? Together::Verdict::kGo
+                                                              : answer.verdict;
+}
+
+void ChannelQueue::settle(const Now& now) {
+  settles_at_ = TimePoint::max();
+  std::size_t leave = 0;
+  for (std::size_t i = 0; i < apart_.size();) {
+    const auto verdict = judge(apart_[i], now);
+    if (verdict == Together::Verdict::kDrop) {
+      count_dropped(apart_[i].message, DropReason::kNewerAvailable);  // mutant: not_without_it
+      apart_.erase(apart_.begin() + static_cast<std::ptrdiff_t>(i));
+      continue;
+    }
+    ++i;
+    if (verdict == Together::Verdict::kGo) leave = i;
+  }
+  rejoin(leave, now);
+}
+
+void ChannelQueue::rejoin(std::size_t count, const Now& now) {
+  for (; count > 0; --count) {
+    Waiting next = std::move(apart_.front());
+    apart_.pop_front();
+    place(std::move(next.message), next.arrival, now);
+  }
 }
 
 }  // namespace connect_bridge

@@ -16,6 +16,7 @@
 #include "core/flow/packet.hpp"
 #include "core/flow/queue_options.hpp"
 #include "core/flow/replay.hpp"
+#include "core/flow/together.hpp"
 
 namespace connect_bridge {
 
@@ -65,14 +66,21 @@ class SentMessages {
 // exact after each call.
 class ChannelQueue {
  public:
-  // `bases`: of the link (DeltaEncoder).
-  ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases);
+  // `bases`: of the link (DeltaEncoder); `together` as well.
+  ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases, Together& together);
 
   // New options for messages pushed from now on; those that wait stay, and so does compression.
   void configure(const QueueOptions& options) { options_ = options; }
 
   // Queues the message or drops it, and drops what it displaces. `arrival` rises over all channels.
   void push(OutMessage message, std::uint64_t arrival, const Now& now);
+
+  // Lets those leave, or drops them, that wait for a large message (Together) of which more is
+  // known now. Only while may_settle().
+  void settle(const Now& now);
+  [[nodiscard]] bool may_settle() const { return !apart_.empty(); }
+  // When one of them will have waited long enough.
+  [[nodiscard]] TimePoint settles_at() const { return settles_at_; }
 
   // Drops what became too old to be started; then whether there is anything to send.
   bool ready(const Now& now);
@@ -93,9 +101,9 @@ class ChannelQueue {
 
   // Arrival number of the oldest message that is not yet started.
   [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
-  void drop_oldest_waiting(DropReason reason) { drop_waiting_at(0, reason); }
+  void drop_oldest_waiting(DropReason reason);
   void drop_waiting(DropReason reason) {
-    while (!waiting_.empty()) drop_oldest_waiting(reason);
+    while (oldest_waiting()) drop_oldest_waiting(reason);
   }
   // Drops the oldest message of the subject that is not begun (kNoDemand). False: there is none.
   bool take_back(Subject subject);
@@ -211,6 +219,13 @@ class ChannelQueue {
   std::optional<Whole> end(Open whole, const Now& now);
   // The message as it was before it was made smaller.
   static OutMessage unprepared(Open open);
+  // Whether it waits for the large message that it follows; if so, settles_at() is no later.
+  Together::Verdict judge(const Waiting& next, const Now& now);
+  // The first `count` of those that do join what waits. So what came before one that leaves does
+  // so, too: the order of the channel stays.
+  void rejoin(std::size_t count, const Now& now);
+  // Puts a message that is counted where it waits for its turn.
+  void place(OutMessage message, std::uint64_t arrival, const Now& now);
   void drop_waiting_at(std::size_t index, DropReason reason);
   // Takes the message at `index` out of what waits.
   OutMessage take_waiting(std::size_t index);
@@ -222,12 +237,15 @@ class ChannelQueue {
   QueueOptions options_;
   ChannelCounts counts_;
   std::deque<Waiting> waiting_;
+  std::deque<Waiting> apart_;  // that wait for a large message, newer than those
+  TimePoint settles_at_ = TimePoint::max();
   std::uint64_t waiting_bytes_ = 0;
   Replay replay_;  // the first of them
   Overload overload_;
   std::optional<TimePoint> rests_until_;
   SentMessages sent_;  // wholly, that resume; until the peer has them
   std::optional<Open> open_;
+  Together& together_;
   std::optional<DeltaEncoder> deltas_;
   std::optional<Front> front_;
   std::uint32_t sequence_ = 0;  // of the last message started

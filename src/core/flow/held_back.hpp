@@ -21,16 +21,14 @@ class HeldBack {
   // What is held counts in `memory`, which outlives this.
   explicit HeldBack(Budget& memory) : memory_(memory) {}
 
-  // Holds the message until `at`, instead of an older one of the publisher. False: there was one,
-  // or there is no room for this one, and an older one stays; one message is lost.
-  bool hold(OriginId origin, Message message, std::size_t bytes, TimePoint at) {
-    if (bytes > memory_.room()) return false;
-    const bool none = !forget(origin);
+  // Holds the message until `at`, instead of an older one of the publisher. Returns the message
+  // that is lost: the older one, or, where there is no room for it, this one.
+  std::optional<Message> hold(OriginId origin, Message message, std::size_t bytes, TimePoint at) {
+    if (bytes > memory_.room()) return message;
+    auto older = take(origin);
     entries_.try_emplace(origin, std::move(message), memory_.hold(bytes), timers_.set(at, origin));
-    return none;
+    return older;
   }
-  // Drops the publisher's message. False: there is none.
-  bool forget(OriginId origin) { return entries_.erase(origin) > 0; }
   // The next message whose time has come.
   std::optional<Message> take_due(TimePoint now) {
     const auto due = timers_.take_due(now);

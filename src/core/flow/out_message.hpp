@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/bytes.hpp"
+#include "core/flow/together.hpp"
 #include "core/wire/frame.hpp"
 
 namespace connect_bridge {
@@ -17,6 +18,7 @@ struct OutMessage : MessageHead {
   // Set: it tells a state, and a newer message of the same subject and state replaces it. An event
   // has none.
   std::optional<std::uint64_t> state = {};
+  Moment moment = {};
   bool tracked = false;  // its arrival is reported to the owner (Outbox::take_delivered)
   bool resumes = false;  // kept until it has arrived, to be sent again on another connection
 };

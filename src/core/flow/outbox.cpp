@@ -41,12 +41,21 @@ void Outbox::change(ChannelQueue& queue, Change&& change) {
   } else {
     schedule_.add(queue);
   }
+  const auto at = std::find(apart_.begin(), apart_.end(), &queue);
+  if (queue.may_settle() && at == apart_.end()) apart_.push_back(&queue);
+  if (!queue.may_settle() && at != apart_.end()) apart_.erase(at);
+}
+
+void Outbox::settle(const Now& now) {
+  together_->settled();
+  const auto queues = apart_;
+  for (auto* queue : queues) change(*queue, [&](ChannelQueue& of) { of.settle(now); });
 }
 
 ChannelQueue& Outbox::add_channel(ChannelId channel, QueueOptions options) {
   // A burst of one topic must not displace waiting messages of others.
   options.burst_bytes_max = std::min(options.burst_bytes_max, options_.data_bytes_max / 4);
-  const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_);
+  const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_, *together_);
   auto& queue = at->second;
   if (is_new) return queue;
   // Else it keeps its turn: where publishers come and go, a large message would wait for ever.
@@ -167,7 +176,8 @@ bool Outbox::drop_one_of(Priority priority) {
     const auto arrival = queue->oldest_waiting();
     if (arrival && (oldest == nullptr || *arrival < *oldest->oldest_waiting())) oldest = queue;
   };
-  for (const auto* some : {&schedule_.queues(priority), &schedule_.light(), &schedule_.resting()})
+  for (const auto* some : {&schedule_.queues(priority), &schedule_.light(), &schedule_.resting(),
+                           &std::as_const(apart_)})
     for (auto* queue : *some) look_at(queue);
   const auto why =
       data_bytes_ > options_.data_bytes_max ? DropReason::kQueueBytes : DropReason::kMemory;
@@ -183,6 +193,7 @@ bool Outbox::drop_one_of(Priority priority) {
 
 std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   pacer_.repairs(repairs);
+  if (must_settle()) settle(now);
   held_until_.reset();
   held_.resize(held_bytes());
   schedule_.set_turn_bytes(turn_bytes(assumed_rate()));
@@ -244,6 +255,7 @@ bool Outbox::add_data(const Now& now) {
     } else {
       schedule_.sent(part);
     }
+    if (must_settle()) settle(now);
   }
   return added;
 }

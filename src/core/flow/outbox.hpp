@@ -73,18 +73,28 @@ class Outbox {
 
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
   std::optional<Packet> next(const Now& now, const Repairs& repairs = {});
+
+  // A large message was admitted to one of the channels, and will be pushed, or given up
+  // (Together).
+  void expect(const Moment& moment, TimePoint now) { together_->expect(moment, now); }
+  void give_up(const Moment& moment) { together_->gone(moment); }
   // False: nothing waits, and nothing is on its way for which `repairs` matter: next() need not be
   // called. Most of many connections are so, and it takes time to ask TCP for its repairs.
   [[nodiscard]] bool may_have_packet() const {
-    return more_waits() || held_until_ || pacer_.measures() || held_.amount() != held_bytes();
+    return more_waits() || must_settle() || held_until_ || pacer_.measures() ||
+           held_.amount() != held_bytes();
   }
 
   // When next() has something to hand out that is held back: for the link's rate, or it rests.
   // Whatever else it waits for (something to send, an acknowledgement) comes as an input.
   [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return earliest(held_until_, schedule_.wakes_at());
+    auto first = earliest(held_until_, schedule_.wakes_at());
+    for (const auto* queue : apart_)
+      if (queue->settles_at() != TimePoint::max()) first = earliest(first, queue->settles_at());
+    return first;
   }
   void on_time(const Now& now) {
+    settle(now);
     if (held_until_ && *held_until_ <= now.steady) held_until_.reset();
     schedule_.wake(now.steady);
   }
@@ -175,13 +185,18 @@ class Outbox {
   [[nodiscard]] std::uint64_t& bytes_of(const ChannelQueue& queue) {
     return queue.keeps() ? kept_bytes_ : data_bytes_;
   }
+  [[nodiscard]] bool must_settle() const { return together_->changed() && !apart_.empty(); }
+  // Lets leave what waited for a large message.
+  void settle(const Now& now);
   // Runs a change of one queue and keeps the sums of bytes and the schedule right.
   template <class Change>
   void change(ChannelQueue& queue, Change&& change);
 
   OutboxOptions options_;
   std::unique_ptr<Budget> bases_ = std::make_unique<Budget>();  // of all channels; does not move
+  std::unique_ptr<Together> together_ = std::make_unique<Together>();
   std::unordered_map<ChannelId, ChannelQueue> queues_;
+  std::deque<ChannelQueue*> apart_;  // those in which something waits for a large message
   ClassSchedule schedule_;
   Budget::Hold held_;  // data and control texts, as of the last push or packet
   std::uint64_t data_bytes_ = 0;

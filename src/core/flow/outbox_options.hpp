@@ -24,8 +24,9 @@ struct OutboxOptions {
   std::uint64_t bytes_per_second_max = 0;
   // Binary packet bytes sent and not yet acknowledged.
   std::uint64_t unacknowledged_bytes_max = 16 << 20;
-  // Bytes of waiting control texts; beyond it the connection closes with kSlowPeer.
-  std::uint64_t control_bytes_max = 8 << 20;
+  // Bytes of waiting control texts; beyond it the connection closes with kSlowPeer. The offers of a
+  // large graph, with some ten publishers for each topic, wait at once.
+  std::uint64_t control_bytes_max = 32 << 20;
   // Bytes of bodies in the queues of all channels together; beyond it the oldest message of the
   // lowest class is dropped.
   std::uint64_t data_bytes_max = 64 << 20;

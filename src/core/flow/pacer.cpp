@@ -53,9 +53,12 @@ TimePoint Pacer::next_at(TimePoint now) const {
   // has arrived; on a fast path nothing else is held back; then the window, and the rate last.
   if (path_.acked_bytes() < drain_end_) return kNever;
   if (path_.delivery() >= kFastRate) return now;
-  // No acknowledgement of ours shows what arrives while TCP repairs a loss: ask TCP again.
-  if (path_.in_flight_bytes() >= window() || acks_are_late(now))  // mutant: in_flight
-    return path_.is_repaired() ? now + ask_period() : kNever;
+  // While TCP repairs a loss no acknowledgement of ours shows what arrives, so TCP is asked again
+  // soon; else later, as a loss may be why none comes.
+  if (path_.in_flight_bytes() >= window() || acks_are_late(now)) {  // mutant: in_flight
+    const Duration again = std::max(path_.round_trip(), ask_period());
+    return now + (path_.is_repaired() ? ask_period() : again);
+  }
   return rate_ == 0 ? now : free_at_;  // mutant: rate
 }
 

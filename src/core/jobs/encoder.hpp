@@ -24,6 +24,7 @@ struct OutSample {
   bool reliable = false;                    // it may be kept for a link that is lost
   std::optional<std::uint64_t> state = {};  // as in OutMessage
   Stamp header = 0;                         // of the Header with which it begins; 0: none
+  std::uint64_t node = 0;                   // company_node() of its publisher
   TimePoint taken{};
 };
 

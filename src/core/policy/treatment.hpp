@@ -49,6 +49,7 @@ struct Treatment {
   std::optional<Priority> priority;  // none: by name and type, see default_priority()
   Compression compression;
   std::optional<Keep> keep;                // none: see keep_of()
+  std::optional<bool> with_large;          // none: see company_of()
   double max_rate = 0;                     // messages per second and publisher; 0: no limit
   std::uint64_t bytes_per_second_max = 0;  // per publisher; 0: no limit
   Duration max_age = kForever;  // older messages are dropped, at the sender and at the importer

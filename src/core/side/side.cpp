@@ -100,7 +100,7 @@ void Side::settle(const Now& now) {
 }
 
 void Side::follow_clock() {
-  const bool clock = wants_clock(links_.all(), local_.view, options_, policy_, follows_clock_);
+  const bool clock = wants_clock(links_.all(), options_, policy_);
   if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
 }
 
@@ -126,7 +126,6 @@ void Side::on(GraphChanged& input, const Now& now) {
 }
 
 void Side::on_graph(const Now& now) {
-  clock_due_ = true;
   exports_.on_graph(now);
   update_exports(now);
   for (auto& [id, link] : links_.all()) told_listeners_.tell(link);

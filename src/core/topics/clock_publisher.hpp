@@ -9,7 +9,6 @@
 
 #include "core/base/bytes.hpp"
 #include "core/graph/claims.hpp"
-#include "core/graph/graph_view.hpp"
 #include "core/graph/options.hpp"
 #include "core/link/link.hpp"
 #include "core/policy/policy.hpp"
@@ -57,11 +56,12 @@ class ClockPublisher {
   Stamp last_published_ = 0;
 };
 
-// A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
-// is one that the rules let it have. Nothing else uses it, so /clock is followed only then.
-// `follows`: it is followed already. When its publisher ends, time stands still, as for every node
-// there: a simulator that is restarted must not make the peer's time jump to that of the system.
-[[nodiscard]] bool wants_clock(const LinkTable& links, const GraphView& graph,
-                               const GraphOptions& options, const Policy& policy, bool follows);
+// A peer that publishes our ROS time needs the time of our graph: that of /clock, if the rules let
+// it have that topic. Nothing else uses it, so /clock is followed only then. Until it has a
+// publisher there is no time, and when that ends time stands still, as for every node there: a
+// simulator that starts later, or again, must not make the peer's time jump from that of the
+// system, or to it.
+[[nodiscard]] bool wants_clock(const LinkTable& links, const GraphOptions& options,
+                               const Policy& policy);
 
 }  // namespace connect_bridge

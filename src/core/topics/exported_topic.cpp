@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/policy/companion.hpp"
 #include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
 
@@ -123,8 +124,7 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   // It is tried again, for all.
   if (offer.demanded() && std::exchange(failed_, false)) offer_closed_again();
   // What was kept over a break comes first; else what a worker has is of an ended demand.
-  if (!backlogs_.go_on(offer, link, demand, now))
-    offer.drop(DropReason::kNoDemand, offers_.take_under_way(link).size());
+  if (!backlogs_.go_on(offer, link, demand, now)) offers_.lose_under_way(offer);
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
   if (offer.demanded() && subscribed) send_history(offer, now);                   // mutant: history
@@ -309,6 +309,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   read(sample, now);
+  if (has_header_) sample.node = company_node(origin.node);
   const bool promised =
       origin.qos.reliability == Reliability::kReliable;  // mutant: best_effort_kept
   sample.reliable = promised && may_resume(subscription_qos_);

@@ -354,8 +354,9 @@ bool OfferedTopic::admits(const MessageHead& message, const Payload& raw, const 
   const OriginId origin = message.subject.origin();
   const bool passes = rate->admit(raw.size(), stamp, now.steady);
   const bool lost =
-      passes ? held_.forget(origin)
-             : !held_.hold(origin, {message, out_of_packet(raw)}, raw.size(), rate->leaves_at());
+      passes ? held_.take(origin).has_value()
+             : held_.hold(origin, {message, out_of_packet(raw)}, raw.size(), rate->leaves_at())
+                   .has_value();
   if (lost) dropped_.add(DropReason::kRate);
   wait_for_held();
   return passes;

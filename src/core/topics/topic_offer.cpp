@@ -70,6 +70,8 @@ OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
 void TopicOffer::configure_queue() {
   keep_ = keep_of(treatment(), topic_.key().second,
                   traits_of(topic_.origins(), topic_.has_header(), treatment()));
+  company_ = company_of(topic_.key().first, topic_.key().second, treatment());
+  namespace_ = company_namespace(topic_.key().first, company_);
   if (link_.connection())
     queue_ = &link_.sending().add_channel(
         number(), queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
@@ -202,15 +204,17 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
       context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) + " bytes on " +
                                                 name + " is larger than the max_message_size of " +
                                                 link_.label() + "; such messages are dropped");
-    drop(DropReason::kTooLarge);
+    lose(sample, DropReason::kTooLarge);
     return false;
   }
+  if (const Moment moment = moment_of(sample); moment.is_large())
+    link_.sending().expect(moment, now.steady);
   // The rate comes last, so that what is dropped for another reason uses nothing of it. What a
   // publisher had kept comes at once: the rate would let the first sample pass and lose the rest.
   if (age == Age::kKept) return true;
   RateLimit& rate = rates_.of(origin);
   if (rate.admit(bytes, sample.header, now.steady)) {
-    if (held_.forget(origin)) drop(DropReason::kRate);
+    if (const auto older = held_.take(origin)) lose(*older, DropReason::kRate);
     return true;
   }
   hold(sample, rate.leaves_at());
@@ -218,7 +222,8 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
 }
 
 void TopicOffer::hold(const OutSample& sample, TimePoint at) {
-  if (!held_.hold(sample.subject.origin(), sample, sample.raw.size(), at)) drop(DropReason::kRate);
+  if (const auto lost = held_.hold(sample.subject.origin(), sample, sample.raw.size(), at))
+    lose(*lost, DropReason::kRate);
   if (const auto next = held_.deadline()) held_until_ = context_.timers.set(*next, &topic_);
 }
 
@@ -245,18 +250,32 @@ void TopicOffer::take_all_held(std::vector<OutSample>& samples) {
 }
 
 void TopicOffer::drop_held(DropReason reason) {
-  while (held_.take()) drop(reason);
+  while (const auto sample = held_.take()) lose(*sample, reason);
+}
+
+void TopicOffer::lose(const OutSample& sample, DropReason reason) {
+  drop(reason);
+  const Moment moment = moment_of(sample);
+  if (moment.is_large() && link_.open()) link_.sending().give_up(moment);
+}
+
+Moment TopicOffer::moment_of(const OutSample& sample) const {
+  if (company_ == Company::kNone || sample.node == 0 || sample.header == 0) return {};
+  const std::uint64_t set = sample.node ^ namespace_;
+  return {set, sample.header, company_ == Company::kFollows};
 }
 
 void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body, const Now& now) {
   if (!link_.open()) return drop(DropReason::kLinkLost);
-  if (!demanded()) return drop(DropReason::kNoDemand);  // withdrawn while a worker compressed
+  if (!demanded())
+    return lose(sample, DropReason::kNoDemand);  // withdrawn while a worker compressed
   raw_bytes_ += sample.raw.size();
   OutMessage message = message_of(sample, codec, body);
   message.demand = demand_;
   // Only what every step on the way promises is kept to be sent again: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   if (keep() == Keep::kAll) message.state.reset();
+  message.moment = moment_of(sample);
   link_.sending().push(*queue_, std::move(message), now);
 }
 

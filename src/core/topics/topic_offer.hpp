@@ -13,6 +13,7 @@
 #include "core/jobs/encoder.hpp"
 #include "core/link/link.hpp"
 #include "core/offers/link_offer.hpp"
+#include "core/policy/companion.hpp"
 #include "core/policy/keep.hpp"
 #include "core/ports/status.hpp"
 #include "core/topics/early_samples.hpp"
@@ -73,6 +74,8 @@ class TopicOffer final : public OutgoingChannel {
   void drop_held(DropReason reason);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
+  // The same for a sample that was admitted: what would leave with it waits no longer.
+  void lose(const OutSample& sample, DropReason reason);
 
   // Whether the peer listens and may not yet have had time to demand what it was offered.
   [[nodiscard]] bool is_awaited() const;
@@ -112,6 +115,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();
   void hold(const OutSample& sample, TimePoint at);
+  // What it leaves with, on this link.
+  [[nodiscard]] Moment moment_of(const OutSample& sample) const;
 
   ExportContext& context_;
   ExportedTopic& topic_;
@@ -122,6 +127,8 @@ class TopicOffer final : public OutgoingChannel {
   std::uint16_t demand_ = 0;       // the number that the peer gave it; 0: none
   bool resume_ = false;            // whether it asks to keep what a lost connection loses
   KeepDecision keep_;
+  Company company_ = Company::kNone;
+  std::uint64_t namespace_ = 0;  // company_namespace()
   RateLimits rates_;
   EarlySamples early_;
   HeldBack<OutSample> held_;

@@ -18,9 +18,11 @@ constexpr double kDecompressSecondsPerByte = 2e-9;
 }  // namespace
 
 bool TopicOffers::erase(LinkId link) {
-  const bool had = offers_.erase(link) > 0;
-  if (had) take_under_way(link);
-  return had;
+  const auto offer = offers_.find(link);
+  if (offer == offers_.end()) return false;
+  lose_under_way(offer->second);
+  offers_.erase(offer);
+  return true;
 }
 
 bool TopicOffers::erase_closed() {
@@ -209,6 +211,11 @@ std::vector<OutSample> TopicOffers::take_under_way(LinkId link) {
   return forgotten;
 }
 
+void TopicOffers::lose_under_way(TopicOffer& offer) {
+  for (const auto& sample : take_under_way(offer.link().id))
+    offer.lose(sample, DropReason::kNoDemand);
+}
+
 void TopicOffers::drop_under_way() {
   for (auto& [how, stream] : streams_)
     for (const auto& sample : stream.encoder.clear()) drop(sample, DropReason::kNoDemand);
@@ -216,7 +223,8 @@ void TopicOffers::drop_under_way() {
 
 void TopicOffers::drop(const OutSample& sample, DropReason reason) {
   for (const LinkId link : sample.targets)
-    if (const auto offer = offers_.find(link); offer != offers_.end()) offer->second.drop(reason);
+    if (const auto offer = offers_.find(link); offer != offers_.end())
+      offer->second.lose(sample, reason);
 }
 
 std::uint64_t TopicOffers::bytes() const {

@@ -57,6 +57,8 @@ class TopicOffers {
   void on_time(const Now& now);
   // Takes the samples that are being compressed for the link, in order; it will not get them.
   std::vector<OutSample> take_under_way(LinkId link);
+  // The same, as its demand has ended.
+  void lose_under_way(TopicOffer& offer);
   // Drops all that is being compressed.
   void drop_under_way();
 

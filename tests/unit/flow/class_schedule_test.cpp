@@ -14,7 +14,7 @@ namespace {
 struct Scheduled {
   ChannelQueue& add(Priority priority, bool light = false) {
     const ChannelId id{static_cast<std::uint32_t>(queues.size() + 1)};
-    ChannelQueue& added = queues.emplace_back(id, queue(priority), bases);
+    ChannelQueue& added = queues.emplace_back(id, queue(priority), bases, together);
     added.set_light(light);
     schedule.add(added);
     return added;
@@ -30,6 +30,7 @@ struct Scheduled {
   }
 
   Budget bases;
+  Together together;
   std::list<ChannelQueue> queues;
   ClassSchedule schedule;
 };
@@ -89,7 +90,7 @@ TEST(ClassSchedule, ChannelsOfAClassTakeTurns) {
 // A queue that has so many bytes to send in one message.
 ChannelQueue& add_message(Scheduled& s, std::size_t bytes) {
   const ChannelId id{static_cast<std::uint32_t>(s.queues.size() + 1)};
-  ChannelQueue& added = s.queues.emplace_back(id, queue(Priority::kNormal), s.bases);
+  ChannelQueue& added = s.queues.emplace_back(id, queue(Priority::kNormal), s.bases, s.together);
   added.push(message(bytes), 1, now_ms(0));
   s.schedule.add(added);
   return added;

@@ -16,9 +16,9 @@ TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
   Budget memory(100);
   HeldBack<std::string> held(memory);
   EXPECT_FALSE(held.deadline());
-  EXPECT_TRUE(held.hold({1}, "old", 10, at(50)));
-  EXPECT_TRUE(held.hold({2}, "other", 10, at(60)));
-  EXPECT_FALSE(held.hold({1}, "new", 20, at(70)));
+  EXPECT_FALSE(held.hold({1}, "old", 10, at(50)));
+  EXPECT_FALSE(held.hold({2}, "other", 10, at(60)));
+  EXPECT_EQ(held.hold({1}, "new", 20, at(70)), "old");
   EXPECT_EQ(memory.used(), 30U);
   EXPECT_EQ(held.deadline(), at(60));
   EXPECT_FALSE(held.take_due(at(59)));
@@ -32,9 +32,9 @@ TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
 TEST(HeldBack, OneThatPassesEndsTheWait) {
   Budget memory(100);
   HeldBack<std::string> held(memory);
-  EXPECT_FALSE(held.forget({1}));
-  EXPECT_TRUE(held.hold({1}, "old", 10, at(50)));
-  EXPECT_TRUE(held.forget({1}));
+  EXPECT_FALSE(held.take({1}));
+  EXPECT_FALSE(held.hold({1}, "old", 10, at(50)));
+  EXPECT_EQ(held.take({1}), "old");
   EXPECT_FALSE(held.deadline());
   EXPECT_EQ(memory.used(), 0U);
 }
@@ -42,9 +42,9 @@ TEST(HeldBack, OneThatPassesEndsTheWait) {
 TEST(HeldBack, WithoutRoomNothingIsHeld) {
   Budget memory(15);
   HeldBack<std::string> held(memory);
-  EXPECT_TRUE(held.hold({1}, "a", 10, at(50)));
-  EXPECT_FALSE(held.hold({2}, "b", 10, at(50)));
-  EXPECT_FALSE(held.hold({1}, "c", 10, at(50)));
+  EXPECT_FALSE(held.hold({1}, "a", 10, at(50)));
+  EXPECT_EQ(held.hold({2}, "b", 10, at(50)), "b");
+  EXPECT_EQ(held.hold({1}, "c", 10, at(50)), "c");
   EXPECT_EQ(held.size(), 1U);
   EXPECT_EQ(held.take(), "a");
   EXPECT_FALSE(held.take());

@@ -131,7 +131,8 @@ struct Script {
   }
 
   Budget bases;
-  ChannelQueue queue{kA, with_zstd(1), bases};
+  Together together;
+  ChannelQueue queue{kA, with_zstd(1), bases, together};
   std::uint64_t arrival = 0;
   PacketBuilder packet;
   Bytes last;

@@ -147,7 +147,8 @@ TEST(OutboxQueue, AStartedMessageIsFinishedHoweverOld) {
 
 TEST(OutboxQueue, SequencesGoFromTheLargestToOne) {
   Budget bases;
-  ChannelQueue channel(kA, {}, bases);
+  Together together;
+  ChannelQueue channel(kA, {}, bases, together);
   channel.restart(std::numeric_limits<std::uint32_t>::max() - 1);
   PacketBuilder packet;
   for (std::uint64_t arrival = 1; arrival <= 2; ++arrival) {

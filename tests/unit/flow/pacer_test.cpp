@@ -375,7 +375,7 @@ TEST(Pacer, WhoNeverAcknowledgesGetsLittle) {
     pacer.sent({sent, bytes, now, pacer.wants_ack(bytes, true, now), true});
   }
   EXPECT_EQ(sent, 32U << 10);
-  EXPECT_EQ(pacer.next_at(TimePoint(1h)), Pacer::kNever);
+  EXPECT_EQ(pacer.next_at(TimePoint(1h)), TimePoint(1h + 100ms));  // a loss may be why none comes
 }
 
 }  // namespace

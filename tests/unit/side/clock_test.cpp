@@ -30,13 +30,14 @@ TEST(SideClock, ItsClockIsFollowedForAPeerThatPublishesIt) {
   Topic clock = topic("/clock");
   clock.type = kClockType;
   s.join(1);
-  s.graph({clock.pub(1)});
   s.did();
   Accepts accepts;
   accepts.ros_time = true;
   s.say(1, accepts);
   EXPECT_EQ(s.did(), "clock followed\n");
-  s.graph({});  // the simulator is started again: its time must not become the system's
+  // The simulator starts after the link, and again: the system's time must never be told.
+  s.graph({clock.pub(1)});
+  s.graph({});
   s.graph({clock});
   EXPECT_EQ(s.did(), "");
   s.give(PolicyChanged{Policy({rule({"/odom"}, {})})});

@@ -165,6 +165,24 @@ TEST(Side, OffersNoMoreThanAPeerTakes) {
             std::string::npos);
 }
 
+// All that a large graph has waits at once when a link opens: no reason to end it.
+TEST(Side, OffersALargeGraphInOnePiece) {
+  Script s(server());
+  std::vector<Topic> topics;
+  const std::string node = "/" + std::string(200, 'n');
+  for (int i = 0; i < 4096; ++i) {
+    topics.push_back(topic("/t" + std::to_string(i)));
+    for (std::uint8_t publisher = 1; publisher < 6; ++publisher)
+      topics.back().pub(publisher, {}, node);
+  }
+  s.graph(topics);
+  s.login(1);
+  s.did();
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  EXPECT_TRUE(s.status().links.at(0).open);
+}
+
 TEST(Side, ASlowLoginIsClosed) {
   Script s(server());
   s.give(ConnectionOpened{{1}, "10.0.0.4"});
