@@ -51,6 +51,7 @@ class Host : public Party {
     const Accounts& accounts;
     Digest& digest;
     bool verbose = false;
+    bool asks = false;  // whether everything is asked after each input
   };
   struct MirrorInfo {
     int writer = 0;
@@ -151,6 +152,7 @@ class Host : public Party {
   void drain();
   void block(Duration how_long);
   void pump();
+  void check_marks();
   void plan_deadline();
   void later(Duration delay, std::function<Input()> make);
 

@@ -46,6 +46,9 @@ class Links {
   // Looks at the links that the input concerned, to be called after each: closes the connections
   // that have failed, notes who has something to send and who waits for when. Whether any failed.
   bool settle(const Now& now);
+  // Looks at all links at the next settle(). Returns whose timer does not wait for its deadline;
+  // empty: every timer does (Side::ask_everything).
+  [[nodiscard]] std::string ask_all() const;
   // Client: dials when it is time to.
   void dial_if_due(const Now& now);
   // Closes everything orderly, for good.
