@@ -294,6 +294,16 @@ bool Links::settle(const Now& now) {
   return any;
 }
 
+std::string Links::ask_all() const {
+  std::string wrong;
+  for (const auto& [id, link] : links_) {
+    link.mark();
+    const auto at = link.timer ? std::optional(link.timer.at()) : std::nullopt;
+    if (at != link.deadline()) wrong += "the timer of link " + std::to_string(id.value) + "; ";
+  }
+  return wrong;
+}
+
 void Links::close_failed(Link& link, const Now& now) {
   const Outputs::Paying paying(outputs_, link.account->time);
   const Error error = *link.connection()->failure();

@@ -51,6 +51,9 @@ class Links {
   void on_arrival(ConnectionId connection, const Now& now);
   // Whose packet is read next, by PacketReceived; nullopt: no packet waits.
   std::optional<ConnectionId> take_turn(const Now& now) { return turns_.take(now.steady); }
+  // Looks at all links at the next settle(). Returns whose timer does not wait for its deadline;
+  // empty: every timer does (Side::ask_everything).
+  [[nodiscard]] std::string ask_all() const;
   // Client: dials when it is time to.
   void dial_if_due(const Now& now);
   // Closes everything orderly, for good.

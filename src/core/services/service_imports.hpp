@@ -25,7 +25,7 @@ class ServiceImports {
   void forget_orphans(LinkId link, const Now& now);
 
   // The connection is gone: the mirror and its calls wait for the link's return.
-  void on_link_lost(LinkId link);
+  void on_link_lost(LinkId link, const Now& now);
   // The link is declared dead: its mirrors vanish, and their calls with them.
   void on_link_dead(LinkId link, const Now& now);
   void on_graph(const Now& now);   // servers here changed

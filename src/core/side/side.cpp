@@ -231,6 +231,20 @@ std::optional<TimePoint> Side::next_deadline() const {
   return earliest(first, clock_publisher_.deadline());
 }
 
+std::string Side::ask_everything(const Now& now) {
+  if (stopping_) return {};
+  std::string missed = links_.ask_all();
+  clock_due_ = true;
+  on_graph(now);
+  on_claims(now);
+  handle(TimePassed{}, now);
+  exports_.ask_all(now);
+  service_exports_.ask_all(now);
+  imports_.ask_all(now);
+  settle(now);
+  return missed;
+}
+
 // ---- links
 
 void Side::on_link_open(Link& link, const Now& now) {
@@ -255,7 +269,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   imports_.on_link_lost(link.id, now);
   if (!link.life.may_return()) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
-  service_imports_.on_link_lost(link.id);
+  service_imports_.on_link_lost(link.id, now);
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {

@@ -47,40 +47,6 @@ TEST(ServiceExportsLine, AServerIsGivenWhatItsQueueKeeps) {
   EXPECT_EQ(handed_over(s), "1/15 1/16 1/17 1/18 1/19 1/20 1/21 1/22 1/23 1/24");
 }
 
-TEST(ServiceExportsLine, AQueueThatIsNotWatchedTakesAllAtOnce) {
-  Rule open = callable();
-  open.treatment.server_queue = 0;
-  Script s(server({open}));
-  attached(s);
-  call(s, 1, 1, 30);
-  EXPECT_EQ(first(s).waiting, 0U);
-  call(s, 1, 31, 70);
-  EXPECT_EQ(first(s).waiting, 70U - open.treatment.calls_max);
-  handed_over(s);
-  answer(s, 30, "a");  // proves nothing: one call ends, one begins
-  EXPECT_EQ(handed_over(s), "1/65");
-}
-
-TEST(ServiceExportsLine, ALinkWithoutADepthIsNotHeldUpByTheOthers) {
-  Rule open = callable(), narrow = callable();
-  open.identities = {"crew"};
-  open.treatment.server_queue = 0;
-  narrow.treatment.server_queue = 2;
-  Script s(server({open, narrow}));
-  attached(s);
-  s.login(2, {}, {"crew", {}, 0});
-  s.say(2, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-  s.say(2, Attach{{1}, {1}});
-  call(s, 1, 1, 4);
-  EXPECT_EQ(handed_over(s), "1/1 1/2");
-  call(s, 2, 1, 3);
-  EXPECT_EQ(handed_over(s), "2/1 2/2 2/3");
-  answer(s, 3, "a");  // three are taken, two are still in the queue
-  EXPECT_EQ(handed_over(s), "");
-  answer(s, 4, "a");
-  EXPECT_EQ(handed_over(s), "1/3");
-}
-
 TEST(ServiceExportsLine, RulesThatChangeOpenTheQueue) {
   Rule open = callable();
   Script s(server({open}));
@@ -107,28 +73,6 @@ TEST(ServiceExportsLine, WhatNobodyWaitsForAnyLongerLiesInTheQueueAllTheSame) {
   s.give(ResponseTaken{{1}, {2}, {}});
   EXPECT_EQ(handed_over(s), "1/12");
   EXPECT_EQ(s.said(1), "");
-}
-
-TEST(ServiceExportsLine, ACallThatTimesOutLiesInTheQueueAllTheSame) {
-  auto timed = callable();
-  timed.treatment.call_timeout = std::chrono::seconds(2);
-  Script s(server({timed}));
-  attached(s);
-  call(s, 1, 1, 10);
-  s.pass(1000);
-  call(s, 1, 11, 11);
-  handed_over(s);
-  s.pass(1000);
-  EXPECT_EQ(first(s).pending, 1U);
-  EXPECT_EQ(handed_over(s), "");
-  s.pass(1000);  // while it stands in line
-  EXPECT_EQ(first(s).pending, 0U);
-  s.pass(500);
-  call(s, 1, 12, 12);
-  s.pass_to(4999);
-  EXPECT_EQ(handed_over(s), "");
-  s.pass_to(5000);
-  EXPECT_EQ(handed_over(s), "1/12");
 }
 
 TEST(ServiceExportsLine, ResultsAreAskedForInDueTime) {
@@ -183,30 +127,6 @@ TEST(ServiceExportsLine, WhatIsDecompressedHasItsRoomInTheQueue) {
   EXPECT_EQ(handed_over(s), "1/18");
 }
 
-TEST(ServiceExportsLine, AFailedRequestLeavesItsRoom) {
-  Script s(server({callable()}));
-  attached(s);
-  call(s, 1, 1, 12);
-  handed_over(s);
-  s.give(InvocationFailed{{1}, {10}, "these bytes are no request"});
-  EXPECT_EQ(handed_over(s), "1/11");
-}
-
-TEST(ServiceExportsLine, WhoLeavesTheLineMakesWayForTheNext) {
-  auto capped = callable();
-  capped.treatment.calls_max = 11;
-  Script s(server({capped}));
-  attached(s);
-  call(s, 1, 1, 12);
-  handed_over(s);
-  s.say(1, Forget{{1}, {{11}}});
-  answer(s, 1, "a");
-  EXPECT_EQ(handed_over(s), "1/12");
-  s.said(1);
-  s.acknowledge(1);
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-}
-
 TEST(ServiceExportsLine, AReleasedClientTakesTheLineWithIt) {
   Script s(server({callable()}));
   attached(s);
@@ -223,32 +143,6 @@ TEST(ServiceExportsLine, AReleasedClientTakesTheLineWithIt) {
   s.give(ServiceReady{{2}, true, ""});
   for (std::uint32_t id = 21; id <= 31; ++id) s.message(1, 2, id, std::to_string(id));
   EXPECT_EQ(handed_over(s), "21 22 23 24 25 26 27 28 29 30");
-}
-
-TEST(ServiceExportsLine, NothingIsHandedToAServerThatHasGone) {
-  Script s(server({callable()}));
-  both_attached(s);
-  call(s, 1, 1, 12);
-  call(s, 2, 1, 2);
-  handed_over(s);
-  s.give(ServiceReady{{1}, false, ""});
-  EXPECT_EQ(handed_over(s), "");
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-  s.pass(6000);
-  EXPECT_EQ(handed_over(s), "");
-}
-
-TEST(ServiceExportsLine, ADeadLinksTurnIsTheNextOnes) {
-  Script s(server({callable()}));
-  both_attached(s);
-  call(s, 1, 1, 12);
-  call(s, 2, 1, 2);
-  handed_over(s);
-  s.lose(1);
-  s.pass(3001);
-  EXPECT_EQ(handed_over(s), "");  // the dead link's requests lie in the queue
-  s.give(ResponseTaken{{1}, {2}, {}});
-  EXPECT_EQ(handed_over(s), "2/1 2/2");
 }
 
 }  // namespace

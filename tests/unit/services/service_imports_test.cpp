@@ -63,6 +63,18 @@ TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
 }
 
+TEST(ServiceImports, WithItsConnectionALinkLosesTheClaimToWhatHasNoMirror) {
+  Script s(server({callable()}));
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
+  s.join(1);
+  s.pass(kDiscovered);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  s.say(1, Attached{{1}, {1}, {0}});
+  EXPECT_EQ(s.did(), kClaim);
+  s.lose(1);
+  EXPECT_EQ(s.did(), "claim []\n");
+}
+
 TEST(ServiceImports, OfTwoBridgesThatClaimAtOnceTheSmallerSideIdMirrors) {
   Script s(server({callable()}));
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});

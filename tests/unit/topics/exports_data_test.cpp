@@ -100,44 +100,6 @@ TEST(SideExportsData, PatternsBeyondWhatIsComparedAreRefused) {
   }
 }
 
-TEST(SideExportsData, ARateIsKept) {
-  Treatment treatment;
-  treatment.max_rate = 10;
-  auto s = demanding(treatment);
-  begin(s);
-  for (int i = 0; i < 100; ++i) {  // 100 Hz for a second
-    s.take(2, 1, "x");
-    s.said(1);
-    s.pass(10);
-  }
-  const auto status = s.status().links[0].topics[0];
-  EXPECT_GE(status.messages, 10U);
-  EXPECT_LE(status.messages, 13U);
-  EXPECT_EQ(status.dropped.of(DropReason::kRate), 99 - status.messages);
-  s.pass(100);
-  EXPECT_EQ(s.said(1), "1.1 x\n");  // the last of them comes late, but it comes
-}
-
-// A stick that is let go: one stop, and nothing after it.
-TEST(SideExportsData, ARateDoesNotLoseTheLastMessage) {
-  Treatment treatment;
-  treatment.max_rate = 10;
-  auto s = demanding(treatment);
-  begin(s);
-  for (int round = 0; round < 10; ++round) {
-    for (int i = 0; i < 50; ++i) {
-      s.take(2, 1, "drive");
-      s.pass(20);
-    }
-    s.take(2, 1, "stop");
-    s.pass(100);
-    const auto said = s.said(1);
-    EXPECT_EQ(said.substr(said.rfind(' ')), " stop\n");
-    s.pass(500);
-    EXPECT_EQ(s.said(1), "");
-  }
-}
-
 TEST(SideExportsData, RatesAreEachLinksOwn) {
   Treatment treatment;
   treatment.max_rate = 1;
@@ -159,42 +121,6 @@ TEST(SideExportsData, LossesBelowAreCounted) {
   s.give(MessagesLost{{77}, 9, true});
   EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 3U);
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 5U);
-}
-
-TEST(SideExportsData, SamplesOfUnknownOriginsWaitForTheGraph) {
-  auto s = demanding({});
-  begin(s);
-  s.take(2, 7, "first");
-  s.take(2, 7, "second");
-  s.take(2, 1, "known");
-  EXPECT_EQ(s.did(), "refresh /a\n");
-  EXPECT_EQ(s.said(1), "1.1 known\n");
-  s.graph({topic("/a").pub(1).pub(7)});
-  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n1.2 first, 1.2 second\n");
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-}
-
-TEST(SideExportsData, UnknownOriginsThatDoNotAppearAreDropped) {
-  auto s = demanding({});
-  begin(s);
-  s.take(2, 7, "whose");
-  EXPECT_GT(s.status().memory_bytes, 0U);
-  s.pass(999);
-  EXPECT_EQ(s.dropped(DropReason::kUnknownOrigin), 0U);
-  s.pass(1);
-  EXPECT_EQ(s.dropped(DropReason::kUnknownOrigin), 1U);
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-  s.graph({topic("/a").pub(1).pub(7)});
-  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n");
-}
-
-TEST(SideExportsData, OnlySoManySamplesOfUnknownOriginsWait) {
-  auto s = demanding({});
-  begin(s, qos(1000));
-  for (int i = 0; i < 300; ++i) s.take(2, 7, "x");
-  EXPECT_EQ(s.dropped(DropReason::kUnknownOrigin), 44U);
-  s.demand(1, 1, false);
-  EXPECT_EQ(s.status().memory_bytes, 0U);
 }
 
 TEST(SideExportsData, SamplesOfABridgeDoNotCross) {
@@ -230,36 +156,6 @@ TEST(SideExportsData, WithoutOriginsLatchedSamplesOfSeveralPublishersAllCross) {
   s.join(2);
   s.demand(2, 1);
   EXPECT_EQ(s.said(2), "1.1 base to arm, 1.2 base to mast\n");
-}
-
-TEST(SideExportsData, OneCompressionServesAllLinks) {
-  auto s = compressing();
-  begin(s);
-  s.join(2);
-  s.demand(2, 1);
-  s.take(2, 1, std::string(2000, 'x'));
-  s.take(2, 1, "ab");  // waits behind it
-  EXPECT_EQ(s.did(), "compress 1\n");
-  EXPECT_EQ(s.said(1), "");
-  s.give(JobDone{{1}, Payload::adopt({1, 2, 3})});
-  EXPECT_EQ(s.said(1), "1.1 zstd, 1.1 ab\n");
-  EXPECT_EQ(s.said(2), "1.1 zstd, 1.1 ab\n");
-  EXPECT_EQ(s.did(), "");
-}
-
-TEST(SideExportsData, DemandThatEndsDuringTheJobDropsTheSample) {
-  Treatment treatment;
-  treatment.compression.codec = Codec::kLz4;
-  auto options = server();
-  options.compress_job_bytes = 1000;
-  auto s = demanding(treatment, options);
-  begin(s);
-  s.take(2, 1, std::string(2000, 'x'));
-  s.demand(1, 1, false);
-  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
-  s.give(JobDone{{1}, Payload::adopt({1, 2, 3})});
-  EXPECT_EQ(s.said(1), "");
-  EXPECT_EQ(s.status().memory_bytes, 0U);
 }
 
 TEST(SideExportsData, ASlowPeerGetsTheNewest) {

@@ -84,16 +84,6 @@ TEST(SideExports, ADemandThatComesAndGoesMakesFewSubscriptions) {
   EXPECT_EQ(s.did(), "subscribe 13 /a reliable volatile 100\n");
 }
 
-TEST(SideExports, ALostLinkDemandsNothing) {
-  Script s(server());
-  s.graph({topic("/a").pub(1)});
-  s.join(1);
-  s.demand(1, 1);
-  s.did();
-  s.lose(1);
-  EXPECT_EQ(s.did(), "unsubscribe 2\n");
-}
-
 TEST(SideExports, DemandForWhatIsNotThereIsIgnored) {
   Script s(server());
   s.join(1);
