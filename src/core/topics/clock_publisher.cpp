@@ -91,8 +91,8 @@ std::optional<TimePoint> ClockPublisher::deadline() const {
   return next_;
 }
 
-bool wants_clock(const LinkTable& links, const GraphView& graph, const GraphOptions& options,
-                 const Policy& policy, bool follows) {
+bool wants_clock(const LinkTable& links, const GraphView& graph, const Policy& policy,
+                 bool follows) {
   const auto asks = [](const auto& entry) {
     const Link& link = entry.second;
     return link.open() && link.accepts && link.accepts->told().ros_time;
@@ -100,12 +100,14 @@ bool wants_clock(const LinkTable& links, const GraphView& graph, const GraphOpti
   // Nearly always nobody does.
   if (std::none_of(links.begin(), links.end(), asks)) return false;
   const TopicState* clock = graph.find({"/clock", kClockType});
-  const auto wire_name = options.names.to_wire("/clock");
   const bool exists = clock && !clock->publishers.empty();
-  if ((!exists && !follows) || !wire_name) return false;
+  if (!exists && !follows) return false;
   return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
-    return asks(entry) && policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
-                                        kClockType, entry.second.login.identity());
+    const Link& link = entry.second;
+    const auto wire_name = link.names.to_wire("/clock");
+    return wire_name && asks(entry) &&
+           policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, kClockType,
+                         link.login.identity());
   });
 }
 

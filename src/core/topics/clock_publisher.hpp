@@ -61,7 +61,7 @@ class ClockPublisher {
 // is one that the rules let it have. Nothing else uses it, so /clock is followed only then.
 // `follows`: it is followed already. When its publisher ends, time stands still, as for every node
 // there: a simulator that is restarted must not make the peer's time jump to that of the system.
-[[nodiscard]] bool wants_clock(const LinkTable& links, const GraphView& graph,
-                               const GraphOptions& options, const Policy& policy, bool follows);
+[[nodiscard]] bool wants_clock(const LinkTable& links, const GraphView& graph, const Policy& policy,
+                               bool follows);
 
 }  // namespace connect_bridge
