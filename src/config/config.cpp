@@ -8,6 +8,7 @@
 #include "config/http_proxy.hpp"
 #include "config/key_search.hpp"
 #include "config/login_reader.hpp"
+#include "config/names_reader.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/control.hpp"
@@ -224,20 +225,7 @@ class ConfigMaker {
     const std::string graph = values_.text("graph");
     config_.limits.proxy_nodes = graph.empty() ? !config_.is_robot() : graph == "nodes";
     config_.carries_types_not_installed = values_.text("types_not_installed") == "carry";
-    std::set<std::string> wires;
-    std::set<std::string> locals;
-    for (const std::string& text : values_.list("remap")) {
-      const auto pair = syntax::parse_remap(text);
-      if (!pair) continue;
-      if (!wires.insert(pair->wire).second) {
-        add("remap", to_text(text), fmt::format("{} to be remapped once only", pair->wire));
-      }
-      if (!locals.insert(pair->local).second) {
-        add("remap", to_text(text), fmt::format("{} to be the target once only", pair->local));
-      }
-      config_.remap.push_back(*pair);
-    }
-    config_.names = NameMap(config_.prefix, config_.remap);
+    read_peer_names(values_, config_, parsed_.problems);
   }
 
   // A misspelt type in a rule would silently forward nothing.
@@ -324,6 +312,9 @@ class ConfigMaker {
     config_.policy = Policy(std::move(set.rules));
     config_.default_rules = set.defaults;
     config_.clock_publish_period = set.clock_publish_period;
+    if (set.clock_publish_period > Duration::zero() && config_.prefix == syntax::kByIdentity)
+      add("prefix", to_text(config_.prefix),
+          "no rule with clock: publish, since each robot has a time of its own");
   }
 
   Parsed parsed_;  // before values_, which adds to its problems

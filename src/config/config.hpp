@@ -37,8 +37,9 @@ struct Config {
   std::optional<HttpProxy> https_proxy;  // on the way to `auth.jwt_keys` or `auth.service`
   SocketOptions socket;
   Policy policy;
-  NameMap names;
-  std::string prefix;
+  PeerNames names;
+  std::string prefix;  // or kByIdentity
+  PeerNames::Words identity_names;
   std::vector<NameMap::Pair> remap;
   bool reached_by_others = false;  // by other machines, or through a proxy
   std::string status_file;         // empty: none is written

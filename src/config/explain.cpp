@@ -222,7 +222,13 @@ std::string explain(const Config& config) {
   text += login_text(config) + "\n";
   if (config.robot == Role::kClient)
     text += fmt::format("robot: {}\n", server ? "the client" : "this end");
-  if (!config.prefix.empty()) {
+  if (config.prefix == syntax::kByIdentity) {
+    text +=
+        "names: the peer's /x is /IDENTITY/x at this side; only what is below that can be "
+        "exported to it\n";
+    for (const auto& [identity, word] : config.identity_names)
+      text += fmt::format("names: the identity {} is /{}\n", identity, word);
+  } else if (!config.prefix.empty()) {
     text += fmt::format(
         "names: the peer's /x is {0}/x at this side; only what is below {0} can be exported\n",
         config.prefix);

@@ -180,8 +180,16 @@ void add_names(Rows& rows) {
        .fallback = "",
        .syntax = check_prefix,
        .help = "Put before every name of the peer: /scan becomes /robot1/scan. Of this side only "
-               "names below it can be exported; the peer, and the rules, have them without it."},
+               "names below it can be exported; the peer, and the rules, have them without it. "
+               "`by_identity`, at a server: before the names of each login its identity."},
       [](Config& c) { return &c.prefix; });
+  add({.key = "identity_names",
+       .fallback = Strings{},
+       .syntax = check_identity_name,
+       .used_by = UsedBy::kServer,
+       .help =
+           "With prefix: by_identity, the names of those identities that are none for ROS, each "
+           "\"identity:=name\". Others without such a name are refused."});
   add({.key = "remap",
        .fallback = Strings{},
        .syntax = check_remap,

@@ -196,6 +196,13 @@ std::optional<NameMap::Pair> parse_remap(std::string_view text) {
   return pair;
 }
 
+std::optional<std::pair<std::string, std::string>> parse_identity_name(std::string_view text) {
+  const std::size_t at = text.rfind(":=");
+  if (at == std::string_view::npos || at == 0 || !is_prefix_word(text.substr(at + 2)))
+    return std::nullopt;
+  return std::pair{std::string{text.substr(0, at)}, std::string{text.substr(at + 2)}};
+}
+
 std::vector<Pattern> parse_patterns(const std::vector<std::string>& texts) {
   std::vector<Pattern> parsed;
   for (const std::string& text : texts) {
@@ -296,8 +303,14 @@ Complaint check_remap(std::string_view text) {
 }
 
 Complaint check_prefix(std::string_view text) {
-  return expect(text.empty() || is_canonical_name(text),
-                "an absolute name without a '/' at its end, e.g. /robot1, or an empty text");
+  return expect(text.empty() || text == kByIdentity || is_canonical_name(text),
+                "an absolute name without a '/' at its end, e.g. /robot1, by_identity, or an empty "
+                "text");
+}
+
+Complaint check_identity_name(std::string_view text) {
+  return expect(parse_identity_name(text).has_value(),
+                "\"identity:=name\", the name of letters, digits and '_', e.g. robot-7:=robot7");
 }
 
 Complaint check_pattern(std::string_view text) {

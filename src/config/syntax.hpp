@@ -5,9 +5,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/time.hpp"
+#include "core/policy/names.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/policy/policy.hpp"
 #include "core/ports/net_options.hpp"
@@ -43,6 +45,11 @@ inline constexpr std::array<Word<Role>, 2> kRoleWords{{
 [[nodiscard]] std::optional<Url> parse_http_url(std::string_view text);
 [[nodiscard]] std::optional<Compression> parse_compression(std::string_view text);
 [[nodiscard]] std::optional<NameMap::Pair> parse_remap(std::string_view text);
+// "identity:=word": the word stands before its names (core/policy/names.hpp).
+[[nodiscard]] std::optional<std::pair<std::string, std::string>> parse_identity_name(
+    std::string_view text);
+// In place of a prefix: each identity's own.
+inline constexpr std::string_view kByIdentity = "by_identity";
 // Those that are patterns.
 [[nodiscard]] std::vector<Pattern> parse_patterns(const std::vector<std::string>& texts);
 // Seconds as written by an operator, to the nearest nanosecond.
@@ -64,6 +71,7 @@ Complaint check_path(std::string_view text);
 Complaint check_compression(std::string_view text);
 Complaint check_remap(std::string_view text);
 Complaint check_prefix(std::string_view text);
+Complaint check_identity_name(std::string_view text);
 Complaint check_pattern(std::string_view text);
 Complaint check_type(std::string_view text);
 Complaint check_rule_name(std::string_view text);

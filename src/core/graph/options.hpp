@@ -3,19 +3,20 @@
 
 #include <string>
 
-#include "core/policy/policy.hpp"
+#include "core/policy/interface.hpp"
+#include "core/policy/names.hpp"
+#include "core/policy/pattern.hpp"
 
 namespace connect_bridge {
 
-// How the peers' names appear in the local graph.
+// How what is imported appears in the local graph.
 struct GraphOptions {
-  NameMap names;
   bool proxy_nodes = false;  // mirrors belong to a node named as their origin's, not to our own
   bool qos_must_fit = true;  // else a subscriber gets messages whatever QoS it requests
 
   // The local node that is to own the mirror of an endpoint of the peer's `node` (a name on the
   // wire). Empty: our own node.
-  [[nodiscard]] std::string owner_of(const std::string& node) const {
+  [[nodiscard]] std::string owner_of(const std::string& node, const NameMap& names) const {
     return proxy_nodes && is_canonical_name(node) ? names.to_local(node) : std::string();
   }
 };

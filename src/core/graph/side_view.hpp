@@ -24,10 +24,6 @@ struct SideView {
 
   // Whether another bridge is known to be in this graph.
   [[nodiscard]] bool beside_bridges() const { return claims.any() || !graph.bridges().empty(); }
-  // A name on the wire; of what has none, because it is outside the prefix, its own.
-  [[nodiscard]] std::string wire_name(const std::string& local) const {
-    return graph_options.names.to_wire(local).value_or(local);
-  }
 };
 
 }  // namespace connect_bridge

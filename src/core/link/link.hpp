@@ -23,6 +23,7 @@
 #include "core/link/link_login.hpp"
 #include "core/link/link_mirrors.hpp"
 #include "core/link/loss.hpp"
+#include "core/policy/names.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -66,6 +67,7 @@ class Link final : public ConnectionUser {
   Budget memory{&account->memory};         // what the peer makes this side hold, in bytes
   LinkLife life;
   LinkLogin login;
+  NameMap names;  // of whoever logged in; set before anything is offered, and never changed
   LinkAccepts accepts{account->accepts};         // what the peer would import
   LinkMirrors mirrors{account->places, memory};  // what appears here because of the peer
   ArrivedTopics arrived;

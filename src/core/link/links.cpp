@@ -54,10 +54,13 @@ Link* Links::link_of(ConnectionId connection) const {
   return it == carrying_.end() ? nullptr : it->second;
 }
 
-Link& Links::make_link(const std::string& identity) {
+Link& Links::make_link(const std::string& identity, NameMap names) {
   const LinkId id{++last_link_};
-  return links_.try_emplace(id, id, user_, accounts_.of(identity), options_.resume_for, &due_)
-      .first->second;
+  auto own = accounts_.of(identity);
+  Link& link =
+      links_.try_emplace(id, id, user_, std::move(own), options_.resume_for, &due_).first->second;
+  link.names = std::move(names);
+  return link;
 }
 
 void Links::close(ConnectionId connection, CloseCode code, const std::string& reason) {
@@ -91,7 +94,8 @@ void Links::look_at(Connection& stranger, const Now& now) {
   if (stranger.failure()) return refuse(id, Error(*stranger.failure()), now);
   if (!stranger.open()) return;
   auto welcomed = strangers_.take(id);  // we are a client
-  carry(links_.empty() ? make_link({}) : links_.begin()->second, std::move(welcomed), now);
+  carry(links_.empty() ? make_link({}, options_.names.of({}).value()) : links_.begin()->second,
+        std::move(welcomed), now);
 }
 
 void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
@@ -132,7 +136,10 @@ void Links::answer_login(Authenticated& answer, const Now& now) {
   if (may_log_in_at(identity, continued_by(stranger, identity), accounts_) > now.steady)
     return refuse(id, {CloseCode::kTooManyConnections, "too many links were ended for offences"},
                   now);
-  Link* link = link_for_login(stranger, identity, now);
+  auto names = options_.names.of(identity.name);
+  if (!names)
+    return refuse(id, names.error(), now, "login refused: the server has no prefix for this name");
+  Link* link = link_for_login(stranger, identity, std::move(names).value(), now);
   if (!link) return refuse(id, {CloseCode::kTooManyConnections, "too many links"}, now);
   auto connection = strangers_.take(id);
   link->login.set_identity(identity);
@@ -163,7 +170,7 @@ Link* Links::continued_by(const Connection& connection, const Identity& identity
 // A login that continues no link needs a place: among the links of its identity, so that one token
 // cannot take all places, and among all. The oldest link that is lost gives way, because a peer
 // that is here counts for more than one that may return.
-Link* Links::link_for_login(const Connection& connection, const Identity& identity,
+Link* Links::link_for_login(const Connection& connection, const Identity& identity, NameMap names,
                             const Now& now) {
   if (Link* const own = continued_by(connection, identity)) return own;
   const auto own = [&](const Link& link) { return link.login.identity().name == identity.name; };
@@ -172,7 +179,7 @@ Link* Links::link_for_login(const Connection& connection, const Identity& identi
                                     : std::max(options_.links_max / 2, kIdentityLinksMin);
   if (!identity.name.empty() && !make_room(own_max, now, own)) return nullptr;
   if (!make_room(options_.links_max, now, [](const Link&) { return true; })) return nullptr;
-  Link& link = make_link(identity.name);
+  Link& link = make_link(identity.name, std::move(names));
   link.login.set_session(make_token(random_, options_.secret_random));
   return &link;
 }

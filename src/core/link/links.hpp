@@ -85,12 +85,12 @@ class Links {
   [[nodiscard]] Link* continued_by(const Connection& connection, const Identity& identity);
   // That, or a new one; null at the limit.
   [[nodiscard]] Link* link_for_login(const Connection& connection, const Identity& identity,
-                                     const Now& now);
+                                     NameMap names, const Now& now);
   // Makes room for one more among the links that `counts` counts: a lost link is removed for one
   // that is present. False: there is no room.
   template <class Counts>
   [[nodiscard]] bool make_room(std::size_t links_max, const Now& now, Counts counts);
-  [[nodiscard]] Link& make_link(const std::string& identity);
+  [[nodiscard]] Link& make_link(const std::string& identity, NameMap names);
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
   // What a connection before its login has come to by the last input.
   void look_at(Connection& stranger, const Now& now);

@@ -10,6 +10,7 @@
 #include "core/flow/outbox_options.hpp"
 #include "core/flow/reassembly.hpp"
 #include "core/link/account.hpp"
+#include "core/policy/names.hpp"
 #include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
@@ -17,6 +18,7 @@ namespace connect_bridge {
 struct LinkOptions {
   Role role = Role::kServer;
   std::string node = "/connect";      // fully qualified name of our node
+  PeerNames names;                    // what the peers call things, and what they are called here
   std::string login_method = "none";  // client: what it logs in with
   Bytes credential;                   // client, until CredentialChanged
   Duration login_timeout = std::chrono::seconds(5);

@@ -23,14 +23,6 @@ ExportRight right_to_events(const SideView& side, const Link& link, const std::s
 
 }  // namespace
 
-std::shared_ptr<const LocalInterface> local_interface(const SideView& side, InterfaceKind kind,
-                                                      std::pair<std::string, std::string> key) {
-  auto wire_name = side.graph_options.names.to_wire(key.first);
-  const bool events = wire_name && is_parameter_events(kind, *wire_name);
-  return std::make_shared<LocalInterface>(
-      LocalInterface{kind, std::move(key), std::move(wire_name), events});
-}
-
 ExportRight export_right(const SideView& side, const Link& link, const Interface& what) {
   auto decision = side.policy.decide(Direction::kExport, what,
                                      link.login.identity());  // mutant: export_right
@@ -41,16 +33,22 @@ ExportRight export_right(const SideView& side, const Link& link, const Interface
 
 // Rules speak of names as the wire has them, so that one rule serves robots under any prefix.
 ExportRight export_right(const SideView& side, const Link& link, const LocalInterface& what) {
-  if (!what.wire_name) return {};
   const auto& [name, type] = what.key;
-  if (what.parameter_events) return right_to_events(side, link, type);
+  const auto wire_name = link.names.to_wire(name);
+  if (!wire_name) return {};
+  if (is_parameter_events(what.kind, *wire_name)) return right_to_events(side, link, type);
   const auto action_type = side.actions.type_of(what.kind, name, type);
   if (!action_type) return {Answer::kNotWhole, {}};
-  return export_right(side, link, Interface{what.kind, *what.wire_name, type, *action_type});
+  return export_right(side, link, Interface{what.kind, *wire_name, type, *action_type});
+}
+
+bool are_parameter_events(const Link& link, const LocalInterface& what) {
+  const auto wire_name = link.names.to_wire(what.key.first);
+  return wire_name && is_parameter_events(what.kind, *wire_name);
 }
 
 bool may_have_events(const SideView& side, const Link& link, std::string_view node) {
-  const auto wire_node = side.graph_options.names.to_wire(std::string(node));
+  const auto wire_node = link.names.to_wire(node);
   if (!wire_node) return false;
   const Interface what{
       InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, *wire_node};

@@ -14,19 +14,11 @@
 
 namespace connect_bridge {
 
-// A topic or a service here, and what peers call it.
+// A topic or a service here.
 struct LocalInterface {
   InterfaceKind kind;                       // kTopic or kService
   std::pair<std::string, std::string> key;  // local name, type
-  std::optional<std::string> wire_name;     // none: it is not visible to peers
-  bool parameter_events = false;            // of all nodes: each origin has its own right
-
-  // Of what is not visible, its own name.
-  [[nodiscard]] const std::string& shown_name() const { return wire_name ? *wire_name : key.first; }
 };
-
-[[nodiscard]] std::shared_ptr<const LocalInterface> local_interface(
-    const SideView& side, InterfaceKind kind, std::pair<std::string, std::string> key);
 
 // What the rules here and the peer's `accepts` say.
 struct ExportRight {
@@ -50,6 +42,8 @@ struct ExportRight {
 // The same for any interface, whether it is here or not.
 [[nodiscard]] ExportRight export_right(const SideView& side, const Link& link,
                                        const Interface& what);
+// Whether it is what the peer calls /parameter_events: each origin has a right of its own.
+[[nodiscard]] bool are_parameter_events(const Link& link, const LocalInterface& what);
 // Whether the peer gets the events of a node's parameters (local name), which are origins of
 // /parameter_events.
 [[nodiscard]] bool may_have_events(const SideView& side, const Link& link, std::string_view node);

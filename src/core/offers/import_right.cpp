@@ -25,7 +25,7 @@ std::optional<Decision> import_right(const SideView& side, const Link& link,
 
 std::optional<Decision> import_right(const SideView& side, const Link& link, InterfaceKind kind,
                                      const Key& key, const std::string& action_type) {
-  const auto wire_name = side.graph_options.names.to_wire(key.first);
+  const auto wire_name = link.names.to_wire(key.first);
   if (!wire_name) return std::nullopt;
   return right_by_name(side, link, {kind, *wire_name, key.second, action_type});
 }
@@ -55,9 +55,8 @@ std::optional<Import> judge(const SideView& side, Link& link, const ChannelOffer
   if (!decision) return no("not_permitted", "no rule allows importing " + offer.name);
   // Through `remap` two names on the wire may come to one name here: they would share a mirror,
   // though the rules judge each by its own name.
-  const NameMap& names = side.graph_options.names;
-  Key key{names.to_local(offer.name), offer.type};
-  if (names.to_wire(key.first) != offer.name)
+  Key key{link.names.to_local(offer.name), offer.type};
+  if (link.names.to_wire(key.first) != offer.name)
     return no("not_permitted", "another name is mapped to its name here");
   return Import{std::move(key), *std::move(decision)};
 }
@@ -79,7 +78,7 @@ void note_import_end(const SideView& side, const Link& link, InterfaceKind kind,
                      const std::string& rule, const Ending& why) {
   if (!side.outputs.audits()) return;
   audit(side.outputs, link, AuditEvent::kChannelEnded,
-        {Direction::kImport, kind, side.wire_name(key.first), key.second, rule}, why.reason,
+        {Direction::kImport, kind, link.names.wire_name(key.first), key.second, rule}, why.reason,
         why.code);
 }
 

@@ -21,7 +21,7 @@ std::optional<ChannelOffer> LinkOffer::open(OutgoingChannel& channel) {
   ChannelOffer offer;
   offer.channel = number_;
   offer.kind = what_->kind;
-  offer.name = what_->shown_name();
+  offer.name = wire_name();
   offer.type = type;
   offer.action_type = side_.actions.type_of(what_->kind, name, type).value_or("");
   note(AuditEvent::kChannelOpened);
@@ -80,7 +80,7 @@ void LinkOffer::on_decline(const Decline& decline, const Now& now) {
 void LinkOffer::note(AuditEvent event, const Ending& why) const {
   if (!side_.outputs.audits()) return;
   audit(side_.outputs, link_, event,
-        {Direction::kExport, what_->kind, what_->shown_name(), what_->key.second, decision().rule},
+        {Direction::kExport, what_->kind, wire_name(), what_->key.second, decision().rule},
         why.reason, why.code);
 }
 

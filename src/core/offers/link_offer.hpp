@@ -65,6 +65,8 @@ class LinkOffer {
   [[nodiscard]] ChannelId number() const { return number_; }
   [[nodiscard]] bool is_open() const { return bool(number_); }
   [[nodiscard]] Link& link() const { return link_; }
+  // What the peer calls it; of what it does not see, its name here.
+  [[nodiscard]] std::string wire_name() const { return link_.names.wire_name(what_->key.first); }
   // The terms under which it was opened, or which were taken since.
   [[nodiscard]] const Decision& decision() const { return decision_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }

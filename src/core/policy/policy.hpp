@@ -97,25 +97,4 @@ class Policy {
   std::vector<Rule> rules_;
 };
 
-// Names at this side against names on the wire: `prefix` ("/robot1" or empty) is put before every
-// wire name, unless an exact `remap` pair (wire name, local name) wins. Both directions use the
-// same map.
-class NameMap {
- public:
-  struct Pair {
-    std::string wire;
-    std::string local;
-  };
-  NameMap() = default;
-  NameMap(std::string prefix, std::vector<Pair> remap);
-  [[nodiscard]] std::string to_local(std::string_view wire) const;
-  // nullopt: this local name is not visible to the peer (outside the prefix, remapped away, or the
-  // bridges' own).
-  [[nodiscard]] std::optional<std::string> to_wire(std::string_view local) const;
-
- private:
-  std::string prefix_;
-  std::vector<Pair> remap_;
-};
-
 }  // namespace connect_bridge

@@ -44,7 +44,7 @@ std::optional<ChannelOffer> Attachment::offer(const Now& now) {
   const QueueOptions queue = queue_of_calls(offer_.decision());
   link_.sending().add_channel(offer->channel, queue);
   offer->priority = queue.priority;
-  offer->node = serving_.wire_name(service_.node());
+  offer->node = link_.names.wire_name(service_.node());
   offer->epoch = epoch_;
   return offer;
 }
@@ -131,7 +131,7 @@ void Attachment::send_attached(const Now& now) {
 std::optional<Audit> Attachment::line_of_call(AuditEvent event, const std::string& why) const {
   if (!serving_.outputs.audits()) return std::nullopt;
   const LocalInterface& what = *service_.what();
-  AuditChannel channel{Direction::kExport, what.kind, what.shown_name(), what.key.second,
+  AuditChannel channel{Direction::kExport, what.kind, offer_.wire_name(), what.key.second,
                        offer_.decision().rule};
   const auto part = part_of_action(channel.kind, channel.name, channel.type);
   if (part && part->part == ActionPart::kSendGoal) {

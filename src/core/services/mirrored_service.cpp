@@ -196,9 +196,9 @@ void MirroredService::create_mirror(const Feed& feed) {
   type_hash_ = feed.type_hash();
   any_definition_ = feed.any_definition();
   differs_ = false;
-  mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, type_hash_,
-                                              mirroring_.graph_options.owner_of(feed.node()),
-                                              any_definition_});
+  mirroring_.outputs.push(CreateServiceMirror{
+      mirror_, key_.first, key_.second, type_hash_,
+      mirroring_.graph_options.owner_of(feed.node(), feed.link().names), any_definition_});
 }
 
 void MirroredService::destroy_mirror() {

@@ -10,7 +10,8 @@ namespace connect_bridge {
 
 RealService::RealService(ServiceKey key, Serving& serving)
     : serving_(serving),
-      what_(local_interface(serving, InterfaceKind::kService, std::move(key))),
+      what_(std::make_shared<LocalInterface>(
+          LocalInterface{InterfaceKind::kService, std::move(key)})),
       gives_results_(is_result_service(what_->key.first)) {}
 
 // ---- the graph

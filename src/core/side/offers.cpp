@@ -23,7 +23,7 @@ struct Lacking {
 };
 
 void log_lack(const Link& link, const SideView& side, const Lacking& lacking) {
-  const auto wire_name = side.graph_options.names.to_wire(lacking.part);
+  const auto wire_name = link.names.to_wire(lacking.part);
   if (!wire_name) return;
   const Interface what{lacking.kind, *wire_name, lacking.part_type, lacking.action_type};
   if (export_right(side, link, what).answer != ExportRight::Answer::kYes) return;

@@ -100,7 +100,7 @@ void Side::settle(const Now& now) {
 }
 
 void Side::follow_clock() {
-  const bool clock = wants_clock(links_.all(), options_, policy_);
+  const bool clock = wants_clock(links_.all(), policy_);
   if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
 }
 
@@ -252,7 +252,7 @@ void Side::on_link_open(Link& link, const Now& now) {
   told_listeners_.tell(link);
   if (options_.clock_publish_period == Duration::zero()) return;
   link.connection()->set_time_period(kClockRequestPeriod);
-  clock_publisher_.start(options_.names.to_local("/clock"), outputs_, now);
+  clock_publisher_.start(link.names.to_local("/clock"), outputs_, now);
 }
 
 void Side::on_link_lost(Link& link, const Now& now) {

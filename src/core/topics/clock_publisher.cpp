@@ -91,18 +91,19 @@ std::optional<TimePoint> ClockPublisher::deadline() const {
   return next_;
 }
 
-bool wants_clock(const LinkTable& links, const GraphOptions& options, const Policy& policy) {
+bool wants_clock(const LinkTable& links, const Policy& policy) {
   const auto asks = [](const auto& entry) {
     const Link& link = entry.second;
     return link.open() && link.accepts && link.accepts->told().ros_time;
   };
   // Nearly always nobody does.
   if (std::none_of(links.begin(), links.end(), asks)) return false;
-  const auto wire_name = options.names.to_wire("/clock");
-  if (!wire_name) return false;
   return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
-    return asks(entry) && policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
-                                        kClockType, entry.second.login.identity());
+    const Link& link = entry.second;
+    const auto wire_name = link.names.to_wire("/clock");
+    return wire_name && asks(entry) &&
+           policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, kClockType,
+                         link.login.identity());
   });
 }
 

@@ -61,7 +61,6 @@ class ClockPublisher {
 // publisher there is no time, and when that ends time stands still, as for every node there: a
 // simulator that starts later, or again, must not make the peer's time jump from that of the
 // system, or to it.
-[[nodiscard]] bool wants_clock(const LinkTable& links, const GraphOptions& options,
-                               const Policy& policy);
+[[nodiscard]] bool wants_clock(const LinkTable& links, const Policy& policy);
 
 }  // namespace connect_bridge

@@ -16,7 +16,8 @@ constexpr Duration kJoinMax = std::chrono::seconds(1);  // since the first early
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),
-      what_(local_interface(context, InterfaceKind::kTopic, std::move(key))),
+      what_(
+          std::make_shared<LocalInterface>(LocalInterface{InterfaceKind::kTopic, std::move(key)})),
       origins_({context.timers, this}),
       offers_(context, {context.timers, this}),
       backlogs_(context, what_, {context.timers, this}),

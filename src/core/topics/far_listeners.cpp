@@ -51,8 +51,9 @@ Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, 
 // it, and the claims topic is not for peers.
 void FarListeners::add(OfLink& of_link, const ListenerTold& listener) {
   auto& topic = of_link.listeners[listener.listener];
-  const std::string local = side_.graph_options.names.to_local(listener.name);
-  if (side_.graph_options.names.to_wire(local) != listener.name || local == kClaimsTopic ||
+  const NameMap& names = of_link.link->names;
+  const std::string local = names.to_local(listener.name);
+  if (names.to_wire(local) != listener.name || local == kClaimsTopic ||
       has_action_token(listener.name))
     return;
   topic = TopicKey{local, listener.type};
@@ -79,7 +80,7 @@ void FarListeners::remove(OfLink& of_link,
 void FarListeners::decide(const Link& link, const TopicKey& key, Told& told) const {
   told.permitted = false;
   if (!link.accepts) return;
-  const std::string name = side_.wire_name(key.first);
+  const std::string name = link.names.wire_name(key.first);
   const Interface what{InterfaceKind::kTopic, name, key.second};
   const auto right = export_right(side_, link, what);
   if (!right.is_allowed_here()) return;

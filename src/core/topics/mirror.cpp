@@ -216,10 +216,11 @@ void Mirror::create(const Now& now) {
   if (context_.options.matching > Duration::zero() || !first_.empty())
     first_.wait(now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
+  const NameMap& names = candidates_.front().link->names;
   Qos qos = qos_;
   qos.depth = depth();
   context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
-                                     context_.graph_options.owner_of(origin_.node),
+                                     context_.graph_options.owner_of(origin_.node, names),
                                      any_definition_});
   context_.claim_changed = true;
   warn_incompatible(now);

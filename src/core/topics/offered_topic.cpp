@@ -32,7 +32,7 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
       offers_resume_(offer.resume),
       held_(link_.memory),
       deltas_(peer.bases()) {
-  const auto wire_name = context_.graph_options.names.to_wire(key_.first);
+  const auto wire_name = link_.names.to_wire(key_.first);
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
                       is_parameter_events(InterfaceKind::kTopic, *wire_name);
   link_.take_offered(number_, *this);
@@ -325,8 +325,8 @@ void OfferedTopic::publish(const MessageHead& message, const Payload& raw, const
   Mirror& mirror = *origin->second;
   if (const auto reason = mirror.refusal(link_)) return dropped_.add(*reason);
   if (!is_serialized(raw.view())) return dropped_.add(DropReason::kPublishFailed);
-  if (parameter_events_ && !is_event_of(mirror.origin().node, raw.view(),
-                                        context_.graph_options.names, context_.graph.find(key_)))
+  if (parameter_events_ &&
+      !is_event_of(mirror.origin().node, raw.view(), link_.names, context_.graph.find(key_)))
     return dropped_.add(DropReason::kNotPermitted);  // mutant: foreign_events
   const ClockEstimate* clock = link_.connection() ? &link_.clock() : nullptr;
   Duration age{0};

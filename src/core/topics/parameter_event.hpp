@@ -5,7 +5,7 @@
 
 #include "core/base/bytes.hpp"
 #include "core/graph/graph_view.hpp"
-#include "core/policy/policy.hpp"
+#include "core/policy/names.hpp"
 
 namespace connect_bridge {
 

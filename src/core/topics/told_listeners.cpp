@@ -7,7 +7,7 @@ namespace connect_bridge {
 bool ToldListeners::permits(Told& told, const Link& link, const TopicKey& topic) const {
   const auto [known, is_new] = told.permitted.try_emplace(topic, false);
   if (!is_new) return known->second;
-  const auto wire_name = side_.graph_options.names.to_wire(topic.first);
+  const auto wire_name = link.names.to_wire(topic.first);
   if (!wire_name || has_action_token(*wire_name)) return false;
   const Interface what{InterfaceKind::kTopic, *wire_name, topic.second};
   known->second = import_right(side_, link, what).has_value();  // mutant: told_listeners
@@ -40,7 +40,7 @@ void ToldListeners::tell(Link& link) {
       break;
     }
     const ListenerId id = told.listeners[topic] = {++told.last};
-    change.added.push_back({id, side_.wire_name(topic.first), topic.second, state.type_hash});
+    change.added.push_back({id, link.names.wire_name(topic.first), topic.second, state.type_hash});
   }
   if (!change.added.empty() || !change.removed.empty()) link.send(change);
 }

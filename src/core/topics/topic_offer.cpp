@@ -15,18 +15,19 @@ TopicOffer::TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
       topic_(topic),
       link_(link),
       offer_(context, link, topic.what()),
+      parameter_events_(are_parameter_events(link, *topic.what())),
       early_({context.timers, &topic}),
       held_(link.memory) {}
 
 // ---- whether, and as what
 
 bool TopicOffer::is_withheld(const Origin& origin) const {
-  return topic_.what()->parameter_events && !may_have_events(context_, link_, origin.node);
+  return parameter_events_ && !may_have_events(context_, link_, origin.node);
 }
 
 // An event may name any node, and not every middleware identifies the publisher.
 bool TopicOffer::permits(const Payload& sample) const {
-  if (!topic_.what()->parameter_events) return true;
+  if (!parameter_events_) return true;
   const auto node = node_of_parameter_event(sample.view());
   return node && may_have_events(context_, link_, *node);
 }
@@ -61,7 +62,7 @@ std::optional<ChannelOffer> TopicOffer::open() {
 
 // A node outside our prefix has no name on the wire but its own.
 OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
-  return {origin.id, gid, context_.wire_name(origin.node),
+  return {origin.id, gid, link_.names.wire_name(origin.node),
           qos_to_offer(origin.qos, treatment().qos)};
 }
 
@@ -147,7 +148,7 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
 bool TopicOffer::may_resume() const {
   const auto& [name, type] = topic_.key();
   if (!treatment().resume && !context_.options.resumes_by_default) return false;
-  return link_.life.keeps() && !topic_.what()->parameter_events &&
+  return link_.life.keeps() && !parameter_events_ &&
          treatment().qos.reliability != Reliability::kBestEffort &&
          connect_bridge::resumes(treatment(), name, type);
 }

@@ -122,6 +122,7 @@ class TopicOffer final : public OutgoingChannel {
   ExportedTopic& topic_;
   Link& link_;
   LinkOffer offer_;
+  const bool parameter_events_;    // each origin, and each message, has a right of its own
   ChannelQueue* queue_ = nullptr;  // that of the channel, and null without it
   std::string type_hash_;          // as it was offered
   std::uint16_t demand_ = 0;       // the number that the peer gave it; 0: none

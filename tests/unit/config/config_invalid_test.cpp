@@ -241,6 +241,17 @@ const Case kCases[] = {
      "listen.proxy_header: expected listen.trusted_proxies too"},
     {"prefix", kServer, "prefix: robot1", "expected an absolute name without a '/' at its end"},
     {"remap", kServer, "remap: ['/a:/b']", "\"/a:/b\" is wrong, expected two absolute names"},
+    {"identity_names", kServer,
+     "{prefix: by_identity, identity_names: ['robot-7'], auth: {method: certificate}, "
+     "tls: {certificate: /c, private_key: /k, ca: /a}}",
+     "expected \"identity:=name\""},
+    {"identity_names_twice", kServer,
+     "{prefix: by_identity, identity_names: ['a-b:=a', 'c-d:=a'], auth: {method: certificate}, "
+     "tls: {certificate: /c, private_key: /k, ca: /a}}",
+     "expected each identity, and each name, once only"},
+    {"identity_names_alone", kServer, "identity_names: ['robot-7:=robot7']",
+     "identity_names: expected prefix: by_identity too"},
+    {"by_identity_at_a_client", kClient, "prefix: by_identity", "expected a prefix, e.g. /robot1"},
     {"remap_twice", kServer, "remap: ['/a:=/b', '/a:=/c']", "expected /a to be remapped once only"},
     {"remap_target", kServer, "remap: ['/a:=/c', '/b:=/c']", "expected /c to be the target once"},
     {"congestion", kServer, "congestion_control: 'B B R'", "e.g. bbr"},

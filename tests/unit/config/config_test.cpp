@@ -193,8 +193,9 @@ auth: {token: 0123456789abcdef}
   EXPECT_EQ(options.mirrors_max, 3U);
   EXPECT_EQ(options.mirror_bytes_max, 4U << 20);
   EXPECT_TRUE(options.proxy_nodes);
-  EXPECT_EQ(options.names.to_local("/odom"), "/robot1/odom");
-  EXPECT_EQ(options.names.to_local("/scan"), "/laser");
+  const NameMap names = options.names.of("").value();
+  EXPECT_EQ(names.to_local("/odom"), "/robot1/odom");
+  EXPECT_EQ(names.to_local("/scan"), "/laser");
   EXPECT_EQ(options.credential.size(), 16U);
 }
 

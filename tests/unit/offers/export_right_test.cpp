@@ -15,7 +15,7 @@ struct Rights : Actions {
 
   Answer answer(const std::string& name, const std::string& type = kType,
                 InterfaceKind kind = InterfaceKind::kTopic) {
-    return export_right(side, peer.link, *local_interface(side, kind, {name, type})).answer;
+    return export_right(side, peer.link, LocalInterface{kind, {name, type}}).answer;
   }
 
   OneLink peer;
@@ -41,8 +41,8 @@ TEST(ExportRight, HasTheDecisionOfOurRulesAlsoWhereThePeerDoesNotTakeIt) {
   treated.treatment.max_rate = 7;
   Rights s({treated});
   s.peer.link.accepts.adopt(Accepts{});
-  const auto right = export_right(s.side, s.peer.link,
-                                  *local_interface(s.side, InterfaceKind::kTopic, {"/a", kType}));
+  const auto right =
+      export_right(s.side, s.peer.link, LocalInterface{InterfaceKind::kTopic, {"/a", kType}});
   EXPECT_TRUE(right.is_allowed_here());
   EXPECT_EQ(right.decision.treatment.max_rate, 7);
 }
@@ -54,7 +54,7 @@ TEST(ExportRight, OfAnActionThatIsNotWholeNobodyHasAPart) {
 
 TEST(ExportRight, WhatIsOutsideThePrefixIsForNobody) {
   Rights s;
-  s.names.names = NameMap("/robot", {});
+  s.peer.link.names = NameMap("/robot", {});
   EXPECT_EQ(s.answer("/a"), Answer::kForbidden);
   EXPECT_EQ(s.answer("/robot/a"), Answer::kYes);
 }

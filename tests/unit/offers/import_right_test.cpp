@@ -60,7 +60,7 @@ TEST(ImportRight, NeedsARuleAndAProperNameAndType) {
 
 TEST(ImportRight, ANameHereBelongsToTheNameThatItIsMappedTo) {
   Imported s({both("/**")});
-  s.names.names = NameMap("/robot", {{"/far", "/robot/near"}});
+  s.peer.link.names = NameMap("/robot", {{"/far", "/robot/near"}});
   EXPECT_EQ(s.topic("/far"), "/robot/near");
   EXPECT_EQ(s.service("/far"), "/robot/near");
   EXPECT_EQ(s.topic("/near") + s.service("/near"), "");
@@ -69,7 +69,7 @@ TEST(ImportRight, ANameHereBelongsToTheNameThatItIsMappedTo) {
 
 TEST(ImportRight, LaterItIsAskedByTheNameHere) {
   Imported s({both("/far")});
-  s.names.names = NameMap("/robot", {{"/far", "/robot/near"}});
+  s.peer.link.names = NameMap("/robot", {{"/far", "/robot/near"}});
   for (const InterfaceKind kind : {InterfaceKind::kTopic, InterfaceKind::kService}) {
     const std::string type = kind == InterfaceKind::kTopic ? kType : kServiceType;
     EXPECT_TRUE(import_right(s.side, s.peer.link, kind, {"/robot/near", type}, ""));

@@ -31,7 +31,9 @@ struct Offered : Actions {
 
   OneLink peer;
   NoChannel channel;
-  LinkOffer subject{side, peer.link, local_interface(side, InterfaceKind::kTopic, {"/a", kType})};
+  LinkOffer subject{
+      side, peer.link,
+      std::make_shared<LocalInterface>(LocalInterface{InterfaceKind::kTopic, {"/a", kType}})};
 };
 
 TEST(LinkOffer, OpensAChannelForWhatThePeerMayHave) {
@@ -120,8 +122,9 @@ TEST(LinkOffer, GivesBackItsChannel) {
   OneLink peer;
   {
     Offered s;
-    LinkOffer other(s.side, peer.link,
-                    local_interface(s.side, InterfaceKind::kTopic, {"/a", kType}));
+    LinkOffer other(
+        s.side, peer.link,
+        std::make_shared<LocalInterface>(LocalInterface{InterfaceKind::kTopic, {"/a", kType}}));
     ASSERT_TRUE(other.open(s.channel));
     EXPECT_NE(peer.link.outgoing({1}), nullptr);
   }

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "core/policy/policy.hpp"
+#include "core/policy/names.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -59,6 +59,45 @@ TEST(NameMap, WhatBridgesSayToEachOtherIsNotVisible) {
   EXPECT_EQ(NameMap("", {{"/x", "/_connect_bridge/x"}}).to_wire("/_connect_bridge/x"),
             std::nullopt);
   EXPECT_EQ(NameMap().to_wire("/_connect_bridge/fib/_action/status"), std::nullopt);
+}
+
+// ---- of each identity
+
+TEST(PeerNames, OneMapIsForAll) {
+  const PeerNames names = NameMap("/robot1", {});
+  for (const char* identity : {"", "anna", "robot-7"})
+    EXPECT_EQ(names.of(identity).value().to_local("/scan"), "/robot1/scan");
+}
+
+TEST(PeerNames, EachIdentityIsBelowItsOwnName) {
+  const PeerNames names({{"robot-8", "eight"}}, {{"/tf", "/tf"}});
+  const NameMap seven = names.of("robot7").value();
+  EXPECT_EQ(seven.to_local("/scan"), "/robot7/scan");
+  EXPECT_EQ(seven.to_wire("/robot7/cmd_vel"), "/cmd_vel");
+  EXPECT_EQ(seven.to_wire("/eight/cmd_vel"), std::nullopt);
+  EXPECT_EQ(seven.to_local("/tf"), "/tf");
+  EXPECT_EQ(names.of("robot-8").value().to_local("/scan"), "/eight/scan");
+}
+
+TEST(PeerNames, WhatIsNoWordIsRefused) {
+  const PeerNames names(PeerNames::Words{}, {});
+  for (const char* identity :
+       {"", "robot-7", "7", "_robot", "a/b", "/a", "https://ca.example/robot7",
+        "r\xc3\xb6"
+        "bot"}) {
+    const auto map = names.of(identity);
+    ASSERT_FALSE(map) << identity;
+    EXPECT_EQ(map.error().code, CloseCode::kLoginRefused);
+    EXPECT_NE(map.error().message.find("identity_names"), std::string::npos);
+  }
+  EXPECT_NE(names.of("robot-7").error().message.find("robot-7:=robot_7"), std::string::npos);
+  EXPECT_NE(names.of("7").error().message.find("7:=robot7"), std::string::npos);
+}
+
+TEST(PeerNames, NoTwoIdentitiesShareAName) {
+  const PeerNames names({{"robot-7", "robot7"}}, {});
+  EXPECT_TRUE(names.of("robot-7"));
+  EXPECT_FALSE(names.of("robot7"));
 }
 
 }  // namespace

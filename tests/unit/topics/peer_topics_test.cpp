@@ -65,7 +65,7 @@ TEST(PeerTopics, WhatComesOnADeclinedChannelIsNoErrorOfThePeer) {
 
 TEST(PeerTopics, ANameHereBelongsToTheNameThatItIsMappedTo) {
   PeerScript s;
-  s.names.names = NameMap("/robot", {{"/far", "/robot/near"}});
+  s.one.link.names = NameMap("/robot", {{"/far", "/robot/near"}});
   s.offer_topic(1, "/near");
   EXPECT_EQ(s.one.said(), "decline 1 not_permitted\n");
   s.offer_topic(2, "/far");
