@@ -112,6 +112,7 @@ TEST(Metrics, AlertsAndDashboardAskForWhatIsThere) {
   link.clock.known = true;
   link.topics[0].dropped.add(DropReason::kRate);
   link.topics[0].latency_ms = 1;
+  link.topics[0].bytes = 1;
   link.services.resize(1);
   link.services[0].calls = link.services[0].lost = 1;
   all.run.certificate_end = kStampSecond;
