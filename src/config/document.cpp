@@ -69,7 +69,8 @@ one WebSocket each. Rules say what may cross; without rules nothing does.
 With --pair it makes itself a certificate and a login and prints an invitation, with which a client
 is started on another machine, once; HOST is what clients dial. With --via that is a relay: its line
 is what 'relay --robot' prints (docs/reach.md). Later both start without arguments.
-A paired client may receive all topics, with --operate it may also publish and call everything.
+A paired client may receive all topics but /rosout, with --operate it may also publish and call
+everything.
 With --drive this end is the operator, and the robot dials: client --robot takes the invitation.
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:
@@ -93,8 +94,8 @@ The client of ROS2 Connect: dials a server over one WebSocket and joins this ROS
 of the server, as far as the rules of both sides allow. It dials again whenever the link is lost.
 The invitation that 'server --pair' prints, in quotation marks, contains all that it needs; later it
 starts without arguments. With --robot this end is the robot, and the invitation is one of 'server
---pair --drive': the operator may receive all topics, with --operate also publish and call
-everything.
+--pair --drive': the operator may receive all topics but /rosout, with --operate also publish and
+call everything.
 
 All settings are parameters of the ROS node, named connect_client. The most important ones:
 {}
