@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "config/checked_values.hpp"
 #include "config/http_proxy.hpp"
@@ -299,22 +300,13 @@ class ConfigMaker {
     RuleSet set =
         read_rules(values_, config_.is_robot(), moment, parsed_.problems, config_.warnings);
     for (const Rule& rule : set.rules) check_types(rule);
-    for (const Rule& rule : set.rules) {
-      if (config_.auth.method != "none") break;
-      for (const auto& [key, names] :
-           {std::pair{"identities", &rule.identities}, std::pair{"groups", &rule.groups}}) {
-        if (names->empty()) continue;
-        add(fmt::format("rule.{}.{}", rule.name, key), to_text(*names),
-            "a login (auth.method), else the rule applies to nobody");
-      }
-    }
+    check_named(values_, config_, set.rules, parsed_.problems);
     check_announced(set.rules);
     config_.policy = Policy(std::move(set.rules));
     config_.default_rules = set.defaults;
     config_.clock_publish_period = set.clock_publish_period;
-    if (set.clock_publish_period > Duration::zero() && config_.prefix == syntax::kByIdentity)
-      add("prefix", to_text(config_.prefix),
-          "no rule with clock: publish, since each robot has a time of its own");
+    config_.clock_identities = std::move(set.clock_identities);
+    config_.clock_groups = std::move(set.clock_groups);
   }
 
   Parsed parsed_;  // before values_, which adds to its problems
@@ -362,7 +354,10 @@ Parsed apply_change(const Config& current, const std::vector<Parameter>& changes
   Surroundings around = surroundings;
   around.token_in_environment |= current.token_in_environment;
   Parsed parsed = ConfigMaker(next, current.role, around).make(Moment::kRunning);
-  if (parsed.config && parsed.config->clock_publish_period != current.clock_publish_period) {
+  const auto clock = [](const Config& of) {
+    return std::tie(of.clock_publish_period, of.clock_identities, of.clock_groups);
+  };
+  if (parsed.config && clock(*parsed.config) != clock(current)) {
     problems.push_back({"rules", "", "the rule with clock: publish to stay; restart to change it"});
   }
   // Problems of fixed keys are reported before those that follow from them.
@@ -380,6 +375,8 @@ SideOptions side_options(const Config& config) {
   options.login_method = config.auth.method;
   options.credential.assign(config.auth.token.begin(), config.auth.token.end());
   options.clock_publish_period = config.clock_publish_period;
+  options.clock_identities = config.clock_identities;
+  options.clock_groups = config.clock_groups;
   return options;
 }
 

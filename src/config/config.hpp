@@ -48,6 +48,7 @@ struct Config {
   bool carries_types_not_installed = true;
   bool default_rules = false;  // see default_rule()
   Duration clock_publish_period = Duration::zero();
+  std::vector<std::string> clock_identities, clock_groups;  // whose time
   SideOptions limits;  // dead_after, retry, depths, outbox, reassembly ...; see side_options()
   bool token_in_environment = false;  // as it was at start
   std::vector<std::string> warnings;  // sentences to log at start

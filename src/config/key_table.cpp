@@ -166,11 +166,12 @@ void add_tls(Rows& rows) {
        .help = "Name in the server's certificate, where it is not the host of the URL."},
       [](Config& c) { return &c.tls.server_name; });
   add({.key = "tls.pin",
-       .syntax = check_pin,
+       .syntax = check_named_pin,
        .used_by = UsedBy::kClient,
        .help =
            "SHA-256 of the public keys that the server may have, in base64. Without tls.ca the key "
-           "alone decides: the certificate may be self-signed, expired or for another name."},
+           "alone decides: the certificate may be self-signed, expired or for another name. Behind "
+           "a key may stand whom that server is for rules: \"KEY NAME GROUP ...\"."},
       [](Config& c) { return &c.tls.pins; });
 }
 

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "config/http_proxy.hpp"
 #include "config/syntax.hpp"
+#include "core/ports/pin.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -69,7 +73,32 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
   }
 }
 
+// What is missing for a peer that rules can name; empty: nothing.
+std::string why_nobody(const CheckedValues& values, const Config& config) {
+  if (is_server(config)) return config.auth.method == "none" ? "a login (auth.method)" : "";
+  if (!values.valid("url")) return {};
+  if (!config.dial.url.secure) return "a url that begins with wss://";
+  const auto& pins = config.tls.pins;
+  const bool by_key = !pins.empty() && config.tls.ca_file.empty();
+  const auto named = [](const std::string& entry) { return !pin_in(entry).is.name.empty(); };
+  return by_key && std::none_of(pins.begin(), pins.end(), named)
+             ? "the server's name behind its key in tls.pin"
+             : "";
+}
+
 }  // namespace
+
+void check_named(const CheckedValues& values, const Config& config, const std::vector<Rule>& rules,
+                 std::vector<Problem>& problems) {
+  const std::string nobody = why_nobody(values, config);
+  if (nobody.empty()) return;
+  for (const Rule& rule : rules)
+    for (const auto& [key, names] :
+         {std::pair{"identities", &rule.identities}, std::pair{"groups", &rule.groups}})
+      if (!names->empty())
+        add(problems, fmt::format("rule.{}.{}", rule.name, key), to_text(*names),
+            nobody + ", else the rule applies to nobody");
+}
 
 std::map<std::string, std::string> read_plugin_options(const CheckedValues& values) {
   constexpr std::string_view kLogin = "auth.";

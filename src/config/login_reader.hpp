@@ -25,4 +25,9 @@ void check_login(const CheckedValues& values, const Config& config, const Surrou
 // Fills config.status: beyond loopback it wants TLS, tokens and groups, or is served nowhere there.
 void read_status(const CheckedValues& values, Config& config, std::vector<Problem>& problems);
 
+// Adds a problem for each rule for identities or groups that no peer of this side can have;
+// `config` has what is said of login, url and TLS.
+void check_named(const CheckedValues& values, const Config& config, const std::vector<Rule>& rules,
+                 std::vector<Problem>& problems);
+
 }  // namespace connect_bridge

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "config/syntax.hpp"
@@ -22,9 +23,11 @@ bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
 // With `clock: publish` the core makes /clock from the link's clock offset. The peer's own /clock
 // in addition would be a second, late time; and the /clock that we publish must not be exported
 // back.
-Rule clock_rule(const std::string& name) {
+Rule clock_rule(const Rule& from) {
   Rule rule;
-  rule.name = name + ".clock";  // a dot: no rule of the operator has this name
+  rule.name = from.name + ".clock";  // a dot: no rule of the operator has this name
+  rule.identities = from.identities;
+  rule.groups = from.groups;
   rule.deny = syntax::parse_patterns({"/clock"});
   return rule;
 }
@@ -117,7 +120,7 @@ RuleSet read_rules(const CheckedValues& values, bool is_robot, Moment moment,
   const bool listed = !values.given("rules") || values.valid("rules");
   const std::vector<std::string> names = values.list("rules");
   if (listed) check_listed(values, names, moment, problems, warnings);
-  std::string clock_from;
+  std::optional<Rule> clock;
   for (const std::string& name : names) {
     if (!values.rules().contains(name)) continue;
     set.rules.push_back(read_rule(values, name, is_robot));
@@ -127,9 +130,13 @@ RuleSet read_rules(const CheckedValues& values, bool is_robot, Moment moment,
                           "this rule allows nothing"});
     }
     check_clock(values, set.rules.back(), set, problems);
-    if (values.text(key_of(name, "clock")) == "publish") clock_from = name;
+    if (values.text(key_of(name, "clock")) == "publish") clock = clock_rule(set.rules.back());
   }
-  if (!clock_from.empty()) set.rules.push_back(clock_rule(clock_from));
+  if (clock) {
+    set.clock_identities = clock->identities;
+    set.clock_groups = clock->groups;
+    set.rules.push_back(std::move(*clock));
+  }
   if (!names.empty() || !values.rules().empty()) return set;
   if (!is_robot) {
     set.rules.push_back(default_rule());

@@ -16,6 +16,7 @@ struct RuleSet {
   std::vector<Rule> rules;
   bool defaults = false;  // none were given, and this is not the robot
   Duration clock_publish_period = Duration::zero();
+  std::vector<std::string> clock_identities, clock_groups;  // whose time
 };
 
 // Adds to problems and warnings; the result is valid only if there are no problems.

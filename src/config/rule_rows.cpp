@@ -47,18 +47,16 @@ void add_rule_rights(Rows& rows) {
                "import_parameters."});
   patterns("deny", "Names that no rule allows, whatever else matches.",
            [](Rule& r) { return &r.deny; });
-  const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help,
-                          auto field) {
-    add({.key = key, .syntax = syntax, .used_by = used_by, .help = help}, field);
+  const auto narrow = [&](const char* key, Syntax syntax, const char* help, auto field) {
+    add({.key = key, .syntax = syntax, .help = help}, field);
   };
-  narrow("types", UsedBy::kBoth, check_type, "Only these types; empty: any.",
-         [](Rule& r) { return &r.types; });
-  narrow("identities", UsedBy::kServer, check_not_empty,
-         "Only for these identities. With neither identities nor groups: for everyone who is "
+  narrow("types", check_type, "Only these types; empty: any.", [](Rule& r) { return &r.types; });
+  narrow("identities", check_not_empty,
+         "Only for these identities: of clients by their login, of a server by its key "
+         "(`tls.pin`) or certificate. With neither identities nor groups: for everyone who is "
          "logged in.",
          [](Rule& r) { return &r.identities; });
-  narrow("groups", UsedBy::kServer, check_not_empty,
-         "Only for members of these groups (or the identities).",
+  narrow("groups", check_not_empty, "Only for members of these groups (or the identities).",
          [](Rule& r) { return &r.groups; });
 }
 
@@ -102,12 +100,12 @@ void add_rule_treatment(Rows& rows) {
 
 // What is fixed at start.
 void add_rule_clock(Rows& rows) {
-  const auto add = row_adder(rows, kTreats, UsedBy::kClient);
+  const auto add = row_adder(rows, kTreats);
   add({.key = "rule.<name>.clock",
        .fallback = "relay",
        .words = {"relay", "publish"},
        .help = "For a rule that imports /clock. `publish`: this side publishes the peer's ROS time "
-               "itself, evenly."});
+               "itself, evenly; of several peers that of one."});
   add({.key = "rule.<name>.clock_rate",
        .fallback = 50.0,
        .range = NumberRange{1, 1000},

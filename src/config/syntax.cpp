@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/wire/login.hpp"
+#include "core/wire/text.hpp"
 
 namespace connect_bridge::syntax {
 namespace {
@@ -351,6 +352,13 @@ Complaint check_pin(std::string_view text) {
                       return is_letter(c) || is_digit(c) || c == '+' || c == '/';
                     });
   return expect(fine, "a SHA-256 of a public key in base64: 43 characters and one '='");
+}
+
+Complaint check_named_pin(std::string_view text) {
+  const std::string_view rest = text.substr(std::min(text.find(' '), text.size()));
+  if (auto wrong = check_pin(text.substr(0, text.size() - rest.size())))
+    return *wrong + ", alone or with a space, the server's name and its groups behind it";
+  return expect(is_text(rest), "a name and groups that can be shown");
 }
 
 Complaint check_token(std::string_view text) {

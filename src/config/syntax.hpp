@@ -78,6 +78,7 @@ Complaint check_rule_name(std::string_view text);
 Complaint check_word(std::string_view text);  // [a-z0-9_]+
 Complaint check_not_empty(std::string_view text);
 Complaint check_pin(std::string_view text);
+Complaint check_named_pin(std::string_view text);  // an entry as core/ports/pin.hpp reads it
 Complaint check_token(std::string_view text);
 
 }  // namespace connect_bridge::syntax

@@ -8,8 +8,10 @@
 #include <limits>
 #include <vector>
 
+#include "core/ports/pin.hpp"
 #include "core/wire/text.hpp"
 #include "net/openssl_owned.hpp"
+#include "net/tls.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -69,6 +71,23 @@ Certified certified_by(SSL* tls) {
   const auto name = names->empty() ? alternative_name(shown.get()) : names->front();
   if (!name) return refused("the certificate has neither a common name nor an alternative one");
   return {Identity{*name, *groups, certified_until(tls)}, {}};
+}
+
+Identity server_of(SSL* tls, const TlsOptions& options, const std::string& name) {
+  if (tls == nullptr) return {};
+  for (const std::string& entry : options.pins) {
+    const Pin pin = pin_in(entry);
+    if (pin.is.name.empty() || pin.key != pin_of(tls)) continue;
+    return pin.is;
+  }
+  if (options.ca_file.empty()) {
+    Identity by_name;
+    if (options.pins.empty()) by_name.name = name;
+    return by_name;
+  }
+  Identity certified = certified_by(tls).identity.value_or(Identity{});
+  certified.expires = 0;  // of a link, a server's certificate is no end
+  return certified;
 }
 
 std::string name_in(X509* certificate) {

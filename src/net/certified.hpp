@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/policy/policy.hpp"
+#include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
 
@@ -24,6 +25,12 @@ struct Certified {
 // the groups are the organizations of the subject; it expires with the certificate. `tls` may be
 // null.
 [[nodiscard]] Certified certified_by(SSL* tls);
+
+// Whom a server has proved to be, at a client, after a handshake that was accepted by these
+// options: by a pin's entry with a name, that name and the groups behind it; by an authority of
+// `ca_file`, as certified_by(), without an end; by the system's authorities `name`, which the
+// certificate is for. By a pin's entry without a name it is nobody. `tls` may be null.
+[[nodiscard]] Identity server_of(SSL* tls, const TlsOptions& options, const std::string& name);
 
 // The subject's common name, without one the first of the alternative names; empty: neither.
 [[nodiscard]] std::string name_in(X509* certificate);

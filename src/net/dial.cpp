@@ -22,6 +22,11 @@ std::string first_line(const std::string& body) {
 
 }  // namespace
 
+std::string server_name(const DialOptions& options) {
+  if (!options.url.robot.empty()) return options.url.robot;  // mutant: name_through_a_relay
+  return options.tls.server_name.empty() ? options.url.host : options.tls.server_name;
+}
+
 struct Dialing::Response {
   websocket::response_type http;
 };
@@ -62,16 +67,11 @@ void Dialing::on_connected(TcpSocket socket) {
   upgrade();
 }
 
-std::string Dialing::server_name() const {
-  if (!options_.url.robot.empty()) return options_.url.robot;  // mutant: name_through_a_relay
-  return options_.tls.server_name.empty() ? options_.url.host : options_.tls.server_name;
-}
-
 void Dialing::start_tls() {
   stage_ = "TLS handshake";
   Transport& transport = socket_->next_layer();
   transport.start_tls(tls_);
-  expect_server(transport.tls(), server_name());  // mutant: server_name
+  expect_server(transport.tls(), server_name(options_));  // mutant: server_name
   transport.async_tls_handshake(
       false, [self = shared_from_this()](ErrorCode error) { self->on_tls(error); });
 }
@@ -79,7 +79,7 @@ void Dialing::start_tls() {
 void Dialing::on_tls(const ErrorCode& error) {
   if (!done_) return;
   SSL* const tls = socket_->next_layer().tls();
-  if (error) return fail("TLS: " + failure_text(error, tls, server_name()));
+  if (error) return fail("TLS: " + failure_text(error, tls, server_name(options_)));
   // Checked before we send the first byte.
   const std::string problem = pin_problem(tls, options_.tls.pins);
   met_other_key_ = !problem.empty();
@@ -133,7 +133,7 @@ std::string Dialing::upgrade_problem(const ErrorCode& error) const {
   if (error.category() == make_error_code(websocket::error::closed).category()) {
     return "the answer to the WebSocket handshake is wrong: " + error.message();
   }
-  return failure_text(error, socket_->next_layer().tls(), server_name());
+  return failure_text(error, socket_->next_layer().tls(), server_name(options_));
 }
 
 void Dialing::cancel(std::string problem) {

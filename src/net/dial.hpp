@@ -16,6 +16,9 @@ namespace connect_bridge {
 
 struct WebSocket;
 
+// The name that the server's certificate must carry, where it decides, and that the handshake has.
+[[nodiscard]] std::string server_name(const DialOptions& options);
+
 class Dialing : public std::enable_shared_from_this<Dialing> {
  public:
   // The open WebSocket, or null and why not.
@@ -49,7 +52,6 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   void upgrade();
   void on_upgraded(const ErrorCode& error);
   [[nodiscard]] std::string upgrade_problem(const ErrorCode& error) const;
-  [[nodiscard]] std::string server_name() const;
   void fail(const std::string& problem);
   void finish(std::shared_ptr<WebSocket> socket, std::string problem);
 

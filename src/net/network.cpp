@@ -170,6 +170,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
     return;
   }
   ConnectionOpened opened{id, options.url.whom()};
+  opened.server = server_of(socket->next_layer().tls(), options.tls, server_name(options));
   ErrorCode error;
   const auto remote = socket->next_layer().socket().remote_endpoint(error);
   if (!error) watch_route_to(remote.address());

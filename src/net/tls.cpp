@@ -14,6 +14,7 @@
 
 #include "core/base/base64.hpp"
 #include "core/base/sha256.hpp"
+#include "core/ports/pin.hpp"
 #include "net/openssl_owned.hpp"
 
 namespace connect_bridge {
@@ -212,7 +213,8 @@ std::string pin_of_certificate(const X509* certificate) {
 std::string pin_problem(SSL* tls, const std::vector<std::string>& pins) {
   if (pins.empty()) return {};
   const std::string seen = pin_of(tls);
-  if (std::find(pins.begin(), pins.end(), seen) != pins.end()) return {};
+  const auto is_seen = [&](const std::string& entry) { return pin_in(entry).key == seen; };
+  if (std::any_of(pins.begin(), pins.end(), is_seen)) return {};
   return "the server's public key has the pin " + seen + ", which is not in tls.pin";
 }
 

@@ -5,6 +5,7 @@
 #include "auth/secret.hpp"
 #include "auth/token_table.hpp"
 #include "config/parameter.hpp"
+#include "core/ports/pin.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -21,6 +22,13 @@ std::string groups_text(const TokenTable::Tokens& tokens, const std::string& fil
 KnownGroups known_groups(const Config& config, const std::string& identity) {
   const std::string whose = "groups of " + identity + ": ";
   const std::string none = whose + "none given (--group)";
+  if (config.role == Role::kClient) {
+    for (const std::string& entry : config.tls.pins)
+      if (Identity server = pin_in(entry).is; server.name == identity) {
+        std::string line = whose + to_text(ParameterValue{server.groups}) + ", as tls.pin has it";
+        return {std::move(server.groups), std::move(line)};
+      }
+  }
   const std::string& file = config.auth.token_file;
   if (config.role != Role::kServer || config.auth.method != "token" || file.empty())
     return {{}, none};

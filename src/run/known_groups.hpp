@@ -13,7 +13,8 @@ struct KnownGroups {
   std::string text;  // a line for people: where they come from, or that none are known
 };
 
-// Those of all tokens of the identity in auth.token_file together. Other login methods tell groups
+// At a server those of all tokens of the identity in auth.token_file together, at a client those
+// behind its key in tls.pin. Other login methods tell groups
 // only at a login.
 [[nodiscard]] KnownGroups known_groups(const Config& config, const std::string& identity);
 

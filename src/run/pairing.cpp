@@ -242,6 +242,8 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
 
 // ---- client
 
+constexpr char kOperatorName[] = "operator";
+
 // A robot's parameters beside those of the login: who has paired with it may look, or operate it.
 ParameterMap robot_parameters(bool operates) {
   ParameterMap all{{"robot", std::string{"client"}}, {"rules", std::vector<std::string>{"look"}}};
@@ -293,6 +295,8 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
   ParameterMap paired{{"url", invitation.url},
                       {"tls.pin", std::vector<std::string>{invitation.pin}},
                       {"auth.token_file", file}};
+  // Whom the robot's rules and its audit log can name.
+  if (is_robot) paired["tls.pin"] = std::vector<std::string>{invitation.pin + " " + kOperatorName};
   if (is_robot) paired.merge(robot_parameters(arguments.operates));
   std::string problem = two_of_a_kind(invitation, is_robot);
   if (problem.empty()) problem = folder.make();

@@ -1,5 +1,6 @@
 """The robot dials: server --pair --drive at the operator, client --robot at the robot."""
 
+import re
 import subprocess
 import time
 
@@ -106,6 +107,29 @@ def test_a_robot_whose_owner_says_so_is_operated(world):
     world.run("server", "operator").wait_for("listening on")
     world.run("client", "robot").wait_for(_LINKED)
     connect(robot.command, robot.heard, String(data="again"))
+    robot.stop()
+
+
+def test_the_robots_rules_may_name_who_drives(world):
+    robot = Robot(world)
+    _, line = invite(world)
+    client = world.run("client", "robot", "--robot", "--operate", line)
+    client.wait_for("link open with .* as operator")
+    robot.operate()
+    client.stop()
+    file = world.home("robot") / "connect_bridge" / "connect_client" / "params.yaml"
+    for name, drives in (("somebody else", False), ("operator", True)):
+        only = f'rule.operate.identities: ["{name}"]\n    rule.operate.import_topics'
+        key = r"(rule.operate.identities: .*\n    )?rule.operate.import_topics"
+        file.write_text(re.sub(key, only, file.read_text()))
+        client = world.run("client", "robot", "--ros-args")
+        client.wait_for(_LINKED)
+        world.crosses(f"/state{drives}")
+        until(lambda: robot.caller.ready() == drives, "the right to call")
+        asks = ["explain", file, "--service", "/service", "--identity", "operator"]
+        told = subprocess.run([build_dir() / "ctl", *asks], capture_output=True, text=True)
+        assert ("/service: allowed" in told.stdout) == drives, told.stdout
+        client.stop()
     robot.stop()
 
 

@@ -31,6 +31,7 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
   peer_.address = std::move(address);
   peer_.expires = options_.expires;
   if (options_.server) return;
+  peer_.identity = options_.server_is;
   Hello hello;
   hello.side = options_.side;
   hello.session = options_.session;

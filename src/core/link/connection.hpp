@@ -24,6 +24,7 @@ struct ConnectionOptions {
   Token128 session;  // client: the session to continue, or zero
   std::string node;
   Stamp expires = 0;                     // server: with the peer's certificate; 0: never
+  Identity server_is;                    // client
   std::string login_method;              // client
   Bytes credential;                      // client
   Duration login_timeout{};              // until the login is answered
@@ -33,7 +34,7 @@ struct ConnectionOptions {
   ReassemblyOptions reassembly;
 };
 
-// The peer. Valid once the connection is open (the identity: at a server only).
+// The peer. Valid once the connection is open.
 struct Peer {
   std::string address;
   Stamp expires = 0;  // of its certificate

@@ -38,7 +38,7 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
-  virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
+  virtual void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) = 0;
 
  protected:
   ~LinkUser() = default;
@@ -87,7 +87,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] const LinkPeer& peer() const { return peer_; }
   // "node at address", for log lines.
   [[nodiscard]] std::string label() const { return peer_.node + " at " + peer_.address; }
-  // For log lines about all links of an identity; a client's peer has none.
+  // For log lines about all links of an identity, where there is one.
   [[nodiscard]] std::string owner() const {
     return login.identity().name.empty() ? label() : login.identity().name;
   }
@@ -199,7 +199,9 @@ class Link final : public ConnectionUser {
   }
   Result<Nothing> on_control(Control& control, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
-  void on_peer_time(const TimeReply& reply, Stamp t4) override { user_.on_peer_time(reply, t4); }
+  void on_peer_time(const TimeReply& reply, Stamp t4) override {
+    user_.on_peer_time(*this, reply, t4);
+  }
 
  private:
   Result<Nothing> on(Accepts& accepts, const Now& now);

@@ -13,7 +13,8 @@
 
 namespace connect_bridge {
 
-// It outlives connections, as the link does. A client's peer, the server, has no identity.
+// It outlives connections, as the link does. A client's peer, the server, has the identity that its
+// certificate or key stands for.
 // Single-threaded.
 class LinkLogin {
  public:
@@ -23,6 +24,12 @@ class LinkLogin {
   [[nodiscard]] const Identity& identity() const { return identity_; }
   // A login or its renewal was accepted, or the login method reports a change.
   void set_identity(Identity identity) { identity_ = std::move(identity); }
+  // Client: this server carries the link from now on. Whether rules may treat it otherwise.
+  [[nodiscard]] bool take_server(const Identity& server) {
+    const bool other = server.name != identity_.name || server.groups != identity_.groups;
+    identity_ = server;
+    return other;
+  }
   // A connection of the link was ended for an offence.
   void note_offence() { offended_ = true; }
   [[nodiscard]] bool has_offended() const { return offended_; }

@@ -94,8 +94,10 @@ void Links::look_at(Connection& stranger, const Now& now) {
   if (stranger.failure()) return refuse(id, Error(*stranger.failure()), now);
   if (!stranger.open()) return;
   auto welcomed = strangers_.take(id);  // we are a client
-  carry(links_.empty() ? make_link({}, options_.names.of({}).value()) : links_.begin()->second,
-        std::move(welcomed), now);
+  Link& link =
+      links_.empty() ? make_link({}, options_.names.of({}).value()) : links_.begin()->second;
+  if (link.login.take_server(welcomed->peer().identity)) user_.on_identity_changed(link, now);
+  carry(link, std::move(welcomed), now);
 }
 
 void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,

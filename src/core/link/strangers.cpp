@@ -34,6 +34,7 @@ void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, c
   if (places_.size() >= options_.strangers_max / 2)
     options.login_within = std::min(options.login_timeout, kShortLogin);
   options.expires = opened.expires;
+  options.server_is = opened.server;
   Place& place = places_[opened.connection];
   place.connection =
       std::make_unique<Connection>(std::move(options), opened.connection, opened.peer, now);

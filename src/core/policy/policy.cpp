@@ -11,10 +11,7 @@ bool contains(const std::vector<std::string>& list, std::string_view value) {
 }
 
 bool applies_to(const Rule& rule, const Identity& who) {
-  if (rule.identities.empty() && rule.groups.empty()) return true;
-  if (!who.name.empty() && contains(rule.identities, who.name)) return true;
-  return std::any_of(who.groups.begin(), who.groups.end(),
-                     [&](const std::string& group) { return contains(rule.groups, group); });
+  return is_for(rule.identities, rule.groups, who);
 }
 
 template <class Fits>
@@ -42,6 +39,14 @@ bool type_allowed(const std::vector<std::string>& types, const Opening& opening)
 }
 
 }  // namespace
+
+bool is_for(const std::vector<std::string>& identities, const std::vector<std::string>& groups,
+            const Identity& who) {
+  if (identities.empty() && groups.empty()) return true;
+  if (!who.name.empty() && contains(identities, who.name)) return true;
+  return std::any_of(who.groups.begin(), who.groups.end(),
+                     [&](const std::string& group) { return contains(groups, group); });
+}
 
 std::optional<Decision> Policy::decide(Direction direction, const Interface& what,
                                        const Identity& who, PolicyTrace* trace) const {

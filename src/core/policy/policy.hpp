@@ -41,6 +41,11 @@ struct Rule {
   Treatment treatment;
 };
 
+// Whether what is for these identities and groups is for this peer; if there are neither, it is for
+// all.
+[[nodiscard]] bool is_for(const std::vector<std::string>& identities,
+                          const std::vector<std::string>& groups, const Identity& who);
+
 // What one interface is allowed and how it is treated.
 struct Decision {
   std::string rule;  // name of the rule that matched

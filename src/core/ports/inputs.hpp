@@ -165,6 +165,7 @@ struct ConnectionOpened {
   int share = 1;           // how many times what other addresses may do it may
   std::string customer{};  // server: with whom it takes turns, perhaps of several addresses
   Stamp expires = 0;       // server: when the certificate ends that the peer has shown; 0: never
+  Identity server{};       // client: whom the other end has proved to be; without a name: nobody
 };
 // A dial ended without a connection.
 struct DialFailed {

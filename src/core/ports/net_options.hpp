@@ -29,6 +29,7 @@ struct TlsOptions {
   std::string server_name{};
   // Client: SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With
   // pins and without `ca_file` the key alone decides: name, dates and authority are not checked.
+  // Behind a pin may stand whom such a server is for rules: see Pin.
   std::vector<std::string> pins{};
   bool pins_by_invitation = false;  // they are those of a pairing: for messages
   // Why somebody else may change a file, for people, or empty: such a file is not used. Null: files

@@ -73,7 +73,7 @@ struct LinkStatus {
   std::uint64_t number = 0;  // of this link, while this process lives
   std::string peer;          // address
   std::string node;          // the peer's node name
-  std::string identity;      // who it logged in as (server)
+  std::string identity;      // who it logged in as; at a client: what proves the server is
   bool open = false;
   Duration open_for{};  // while it is open
   std::uint64_t sent_bytes = 0;

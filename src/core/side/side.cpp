@@ -250,7 +250,18 @@ std::string Side::ask_everything(const Now& now) {
 void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
   told_listeners_.tell(link);
-  if (options_.clock_publish_period == Duration::zero()) return;
+  take_time_of(link, now);
+}
+
+bool Side::may_give_time(const Link& link) const {
+  return options_.clock_publish_period > Duration::zero() &&
+         is_for(options_.clock_identities, options_.clock_groups, link.login.identity());
+}
+
+// Of several links one gives the time.
+void Side::take_time_of(Link& link, const Now& now) {
+  if (!may_give_time(link) || (clock_from_ && clock_from_ != link.id)) return;
+  clock_from_ = link.id;
   link.connection()->set_time_period(kClockRequestPeriod);
   clock_publisher_.start(link.names.to_local("/clock"), outputs_, now);
 }
@@ -275,7 +286,11 @@ void Side::on_link_lost(Link& link, const Now& now) {
 void Side::on_link_dead(Link& link, const Now& now) {
   imports_.on_link_dead(link.id, now);
   end_calls(link, now);
+  if (clock_from_ != link.id) return;
+  clock_from_ = {};
   clock_publisher_.stop(outputs_);
+  for (auto& [id, other] : links_.all())
+    if (other.open()) take_time_of(other, now);
 }
 
 void Side::on_link_forgotten(Link& link, const Now& now) {
@@ -301,7 +316,7 @@ void Side::on_offers_over(Link& link, const Now& now) {
 void Side::send_accepts(Link& link) {
   Accepts accepts = policy_.accepts(link.login.identity());
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
-  accepts.ros_time = options_.clock_publish_period > Duration::zero();
+  accepts.ros_time = may_give_time(link);
   link.send(accepts);
 }
 

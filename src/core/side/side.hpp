@@ -119,8 +119,8 @@ class Side final : private LinksUser {
     return Nothing{};
   }
   void on_identity_changed(Link& link, const Now& now) override;
-  void on_peer_time(const TimeReply& reply, Stamp t4) override {
-    clock_publisher_.on_reply(reply, t4);
+  void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) override {
+    if (link.id == clock_from_) clock_publisher_.on_reply(reply, t4);
   }
   void on_link_open(Link& link, const Now& now) override;
   void on_peer_replaced(Link& link, const Now& now) override;
@@ -133,6 +133,8 @@ class Side final : private LinksUser {
   void on_offers_over(Link& link, const Now& now) override;
 
   void start(const Now& now);
+  [[nodiscard]] bool may_give_time(const Link& link) const;
+  void take_time_of(Link& link, const Now& now);
   void settle(const Now& now);
   void follow_clock();
   void hold_actions(const Now& now);
@@ -165,6 +167,7 @@ class Side final : private LinksUser {
   ServiceExports service_exports_;
   ServiceImports service_imports_;
   ClockPublisher clock_publisher_;
+  LinkId clock_from_{};  // the link whose peer gives the time
   ClaimsTopic claims_topic_;
   bool started_ = false;
   bool stopping_ = false;

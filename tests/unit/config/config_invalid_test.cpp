@@ -42,9 +42,6 @@ const Case kCases[] = {
      "listen.port: 1 is wrong, expected nothing: it is a parameter of the server, this is a "
      "client"},
     {"wrong_role_server", kServer, "url: ws://localhost", "it is a parameter of the client"},
-    {"identities_at_client", kClient,
-     "{rules: [a], rule: {a: {import_topics: [/a], identities: [x]}}}",
-     "it is a parameter of the server"},
     {"status_address", kServer, "status: {listen: 'robot:9091'}", "an IP address and a port"},
     {"status_without_a_port", kServer, "status: {listen: 127.0.0.1}", "an IP address and a port"},
     {"status_of_a_client_beyond_loopback", kClient, "status: {listen: '0.0.0.0:9091'}",
@@ -63,6 +60,15 @@ const Case kCases[] = {
     {"status_groups_on_loopback", kServer,
      "{status: {listen: '127.0.0.1:9091', groups: [ops]}, auth: {token_file: a}}",
      "status.listen beyond loopback too"},
+    {"identities_of_a_nameless_key", kClient,
+     "{tls: {pin: [47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=]}, rules: [a], rule: {a: "
+     "{import_topics: [/a], identities: [x]}}}",
+     "rule.a.identities: [\"x\"] is wrong, expected the server's name behind its key in tls.pin"},
+    {"pin_with_a_name_that_is_none", kClient, "{tls: {pin: [\"x desk\"]}}",
+     "alone or with a space, the server's name and its groups behind it"},
+    {"groups_without_tls", kClient,
+     "{url: ws://localhost, rules: [a], rule: {a: {import_topics: [/a], groups: [x]}}}",
+     "expected a url that begins with wss://, else the rule applies to nobody"},
     {"relay_without_a_pin", kClient, "url: wss://robot7@relay.example/",
      "tls.pin: expected tls.pin, or tls.ca with an authority of your own and a "
      "certificate for 'robot7'"},

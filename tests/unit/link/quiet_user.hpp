@@ -13,7 +13,7 @@ class QuietUser : public LinksUser {
   Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renew&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renewed&, const Now&) override { return Nothing{}; }
-  void on_peer_time(const TimeReply&, Stamp) override {}
+  void on_peer_time(Link&, const TimeReply&, Stamp) override {}
 
   void on_link_open(Link&, const Now&) override {}
   void on_peer_replaced(Link&, const Now&) override {}

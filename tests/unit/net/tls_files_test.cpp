@@ -222,6 +222,28 @@ TEST_F(TlsFilesTest, APinIsEnoughWithoutAnAuthority) {
   EXPECT_TRUE(pair.connect(dial, {78})) << pair.client.failures[{78}];
 }
 
+// For the rules of a client: by the entry of its key, by an authority of one's own, or by the name
+// that the certificate is for.
+TEST_F(TlsFilesTest, WhoTheServerHasProvedToBe) {
+  const auto proved = [&](const DialOptions& dial, std::uint32_t id) {
+    EXPECT_TRUE(pair.connect(dial, {id})) << pair.client.failures[{id}];
+    return pair.client.openings.back().server;
+  };
+  DialOptions dial = pair.dial_options("wss");
+  dial.tls.pins = {kOtherPin + " other", pin_of_file(first.certificate) + " desk ops night"};
+  const Identity by_key = proved(dial, 90);
+  EXPECT_EQ(by_key.name, "desk");
+  EXPECT_THAT(by_key.groups, ElementsAre("ops", "night"));
+  dial.tls.pins = {pin_of_file(first.certificate)};
+  EXPECT_EQ(proved(dial, 91).name, "");
+  dial.tls.ca_file = authority().ca;
+  const Identity by_certificate = proved(dial, 92);
+  EXPECT_NE(by_certificate.name, "");
+  EXPECT_EQ(by_certificate.expires, 0);
+  DialOptions plain = trusting();
+  EXPECT_EQ(proved(plain, 93).name, by_certificate.name);
+}
+
 TEST_F(TlsFilesTest, AnotherKeyIsRefusedWithThePinThatWasSeen) {
   DialOptions dial = trusting();
   dial.tls.pins = {kOtherPin};

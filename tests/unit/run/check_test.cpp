@@ -190,6 +190,16 @@ TEST(Explain, AnIdentityHasTheGroupsOfTheTokenFile) {
   EXPECT_THAT(explained(file, "bert", {"ops"}).out, StartsWith("import ("));
 }
 
+TEST(Explain, AServerHasTheGroupsBehindItsKey) {
+  const std::string client =
+      "    url: wss://desk.example/\n    tls: {pin: "
+      "[47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU= desk ops]}\n";
+  const Printed desk = explained(client, "desk");
+  EXPECT_THAT(desk.out, StartsWith("groups of desk: [\"ops\"], as tls.pin has it\nimport ("));
+  EXPECT_THAT(desk.out, HasSubstr("/cmd_vel: allowed"));
+  EXPECT_THAT(explained(client, "other").out, HasSubstr("/cmd_vel: not allowed"));
+}
+
 TEST(Explain, WithoutSuchAFileItSaysThatNoGroupsWereGiven) {
   EXPECT_THAT(explained(kToken, "anna").out,
               StartsWith("groups of anna: none given (--group)\nimport ("));

@@ -24,6 +24,32 @@ TEST(SideClock, ThePeersClockIsPublishedWhereTheRuleSaysSo) {
   EXPECT_NE(s.did().find("unmirror 2\n"), std::string::npos);
 }
 
+// A server may have several peers: one of those that the rule is for gives the time, and another
+// one when its link is dead.
+TEST(SideClock, OfSeveralPeersOneGivesTheTime) {
+  auto options = server();
+  options.clock_publish_period = std::chrono::milliseconds(10);
+  options.clock_groups = {"robots"};
+  Script s(options);
+  const auto mirrored = [&] { return s.did().find("mirror ") != std::string::npos; };
+  Identity who{"viewer", {}};
+  s.login(1, {}, who);
+  EXPECT_FALSE(mirrored());
+  who = {"robot1", {"robots"}};
+  s.login(2, {}, who);
+  EXPECT_TRUE(mirrored());
+  who.name = "robot2";
+  s.login(3, {}, who);
+  EXPECT_FALSE(mirrored());
+  s.lose(3, 4008);
+  s.pass(3100);
+  EXPECT_FALSE(mirrored());
+  s.login(4, {}, who);
+  s.lose(2, 4008);
+  s.pass(3100);
+  EXPECT_NE(s.did().find("unmirror 2\nmirror 3 /clock"), std::string::npos);
+}
+
 // Its graph's /clock is followed while a peer publishes its time and may have that topic.
 TEST(SideClock, ItsClockIsFollowedForAPeerThatPublishesIt) {
   Script s(server({rule({"/clock"}, {})}));

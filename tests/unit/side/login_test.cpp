@@ -177,6 +177,35 @@ TEST(SideLogin, ANewEndHoldsAtOnce) {
 
 // ---- a client
 
+// The server that answers is what the rules go by, on the same link too.
+TEST(SideLogin, AClientsRulesMayNameTheServer) {
+  Rule for_desk = rule({"/a"}, {});
+  for_desk.identities = {"desk"};
+  Rule for_ops = rule({"/b"}, {});
+  for_ops.groups = {"ops"};
+  Script s(client({for_desk, for_ops}));
+  s.graph({topic("/a").pub(1), topic("/b").pub(2)});
+  s.give(TimePassed{});
+  const auto offers = [&](std::uint32_t connection) {
+    s.be_welcomed(connection);
+    s.say(connection, Accepts{{{{"/**"}, {}}}, {}});
+    return s.said(connection);
+  };
+  s.server_is.name = "desk";
+  const std::string desk = offers(1);
+  EXPECT_THAT(desk, HasSubstr("/a"));
+  EXPECT_THAT(desk, Not(HasSubstr("/b")));
+  EXPECT_THAT(s.logged, HasSubstr(" as desk"));
+  EXPECT_EQ(s.status().links[0].identity, "desk");
+  s.lose(1);
+  s.pass(1000);
+  s.server_is.groups = {"ops"};
+  s.server_is.name = "another";
+  const std::string another = offers(2);
+  EXPECT_THAT(another, Not(HasSubstr("/a")));
+  EXPECT_THAT(another, HasSubstr("/b"));
+}
+
 SideOptions with_token() {
   auto options = client();
   options.login_method = "token";

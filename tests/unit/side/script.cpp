@@ -164,7 +164,9 @@ Token128 Script::login(std::uint32_t connection, Token128 session, const Identit
 
 void Script::be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max,
                          Token128 session) {
-  give(ConnectionOpened{{connection}, "10.0.0.1"});
+  ConnectionOpened opened{{connection}, "10.0.0.1"};
+  opened.server = server_is;
+  give(std::move(opened));
   while (side.next_packet({connection}, flow_test::now_ms(at))) {
   }
   Welcome welcome;

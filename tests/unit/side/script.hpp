@@ -84,6 +84,7 @@ class Script {
   Side side;
   std::int64_t at = 0;
   Stamp certified_until = 0;  // of the peers that connect from now on
+  Identity server_is;         // client: what the servers that are dialled from now on prove to be
   std::size_t claims = 0;     // that were done, also those that did() leaves out: equal to the last
   std::string logged;
   std::string noted;  // for the audit log, if the options ask for it

@@ -60,7 +60,7 @@ Result<Nothing> OneLink::on(Link&, const Offer&, const Now&) {
 Result<Nothing> OneLink::on(Link&, Accepts, const Now&) {
   return Nothing{};
 }
-void OneLink::on_peer_time(const TimeReply&, Stamp) {}
+void OneLink::on_peer_time(Link&, const TimeReply&, Stamp) {}
 
 std::string Actions::did() {
   std::string lines;

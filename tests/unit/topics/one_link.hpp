@@ -38,7 +38,7 @@ struct OneLink final : private LinkUser {
   Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renew&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renewed&, const Now&) override { return Nothing{}; }
-  void on_peer_time(const TimeReply&, Stamp) override;
+  void on_peer_time(Link&, const TimeReply&, Stamp) override;
 };
 
 // A side's parts, and their actions. From 1000 bytes on a worker compresses and decompresses.
