@@ -63,6 +63,19 @@ TEST(CdrCheck, ALongDoubleHasSixteenBytes) {
 #endif
 }
 
+TEST(CdrCheck, KeysAreSeen) {
+  EXPECT_FALSE(has_keys(introspection(std::string{kTestPackage} + "/msg/Leaf")));
+  rosidl_typesupport_introspection_c__MessageMembers members{};
+  const auto set = [](auto& of) {
+    if constexpr (requires { of.has_any_key_member_; }) return of.has_any_key_member_ = true;
+    return false;  // the distribution does not tell
+  };
+  const bool keyed = set(members);
+  rosidl_message_type_support_t type{};
+  type.data = &members;
+  EXPECT_EQ(has_keys(type), keyed);
+}
+
 TEST(CdrCheck, EveryMissingByteIsMissed) {
   const Bytes whole = leaf();
   for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -18,7 +18,7 @@ Together::Large& Together::find_or_add(Set& set, Stamp stamp) {
                                   [&](const Large& large) { return large.stamp == stamp; });
   if (found != set.large.rend()) return *found;
   while (set.large.size() >= kRemembered && set.large.front().under_way == 0) set.large.pop_front();
-  set.newest = std::max(set.newest, stamp);
+  set.newest = stamp;  // a clock may have been set back
   return set.large.emplace_back(Large{stamp, 0, false});
 }
 

@@ -84,6 +84,16 @@ struct Shared {
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
                                   " is not installed here: its messages are carried unchecked");
   }
+  // Logs once per type that its keys are not kept apart.
+  void tell_keys(const std::string& type) {
+    told_types.on_time(Node::steady_now());
+    if (!told_types.first("keys of " + type)) return;
+    node.log(LogLevel::kWarn,
+             "the type " + type +
+                 " has keys: they are not kept apart where the middleware publishes serialized "
+                 "messages as one instance, as rmw_fastrtps does; subscribers keep the last "
+                 "samples of all keys together");
+  }
   // Something of a peer is made here, with a type of which the peer told this hash. Logs once that
   // it cannot be compared: with old distributions it never can.
   void tell_if_unhashed(const std::string& type, const std::string& hash_there) {

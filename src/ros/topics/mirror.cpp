@@ -43,6 +43,8 @@ std::optional<Refusal> Mirror::open() {
   making.unlock();
   if (own_id_) shared_.report(MirrorMade{create_.id, *own_id_});
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
+  if (type_.introspection != nullptr && has_keys(*type_.introspection))
+    shared_.tell_keys(create_.type);
   if (!create_.any_definition) shared_.tell_if_unhashed(create_.type, create_.type_hash);
   if (!type_.other_hash.empty()) shared_.report(TypeDiffers{create_.id, type_.other_hash});
   return std::nullopt;

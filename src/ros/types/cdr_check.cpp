@@ -216,6 +216,17 @@ const rosidl_message_type_support_t* introspection_of(const rosidl_message_type_
   return found;
 }
 
+// A template: the field is looked for only where the distribution has it.
+template <class Type>
+bool any_key_of(const Type& members) {
+  if constexpr (requires { members.has_any_key_member_; }) return members.has_any_key_member_;
+  return false;
+}
+
+bool has_keys(const rosidl_message_type_support_t& type) {
+  return any_key_of(members_of(type));
+}
+
 bool begins_with_header(const rosidl_message_type_support_t& type) {
   const Members& members = members_of(type);
   if (members.member_count_ == 0) return false;

@@ -52,6 +52,10 @@ inline CdrLimits sample_limits(std::size_t bytes) {
 // Whether the first field of a type (its introspection type support) is a std_msgs/msg/Header.
 [[nodiscard]] bool begins_with_header(const rosidl_message_type_support_t& type);
 
+// Whether a type (its introspection type support) has a field that is a key (`@key` in its IDL).
+// Distributions before Kilted do not tell.
+[[nodiscard]] bool has_keys(const rosidl_message_type_support_t& type);
+
 // Checks whether bytes of a peer can be a message of a type, before memory is allocated for them.
 // Follows the fields of `type` (its introspection type support) through the bytes: plain CDR after
 // its 4-byte header, of either byte order. rmw_deserialize() allocates memory for as many elements

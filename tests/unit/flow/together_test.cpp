@@ -93,6 +93,18 @@ TEST(Together, OneWhoseLargeOneHasLeftLeavesAtOnce) {
   EXPECT_EQ(drain(camera.outbox, now_ms(12)), "2#1:50\n");
 }
 
+TEST(Together, AClockThatIsSetBackChangesNothing) {
+  Camera camera;
+  camera.image(1000, 20);
+  drain(camera.outbox, now_ms(20));
+  camera.image(3, 30);
+  drain(camera.outbox, now_ms(30));
+  camera.info(4, 35);
+  EXPECT_EQ(drain(camera.outbox, now_ms(35)), "");
+  camera.image(4, 40);
+  EXPECT_EQ(drain(camera.outbox, now_ms(40)), "1#5:100/300\n1+100\n1+100\n2#1:50\n");
+}
+
 TEST(Together, ItIsDroppedWithTheLargeOne) {
   Camera camera;
   camera.expect(3, 20);  // for a worker, that compresses it
