@@ -6,7 +6,7 @@ endif()
 install(TARGETS ${plugins} LIBRARY DESTINATION lib/${PROJECT_NAME})
 # The header of login plugins.
 install(DIRECTORY include/ DESTINATION include)
-foreach(folder config launch)
+foreach(folder config examples launch)
   if(IS_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/${folder}")
     install(DIRECTORY ${folder} DESTINATION share/${PROJECT_NAME})
   endif()

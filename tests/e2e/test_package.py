@@ -1,8 +1,11 @@
 """What a package has besides the programs: manual pages, completion, bill of materials."""
 
 import json
+import os
 import subprocess
 import sys
+
+import pytest
 
 from harness.programs import ROOT, build_dir
 
@@ -35,3 +38,15 @@ def test_the_bill_names_what_is_linked_and_what_is_compiled_in(tmp_path):
     for linked in ("libssl3", "libzstd1", "ros-", "libboost", "nlohmann-json3-dev"):
         found = [version for name, version in versions.items() if name.startswith(linked)]
         assert found and all(found), linked
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "examples").glob("*.yaml")), ids=lambda f: f.name)
+def test_an_example_is_understood(file):
+    environment = dict(os.environ, CONNECT_BRIDGE_TOKEN="0" * 48)
+    checked = subprocess.run(
+        [build_dir() / "ctl", "check", file, "--role", "server"],
+        env=environment, capture_output=True, text=True,
+    )
+    assert checked.returncode == 0, checked.stderr
+    page = file.with_suffix(".md").read_text(encoding="utf-8")
+    assert file.name in page and file.with_suffix(".launch.xml").name in page

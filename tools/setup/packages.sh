@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# packages.sh [programs|all|deb|arm64]: installs the system packages of the programs and the ROS prefix, or also those of the tests,
-# of Debian packages, or of arm64, on Debian 12, Ubuntu 22.04 and 24.04. A stamp makes the second run a no-op. CONNECT_SKIP_PACKAGES=1 leaves the system alone.
+# packages.sh [programs|all|deb]: installs the system packages of the programs and the ROS prefix, or also those of the tests,
+# of Debian packages, on Debian 12, Ubuntu 22.04 and 24.04. A stamp makes the second run a no-op. CONNECT_SKIP_PACKAGES=1 leaves the system alone.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -26,7 +26,6 @@ fi
 
 case $what in
   deb) packages+=(debhelper lintian mmdebstrap) ;;              # Debian packages, and a clean root to try them in
-  arm64) packages+=(g++-aarch64-linux-gnu qemu-user-static) ;;
 esac
 
 # Ubuntu 24.04 has clang 18 only.
