@@ -240,11 +240,12 @@ void Host::block(Duration how_long) {
     blocked_ = false;
     drain();
     // A packet may block again: those that are left wait for their turns, in their order.
-    for (auto next = side_->take_turn(now()); next; next = side_->take_turn(now())) {
+    while (!blocked_) {
+      const auto next = side_->take_turn(now());
+      if (!next) break;
       read(*next);
-      if (life != life_ || blocked_) break;
+      if (life != life_) return;
     }
-    if (life != life_) return;
     // What has arrived is read before it is looked at what is due.
     auto waiting = std::exchange(waiting_, {});
     std::stable_partition(waiting.begin(), waiting.end(), [](const Input& input) {
