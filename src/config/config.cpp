@@ -28,7 +28,7 @@ class ConfigMaker {
     config_.token_in_environment = around.token_in_environment;
   }
 
-  Parsed make(Moment moment) {
+  Parsed make(ReadAt moment) {
     values_.store(config_);
     if (is_server()) config_.auth.plugin_options = read_plugin_options(values_);
     config_.https_proxy = read_https_proxy(config_.auth, around_, parsed_.problems);
@@ -296,7 +296,7 @@ class ConfigMaker {
     }
   }
 
-  void read_policy(Moment moment) {
+  void read_policy(ReadAt moment) {
     RuleSet set =
         read_rules(values_, config_.is_robot(), moment, parsed_.problems, config_.warnings);
     for (const Rule& rule : set.rules) check_types(rule);
@@ -326,11 +326,11 @@ bool has(const Config& config, std::string_view key, const KeySpec& spec,
 }  // namespace
 
 Parsed parse_config(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
-  return ConfigMaker(parameters, role, surroundings).make(Moment::kStart);
+  return ConfigMaker(parameters, role, surroundings).make(ReadAt::kStart);
 }
 
 Parsed parse_again(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
-  return ConfigMaker(parameters, role, surroundings).make(Moment::kRunning);
+  return ConfigMaker(parameters, role, surroundings).make(ReadAt::kRunning);
 }
 
 Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,
@@ -353,7 +353,7 @@ Parsed apply_change(const Config& current, const std::vector<Parameter>& changes
   }
   Surroundings around = surroundings;
   around.token_in_environment |= current.token_in_environment;
-  Parsed parsed = ConfigMaker(next, current.role, around).make(Moment::kRunning);
+  Parsed parsed = ConfigMaker(next, current.role, around).make(ReadAt::kRunning);
   const auto clock = [](const Config& of) {
     return std::tie(of.clock_publish_period, of.clock_identities, of.clock_groups);
   };

@@ -35,7 +35,7 @@ void read_peer_names(const CheckedValues& values, Config& config, std::vector<Pr
       add("identity_names", to_text(text), "each identity, and each name, once only");
   }
   if (config.prefix != syntax::kByIdentity) {
-    if (values.given("identity_names"))
+    if (!config.identity_names.empty())
       add("identity_names", "", "prefix: by_identity too, else it has no effect");
     config.names = NameMap(config.prefix, config.remap);
     return;

@@ -76,7 +76,7 @@ void check_clock(const CheckedValues& values, const Rule& rule, RuleSet& set,
   set.clock_publish_period = syntax::from_seconds(1.0 / values.number(rate));
 }
 
-void check_listed(const CheckedValues& values, const std::vector<std::string>& names, Moment moment,
+void check_listed(const CheckedValues& values, const std::vector<std::string>& names, ReadAt moment,
                   std::vector<Problem>& problems, std::vector<std::string>& warnings) {
   for (const std::string& name : names) {
     if (values.rules().contains(name)) continue;
@@ -86,7 +86,7 @@ void check_listed(const CheckedValues& values, const std::vector<std::string>& n
   }
   for (const std::string& name : values.rules()) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-    if (moment == Moment::kStart) {
+    if (moment == ReadAt::kStart) {
       problems.push_back({"rule." + name, "", "its name in `rules`, else it has no effect"});
     } else {
       warnings.push_back(fmt::format("rule.{0}: has no effect, `rules` does not name {0}", name));
@@ -114,7 +114,7 @@ Rule default_rule() {
   return rule;
 }
 
-RuleSet read_rules(const CheckedValues& values, bool is_robot, Moment moment,
+RuleSet read_rules(const CheckedValues& values, bool is_robot, ReadAt moment,
                    std::vector<Problem>& problems, std::vector<std::string>& warnings) {
   RuleSet set;
   const bool listed = !values.given("rules") || values.valid("rules");

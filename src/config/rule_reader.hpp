@@ -10,7 +10,7 @@
 
 namespace connect_bridge {
 
-enum class Moment : std::uint8_t { kStart, kRunning };
+enum class ReadAt : std::uint8_t { kStart, kRunning };
 
 struct RuleSet {
   std::vector<Rule> rules;
@@ -20,7 +20,7 @@ struct RuleSet {
 };
 
 // Adds to problems and warnings; the result is valid only if there are no problems.
-[[nodiscard]] RuleSet read_rules(const CheckedValues& values, bool is_robot, Moment moment,
+[[nodiscard]] RuleSet read_rules(const CheckedValues& values, bool is_robot, ReadAt moment,
                                  std::vector<Problem>& problems,
                                  std::vector<std::string>& warnings);
 

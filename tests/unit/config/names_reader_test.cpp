@@ -32,13 +32,5 @@ TEST(NamesReader, ByIdentityEachLoginHasItsOwn) {
   EXPECT_THAT(text, HasSubstr("the identity robot-7 is /seven"));
 }
 
-TEST(NamesReader, ByIdentityNobodyMakesTheirTime) {
-  ParameterMap map = yaml(kRobots);
-  map["rule.all.clock"] = std::string("publish");
-  const Parsed parsed = parse_config(map, Role::kServer, kWithToken);
-  ASSERT_EQ(parsed.problems.size(), 1U);
-  EXPECT_THAT(to_text(parsed.problems[0]), HasSubstr("no rule with clock: publish"));
-}
-
 }  // namespace
 }  // namespace connect_bridge
