@@ -239,19 +239,21 @@ void Host::block(Duration how_long) {
     if (life != life_) return;
     blocked_ = false;
     drain();
-    // A packet may block again: those that are left wait for their turns, in their order.
-    while (!blocked_) {
+    // What has arrived is read before it is looked at what is due: a connection is opened, then its
+    // packets have their turns. Each may block again, and what is left waits on.
+    auto waiting = std::exchange(waiting_, {});
+    const auto timers =
+        std::stable_partition(waiting.begin(), waiting.end(), [](const Input& input) {
+          return !std::holds_alternative<TimePassed>(input);
+        });
+    for (auto each = waiting.begin(); each != timers; ++each) input(std::move(*each));
+    while (side_ && !blocked_) {
       const auto next = side_->take_turn(now());
       if (!next) break;
       read(*next);
-      if (life != life_) return;
     }
-    // What has arrived is read before it is looked at what is due.
-    auto waiting = std::exchange(waiting_, {});
-    std::stable_partition(waiting.begin(), waiting.end(), [](const Input& input) {
-      return !std::holds_alternative<TimePassed>(input);
-    });
-    for (auto& each : waiting) input(std::move(each));
+    if (life != life_) return;
+    for (auto each = timers; each != waiting.end(); ++each) input(std::move(*each));
   });
 }
 

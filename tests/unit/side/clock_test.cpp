@@ -31,6 +31,8 @@ TEST(SideClock, OfSeveralPeersOneGivesTheTime) {
   options.clock_publish_period = std::chrono::milliseconds(10);
   options.clock_groups = {"robots"};
   Script s(options);
+  s.give(TimePassed{});
+  s.did();
   const auto mirrored = [&] { return s.did().find("mirror ") != std::string::npos; };
   Identity who{"viewer", {}};
   s.login(1, {}, who);

@@ -195,6 +195,7 @@ TEST(SideLogin, AClientsRulesMayNameTheServer) {
   const std::string desk = offers(1);
   EXPECT_THAT(desk, HasSubstr("/a"));
   EXPECT_THAT(desk, Not(HasSubstr("/b")));
+  s.did();
   EXPECT_THAT(s.logged, HasSubstr(" as desk"));
   EXPECT_EQ(s.status().links[0].identity, "desk");
   s.lose(1);
