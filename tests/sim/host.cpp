@@ -153,7 +153,6 @@ void Host::input(Input input) {
   side_->handle(std::move(input), now());
   side_->spent(cost(), now().steady);
   drain();
-  if (world_.asks) check_marks();
   world_.checker.after_input(*this);
 }
 
@@ -194,23 +193,6 @@ void Host::read(ConnectionId id) {
   input(PacketReceived{id, packet.text, counted(std::move(packet.bytes))});
   const auto more = unread_.find(id);
   if (side_ && more != unread_.end() && !more->second.empty()) side_->on_arrival(id, now());
-}
-
-// What has not marked itself has nothing to do, and the timer is set for the first deadline: so to
-// ask everything changes nothing.
-void Host::check_marks() {
-  if (!side_ || blocked_ || stopped_) return;
-  const auto deadline = side_->next_deadline();
-  if (deadline && *deadline <= now().steady) return;
-  const std::string who = "side " + std::to_string(index_) + ", not marked: ";
-  if (const auto missed = side_->ask_everything(now()); !missed.empty()) violated(who + missed);
-  // A line of the log may tell of what was only looked at.
-  while (const auto action = side_->next_action())
-    if (!std::holds_alternative<Log>(*action))
-      violated(who + "action " + std::to_string(action->index()));
-  while (const auto id = side_->take_ready())
-    if (!ready_.contains(*id) && side_->next_packet(*id, now())) violated(who + "a packet");
-  if (side_->next_deadline() != deadline) violated(who + "a deadline");
 }
 
 void Host::drain() {

@@ -52,7 +52,6 @@ class Host : public Party {
     const Accounts& accounts;
     Digest& digest;
     bool verbose = false;
-    bool asks = false;  // whether everything is asked after each input
   };
   struct MirrorInfo {
     int writer = 0;
@@ -159,7 +158,6 @@ class Host : public Party {
   void drain();
   void block(Duration how_long);
   void pump();
-  void check_marks();
   void plan_deadline();
   void later(Duration delay, std::function<Input()> make);
 

@@ -1,7 +1,7 @@
 // The simulation: worlds of sides, graphs and networks in virtual time, one per seed.
 //
 //   sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] [--minutes M] [--threads T]
-//       [--digest] [--twins] [--ask]
+//       [--digest] [--twins]
 //   sim --day [--seed S]     two sides for 24 hours of bad weather, about 1,900 disturbances
 //
 // A failure prints the seed, its scenario, what a checker found and the command that replays it.
@@ -48,7 +48,6 @@ struct Options {
   bool digest = false;
   bool twins = false;  // worlds of two bridges in one graph
   bool day = false;    // worlds that live for a day
-  bool asks = false;   // whether a side is asked everything after each input
   double minutes = 0;  // > 0: go on with the next seeds for so long
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -146,7 +145,6 @@ std::optional<std::string> run_seed(std::uint64_t seed, const Options& options, 
   running_seed = seed;
   const bool verbose = options.verbose;
   Scenario scenario = scenario_of(seed, options);
-  scenario.asks = options.asks;
   if (verbose)
     std::printf("seed %llu: %s\n", static_cast<unsigned long long>(seed), scenario.text().c_str());
   World world(std::move(scenario), verbose);
@@ -202,7 +200,6 @@ bool parse(int argc, char** argv, Options& options) {
                        : arg == "--digest" ? &options.digest
                        : arg == "--twins"  ? &options.twins
                        : arg == "--day"    ? &options.day
-                       : arg == "--ask"    ? &options.asks
                                            : nullptr;
     if (flag != nullptr) {
       *flag = true;
@@ -281,7 +278,7 @@ int main(int argc, char** argv) {
   }
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(signal, on_fatal);
   if (options.last == 0) options.last = options.day ? 1 : 2000;
-  running_mode = options.twins ? "--twins " : options.day ? "--day " : options.asks ? "--ask " : "";
+  running_mode = options.twins ? "--twins " : options.day ? "--day " : "";
   // The memory in use in the course of a day is that of the first thread.
   if (options.verbose || options.day) options.threads = 1;
   Totals totals;

@@ -75,7 +75,6 @@ struct Scenario {
   bool crashes = false;                // processes end and start again
   bool long_goals = false;             // at last, goals that take an hour
   bool day = false;                    // it goes on for 24 hours
-  bool asks = false;                   // a side is asked everything after each input
   bool steady = false;                 // nothing changes but the weather: nothing may be missing
   Ending ending = Ending::kStop;
 

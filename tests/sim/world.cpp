@@ -62,8 +62,8 @@ World::World(Scenario scenario, bool verbose)
 }
 
 void World::build_hosts(bool verbose) {
-  const Host::World around{schedule_,          middleware_, services_, network_,      checker_,
-                           scenario_.accounts, digest_,     verbose,   scenario_.asks};
+  const Host::World around{schedule_, middleware_,        services_, network_,
+                           checker_,  scenario_.accounts, digest_,   verbose};
   for (std::size_t i = 0; i < scenario_.hosts.size(); ++i) {
     hosts_.push_back(
         std::make_unique<Host>(static_cast<int>(i), scenario_.hosts[i], around, rng_.fork()));

@@ -49,11 +49,6 @@ ConnectionOptions Links::connection_options() const {
   return o;
 }
 
-Link* Links::link_of(ConnectionId connection) const {
-  const auto it = carrying_.find(connection);
-  return it == carrying_.end() ? nullptr : it->second;
-}
-
 Link& Links::make_link(const std::string& identity, NameMap names) {
   const LinkId id{++last_link_};
   auto own = accounts_.of(identity);
@@ -61,10 +56,6 @@ Link& Links::make_link(const std::string& identity, NameMap names) {
       links_.try_emplace(id, id, user_, std::move(own), options_.resume_for, &due_).first->second;
   link.names = std::move(names);
   return link;
-}
-
-void Links::close(ConnectionId connection, CloseCode code, const std::string& reason) {
-  outputs_.push(CloseConnection{connection, code, reason});
 }
 
 // ---- before the login
@@ -301,16 +292,6 @@ bool Links::settle(const Now& now) {
     if (connection && connection->may_have_packet()) due_.ready(connection->id());
   }
   return any;
-}
-
-std::string Links::ask_all() const {
-  std::string wrong;
-  for (const auto& [id, link] : links_) {
-    link.mark();
-    const auto at = link.timer ? std::optional(link.timer.at()) : std::nullopt;
-    if (at != link.deadline()) wrong += "the timer of link " + std::to_string(id.value) + "; ";
-  }
-  return wrong;
 }
 
 void Links::close_failed(Link& link, const Now& now) {

@@ -51,9 +51,6 @@ class Links {
   void on_arrival(ConnectionId connection, const Now& now);
   // Whose packet is read next, by PacketReceived; nullopt: no packet waits.
   std::optional<ConnectionId> take_turn(const Now& now) { return turns_.take(now.steady); }
-  // Looks at all links at the next settle(). Returns whose timer does not wait for its deadline;
-  // empty: every timer does (Side::ask_everything).
-  [[nodiscard]] std::string ask_all() const;
   // Client: dials when it is time to.
   void dial_if_due(const Now& now);
   // Closes everything orderly, for good.
@@ -79,7 +76,10 @@ class Links {
  private:
   [[nodiscard]] ConnectionOptions connection_options() const;
   // Null: it carries no link.
-  [[nodiscard]] Link* link_of(ConnectionId connection) const;
+  [[nodiscard]] Link* link_of(ConnectionId connection) const {
+    const auto it = carrying_.find(connection);
+    return it == carrying_.end() ? nullptr : it->second;
+  }
   void answer_login(Authenticated& answer, const Now& now);
   // The link whose session the client continues, if it is its own.
   [[nodiscard]] Link* continued_by(const Connection& connection, const Identity& identity);
@@ -91,7 +91,9 @@ class Links {
   template <class Counts>
   [[nodiscard]] bool make_room(std::size_t links_max, const Now& now, Counts counts);
   [[nodiscard]] Link& make_link(const std::string& identity, NameMap names);
-  void close(ConnectionId connection, CloseCode code, const std::string& reason);
+  void close(ConnectionId connection, CloseCode code, const std::string& reason) {
+    outputs_.push(CloseConnection{connection, code, reason});
+  }
   // What a connection before its login has come to by the last input.
   void look_at(Connection& stranger, const Now& now);
   // The log says why; the peer is told the same, or only `told`.

@@ -136,13 +136,6 @@ std::optional<CallGate::Next> CallGate::next(TimePoint now) {
   return std::nullopt;
 }
 
-void CallGate::ask_all() {
-  for (const auto& [id, service] : services_) {
-    due_.insert(id);
-    for (const auto& [link, state] : service.callers) line_up({link, id});
-  }
-}
-
 // Without room it is looked at again when the server answers, or when it has been silent for so
 // long that its requests count as taken (watch).
 std::optional<CallGate::Next> CallGate::next_of(ServiceClientId id, TimePoint now) {

@@ -82,8 +82,6 @@ class CallGate {
   void hold() { held_ = true; }
   void release() { held_ = false; }
   [[nodiscard]] std::optional<Next> next(TimePoint now);
-  // A call may begin at any service (Side::ask_everything).
-  void ask_all();
   // Servers that have not answered for long are presumed to have room again.
   void expire(TimePoint now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }

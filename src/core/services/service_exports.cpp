@@ -57,11 +57,6 @@ void ServiceExports::on_time(const Now& now) {
   serving_.begin_calls(now);
 }
 
-void ServiceExports::ask_all(const Now& now) {
-  serving_.gate.ask_all();
-  serving_.begin_calls(now);
-}
-
 std::optional<TimePoint> ServiceExports::deadline() const {
   return earliest(serving_.timers.deadline(), serving_.gate.deadline());
 }

@@ -44,8 +44,6 @@ class ServiceExports {
   }
   void on(ServiceClientFailed& failed, const Now& now) { on(failed.id, failed, now); }
   void on_time(const Now& now);
-  // As if a call might begin at every service (Side::ask_everything).
-  void ask_all(const Now& now);
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
   void add_status(const Link& link, LinkStatus& status) const;

@@ -231,20 +231,6 @@ std::optional<TimePoint> Side::next_deadline() const {
   return earliest(first, clock_publisher_.deadline());
 }
 
-std::string Side::ask_everything(const Now& now) {
-  if (stopping_) return {};
-  std::string missed = links_.ask_all();
-  clock_due_ = true;
-  on_graph(now);
-  on_claims(now);
-  handle(TimePassed{}, now);
-  exports_.ask_all(now);
-  service_exports_.ask_all(now);
-  imports_.ask_all(now);
-  settle(now);
-  return missed;
-}
-
 // ---- links
 
 void Side::on_link_open(Link& link, const Now& now) {

@@ -62,10 +62,6 @@ class Side final : private LinksUser {
   std::optional<ConnectionId> take_ready() { return links_.take_ready(); }
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
-  // For tests of the marks that say who has something to do: asks everything, whether it is marked
-  // or not. If nothing was missed, no action and no packet follows, and next_deadline() stays. Not
-  // while a deadline is due. Returns what shows already that something was missed; empty: nothing.
-  [[nodiscard]] std::string ask_everything(const Now& now);
   [[nodiscard]] Status status(const Now& now) const;
   // The same in parts, none of which takes long: all but the links, and each of them; nullopt: it
   // is gone.

@@ -140,14 +140,6 @@ void Exports::on_time(const Now& now) {
   update_subscriptions(left, now);
 }
 
-void Exports::ask_all(const Now& now) {
-  context_.offers_due = true;
-  for (auto& [key, topic] : topics_) {
-    topic.on_time(now);
-    topic.update_subscription(now);
-  }
-}
-
 void Exports::add_status(const Link& link, LinkStatus& status) const {
   for (const auto& [key, topic] : topics_) topic.add_status(link.id, status);
 }

@@ -48,9 +48,6 @@ class Exports {
   void on_lost(const MessagesLost& lost);
   void on_subscription_failed(const SubscriptionFailed& failed, const Now& now);
   void on_time(const Now& now);
-  // As if the time of every topic had come, and what it is wanted for had changed
-  // (Side::ask_everything).
-  void ask_all(const Now& now);
 
   // A publisher here does not serve our subscription as it is.
   void on_incompatible(const QosIncompatible& found) const;

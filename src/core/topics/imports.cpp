@@ -152,11 +152,6 @@ void Imports::on_time(const Now& now) {
   for (auto& [link, peer] : peers_) peer.try_left_out(now);
 }
 
-void Imports::ask_all(const Now& now) {
-  for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();)
-    (it++)->second.on_time(now);
-}
-
 void Imports::send_demands() {
   for (const LinkId link : std::exchange(context_.demands_changed, {}))
     if (const auto peer = peers_.find(link); peer != peers_.end()) peer->second.send_demands();

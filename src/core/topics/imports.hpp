@@ -41,8 +41,6 @@ class Imports {
   void on_type_differs(const TypeDiffers& differs);
   void on_publish_failed(const PublishFailed& failed);
   void on_time(const Now& now);
-  // As if the time of every mirror had come (Side::ask_everything).
-  void ask_all(const Now& now);
 
   // Sends the demands that changed, one message per link and direction.
   void send_demands();
