@@ -224,10 +224,9 @@ void Host::block(Duration how_long) {
     // What has arrived is read before it is looked at what is due: a connection is opened, then its
     // packets have their turns. Each may block again, and what is left waits on.
     auto waiting = std::exchange(waiting_, {});
-    const auto timers =
-        std::stable_partition(waiting.begin(), waiting.end(), [](const Input& input) {
-          return !std::holds_alternative<TimePassed>(input);
-        });
+    const auto timers = std::stable_partition(
+        waiting.begin(), waiting.end(),
+        [](const Input& input) { return !std::holds_alternative<TimePassed>(input); });
     for (auto each = waiting.begin(); each != timers; ++each) input(std::move(*each));
     while (side_ && !blocked_) {
       const auto next = side_->take_turn(now());
