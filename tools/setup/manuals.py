@@ -70,13 +70,11 @@ def parameter_page(table):
     body = ".SH DESCRIPTION\nParameters of the nodes connect_server and connect_client, in a ROS 2 "
     body += "parameter file. In the package it is /etc/connect_bridge/server.yaml or client.yaml.\n"
     last = ""
-    for section, (key, kind, default, allowed, used_by, changes, meaning) in table:
+    for section, (key, kind, default, meaning) in table:
         if section != last:
             body += f".SH {roff(section.upper())}\n"
             last = section
-        facts = [kind] + [f"default {default}"] * bool(default) + [allowed] * bool(allowed)
-        facts.append("both sides" if used_by == "both" else f"{used_by} only")
-        facts += ["changes at run time"] if changes else []
+        facts = [kind] + [f"default {default}"] * bool(default)
         body += f".TP\n.B {roff(key)}\n({roff('; '.join(facts))})\n.br\n{roff(meaning)}\n"
     page("connect_bridge.yaml", 5, "connect_bridge.yaml", "parameters of a ROS 2 bridge", body)
 
