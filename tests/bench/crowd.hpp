@@ -25,7 +25,7 @@ class Crowd {
  public:
   static constexpr Duration kPeriod = std::chrono::milliseconds(20);  // of each topic
 
-  explicit Crowd(std::uint32_t links) : side_(options_for(links), 1), peers_(links) {
+  explicit Crowd(std::uint32_t links) : side_(options_for(links), 1, 0), peers_(links) {
     GraphChanged graph;
     for (std::uint32_t i = 0; i < links; ++i) {
       graph.topics.push_back({up(i), kType, "", {}, {endpoint(i, 1)}});

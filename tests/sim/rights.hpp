@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/policy/names.hpp"
 #include "core/policy/policy.hpp"
 
 namespace connect_bridge::sim {
