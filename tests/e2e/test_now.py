@@ -66,8 +66,8 @@ def test_an_image_that_arrives_has_its_info(make_pair):
     """On a thin link (github.com/ROBOTIS-GIT/turtlebot3_autorace issue 49)."""
     pair = make_pair(server={**OPEN, "link.bytes_per_second": 600_000})
     first = CompressedImage(format="jpeg", data=NOISE.randbytes(60_000))
-    camera, images = pair.opened(CompressedImage, "/c/image/compressed", first, qos(10))
-    about, infos = pair.opened(CameraInfo, "/c/camera_info", CameraInfo(), qos(10))
+    camera, images = pair.opened(CompressedImage, "/t/image/compressed", first, qos(10))
+    about, infos = pair.opened(CameraInfo, "/t/camera_info", CameraInfo(), qos(10))
     images.clear()
     infos.clear()
     begin = time.monotonic()

@@ -217,6 +217,8 @@ ROWS = """[...document.querySelectorAll('#topics tbody tr')]
     .map(row => [...row.cells].map(cell => cell.textContent))"""
 
 
+# It shows all programs of this user: of no other test either.
+@pytest.mark.alone
 def test_ctl(world, topic):
     publisher = flows(world, topic)
     several = ctl(world)
