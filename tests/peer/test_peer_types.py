@@ -19,7 +19,7 @@ def test_a_thousand_types_come_and_go(tmp_path):
     made = lambda: own.server.status().get("types_not_installed")  # noqa: E731
     try:
         resident = []
-        for _ in range(3):
+        for _ in range(5):  # the first ones fill the heaps of the other threads, too
             mine = Peer(own.url, TOKEN, dead_after=30.0)
             mine.until(lambda m=mine: m.complete, "the first round")
             for number in range(TYPES):
@@ -34,7 +34,7 @@ def test_a_thousand_types_come_and_go(tmp_path):
         print("resident after each round:", resident)
         # rmw_zenoh_cpp 0.6.7 keeps 4 kB of every publisher, in any process.
         kept = 6 << 20 if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp" else 0
-        assert resident[2] - resident[1] < (4 << 20) + kept, resident
+        assert resident[4] - resident[2] < (4 << 20) + kept, resident
     finally:
         own.close()
 
