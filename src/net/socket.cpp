@@ -209,10 +209,10 @@ void Socket::gather(const Packet& packet) {
 void Socket::on_written(const ErrorCode& error) {
   packet_.reset();
   if (state_ != State::kOpen) return;
-  if (error == asio::error::operation_aborted && reading_) {
-    // Beast reports the cause to one operation only: the read, which is about to return it.
+  // Beast reports the cause to one operation only: the read, which is about to return it. A packet
+  // that waits for its turn is delivered first, and then read on.
+  if (error && (waits_ || (error == asio::error::operation_aborted && reading_)))
     return set_deadline();
-  }
   if (error) return fail(error);
   if (pull_again_) send();
 }

@@ -134,6 +134,7 @@ void Links::answer_login(Authenticated& answer, const Now& now) {
     return refuse(id, names.error(), now, "login refused: the server has no prefix for this name");
   Link* link = link_for_login(stranger, identity, std::move(names).value(), now);
   if (!link) return refuse(id, {CloseCode::kTooManyConnections, "too many links"}, now);
+  const Outputs::Paying paying(outputs_, link->account->time);
   auto connection = strangers_.take(id);
   link->login.set_identity(identity);
   connection->on_authenticated(identity, link->login.session(), now);
@@ -237,6 +238,7 @@ void Links::on(PacketReceived& input, const Now& now) {
   }
   Connection* const stranger = strangers_.find(input.connection);
   if (!stranger) return;
+  const Outputs::Paying paying(outputs_, of_strangers_);
   stranger->on_packet(input.text, input.payload, now);
   look_at(*stranger, now);
 }

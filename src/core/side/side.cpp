@@ -185,6 +185,11 @@ Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {
 void Side::on_identity_changed(Link& link, const Now& now) {
   tell_rights(link, now);
   rights_changed_ = true;  // mutant: groups_change
+  if (clock_from_ == link.id && !may_give_time(link)) {
+    end_time_of_peer(now);
+  } else if (!clock_from_ && link.open()) {
+    take_time_of(link, now);
+  }
 }
 
 void Side::tell_rights(Link& link, const Now& now) {
@@ -252,6 +257,14 @@ void Side::take_time_of(Link& link, const Now& now) {
   clock_publisher_.start(link.names.to_local("/clock"), outputs_, now);
 }
 
+// It gives the time no more: another one does that may.
+void Side::end_time_of_peer(const Now& now) {
+  clock_from_ = {};
+  clock_publisher_.stop(outputs_);
+  for (auto& [id, other] : links_.all())
+    if (other.open()) take_time_of(other, now);
+}
+
 void Side::on_link_lost(Link& link, const Now& now) {
   clock_due_ = true;
   // So that what is published here now does not count as lost with the connection.
@@ -272,11 +285,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
 void Side::on_link_dead(Link& link, const Now& now) {
   imports_.on_link_dead(link.id, now);
   end_calls(link, now);
-  if (clock_from_ != link.id) return;
-  clock_from_ = {};
-  clock_publisher_.stop(outputs_);
-  for (auto& [id, other] : links_.all())
-    if (other.open()) take_time_of(other, now);
+  if (clock_from_ == link.id) end_time_of_peer(now);
 }
 
 void Side::on_link_forgotten(Link& link, const Now& now) {

@@ -131,6 +131,7 @@ class Side final : private LinksUser {
   void start(const Now& now);
   [[nodiscard]] bool may_give_time(const Link& link) const;
   void take_time_of(Link& link, const Now& now);
+  void end_time_of_peer(const Now& now);
   void settle(const Now& now);
   void follow_clock();
   void hold_actions(const Now& now);

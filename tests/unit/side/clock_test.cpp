@@ -52,6 +52,24 @@ TEST(SideClock, OfSeveralPeersOneGivesTheTime) {
   EXPECT_NE(s.did().find("unmirror 2\nmirror 3 /clock"), std::string::npos);
 }
 
+// Who may give it no more gives it no more, and another one does.
+TEST(SideClock, WithItsRightThePeersTimeEnds) {
+  auto options = server();
+  options.clock_publish_period = std::chrono::milliseconds(10);
+  options.clock_groups = {"robots"};
+  Script s(options);
+  s.give(TimePassed{});
+  Identity robot{"robot1", {"robots"}};
+  robot.credential = "token:1";
+  s.login(1, {}, robot);
+  Identity other{"robot2", {"robots"}};
+  s.login(2, {}, other);
+  s.did();
+  robot.groups.clear();
+  s.give(IdentitiesChanged{{{robot.credential, robot}}});
+  EXPECT_NE(s.did().find("unmirror 2\nmirror 3 /clock"), std::string::npos);
+}
+
 // Its graph's /clock is followed while a peer publishes its time and may have that topic.
 TEST(SideClock, ItsClockIsFollowedForAPeerThatPublishesIt) {
   Script s(server({rule({"/clock"}, {})}));
