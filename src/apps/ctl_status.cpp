@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "config/syntax.hpp"
+#include "core/base/json.hpp"
+#include "core/wire/text.hpp"
 #include "run/exit_codes.hpp"
 #include "run/runtime_folder.hpp"
 #include "run/status_screen.hpp"
@@ -25,6 +27,7 @@ using connect_bridge::Json;
 
 constexpr auto kAnswerTime = std::chrono::seconds(10);
 constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
+constexpr std::size_t kProblemBytesMax = 200;
 constexpr int kNobodyAnswers = 1;
 
 int complain_of(const std::string& where, const std::string& problem) {
@@ -52,7 +55,7 @@ class Asked {
     if (line.empty()) {
       problem_ = "nobody answers";
     } else if (line.rfind("HTTP/1.1 200", 0) != 0) {
-      problem_ = line.substr(0, line.find('\r'));
+      problem_ = connect_bridge::to_text(line.substr(0, line.find('\r')), kProblemBytesMax);
     }
     while (std::getline(*stream_, line) && line != "\r") {
     }
@@ -91,7 +94,10 @@ std::size_t rows_of_screen() {
 int show_json(const std::string& where) {
   Asked asked(where, "/api/status");
   if (!asked.problem().empty()) return complain_of(where, asked.problem());
-  std::fputs((asked.rest() + "\n").c_str(), stdout);
+  // As JSON again, so that nothing but text reaches the terminal.
+  const auto shown = connect_bridge::OrderedJson::parse(asked.rest(), nullptr, false);
+  if (!shown.is_object()) return complain_of(where, "this is no status");
+  std::fputs((shown.dump(1) + "\n").c_str(), stdout);
   return 0;
 }
 

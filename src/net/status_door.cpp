@@ -1,6 +1,5 @@
 #include "net/status_door.hpp"
 
-#include <openssl/x509v3.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,16 +7,16 @@
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
-#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/span_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <cerrno>
 #include <cstring>
 
 #include "net/listen_at.hpp"
 #include "net/proxy_header.hpp"
+#include "net/status_request.hpp"
 #include "net/steady_now.hpp"
 #include "net/websocket.hpp"
 
@@ -30,54 +29,14 @@ constexpr char kAcceptsNothing[] =
     "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 constexpr char kBearer[] = "Bearer ";
 
-using StatusGet = http::request<http::empty_body>;
-
-// The host of "robot:9091" or "[::1]:9091" without its port; nullopt: it is no such text.
-std::optional<std::string> host_without_port(std::string_view text) {
-  const bool bracket = text.starts_with('[');
-  const std::size_t end = bracket ? text.find(']') : text.find(':');
-  if (bracket && end == std::string_view::npos) return std::nullopt;
-  const std::string_view rest = text.substr(std::min(text.size(), bracket ? end + 1 : end));
-  if (!rest.empty() &&
-      (rest[0] != ':' || rest.find_first_not_of("0123456789", 1) != std::string_view::npos))
-    return std::nullopt;
-  return std::string{bracket ? text.substr(1, end - 1) : text.substr(0, end)};
-}
-
-// A web page whose name leads to this machine (DNS rebinding) shows that name here. It cannot show
-// an address, or "localhost"; names of our certificate are ours.
-bool is_own_host(std::string_view text, SSL* tls) {
-  const auto host = host_without_port(text);
-  if (!host) return false;
-  ErrorCode no_address;
-  asio::ip::make_address(*host, no_address);
-  if (!no_address || beast::iequals(*host, "localhost")) return true;  // mutant: foreign_host
-  X509* const own = tls ? SSL_get_certificate(tls) : nullptr;
-  return own && X509_check_host(own, host->data(), host->size(), 0, nullptr) == 1;
-}
-
-struct StatusRefusal {
-  unsigned status = 0;  // 0: none
-  std::string text;
-};
-
-// What is wrong with the request, whoever sent it.
-StatusRefusal wrong_with(const StatusGet& request, SSL* tls) {
-  if (request.method() != http::verb::get) return {405, "Only GET is answered here."};
-  if (request.count(http::field::host) != 1) return {400, "One Host is needed."};
-  const auto host = request[http::field::host];
-  if (!is_own_host({host.data(), host.size()}, tls))
-    return {421,
-            "This host is not served here: use localhost, an IP address, or a name of the "
-            "certificate."};
-  if (!request.target().starts_with('/')) return {400, "A path is needed."};
-  if (request.count(http::field::transfer_encoding) + request.count(http::field::content_length))
-    return {400, "A request has no body here."};
-  if (request.count(http::field::origin)) return {403, "Pages of elsewhere may not ask here."};
-  return {};
-}
-
 }  // namespace
+
+StatusAnswer plain_answer(unsigned status, const std::string& text) {
+  StatusAnswer answer;
+  answer.status = status;
+  answer.body = std::make_shared<const std::string>(text + "\n");
+  return answer;
+}
 
 // One connection. It ends by done(), which is called in each way that it can take.
 class StatusDoor::Session : public std::enable_shared_from_this<Session> {
@@ -108,17 +67,20 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
 
   [[nodiscard]] bool has_asked() const { return has_asked_; }
   [[nodiscard]] bool streams() const { return streams_; }
+  [[nodiscard]] bool is_private() const { return is_private_; }
 
-  void tell(const std::string& with_names, const std::string& without) {
+  void tell(const SharedText& with_names, const SharedText& without) {
     const TimePoint now = steady_now();
-    if (!streams_ || writes_ || now < next_event_) return;
-    event_ = "data: " + (sees_names_ ? with_names : without) + "\n\n";
+    if (!streams_) return;
+    if (transport_.tls() && door_->ports_.judge(token_) != 200) return done();
+    if (writes_ || now < next_event_) return;
+    event_ = sees_names_ ? with_names : without;
     next_event_ =
-        now + std::min<Duration>(std::chrono::seconds(1) * event_.size() / kStreamBytesPerSecond,
+        now + std::min<Duration>(std::chrono::seconds(1) * event_->size() / kStreamBytesPerSecond,
                                  kEventsAtLeast);
     writes_ = true;
     set_deadline(door_->times_.answer);
-    asio::async_write(transport_, asio::buffer(event_),
+    asio::async_write(transport_, asio::buffer(*event_),
                       [self = shared_from_this()](ErrorCode error, std::size_t) {
                         if (!self->door_) return;
                         if (error) return self->done();
@@ -143,7 +105,6 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
         error != http::error::partial_message)
       return refuse({400, "This is no HTTP request."});
     if (error) return done();
-    has_asked_ = true;
     const StatusGet& request = parser_.get();
     if (const auto wrong = wrong_with(request, transport_.tls()); wrong.status != 0)
       return refuse(wrong);
@@ -155,7 +116,8 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
   bool judge(const StatusGet& request) {
     const std::string shown{request[http::field::authorization]};
     const bool bearer = shown.starts_with(kBearer);
-    const unsigned judged = bearer ? door_->ports_.judge(shown.substr(sizeof kBearer - 1)) : 401;
+    if (bearer) token_ = shown.substr(sizeof kBearer - 1);
+    const unsigned judged = bearer ? door_->ports_.judge(token_) : 401;
     if (judged == 200) return true;  // mutant: status_token
     refuse({judged, judged == 401 ? "A token is needed: Authorization: Bearer ..."
                                   : "The token is right, but no group of status.groups has it."});
@@ -163,6 +125,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
   }
 
   void ask(const StatusGet& request) {
+    has_asked_ = true;
     const std::string target{request.target()};
     StatusRequest asked{target.substr(0, target.find('?')), false, false};
     asked.open_metrics =
@@ -176,14 +139,14 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
   }
 
   void refuse(const StatusRefusal& why) {
-    has_asked_ = true;
     set_deadline(door_->times_.answer);
-    send({why.status, "text/plain; charset=utf-8", why.text + "\n", {}, false});
+    send(plain_answer(why.status, why.text));
   }
 
   void send(StatusAnswer answer) {
-    if (answer.streams && door_->streams() >= kStreamsMax)
-      answer = {503, "text/plain; charset=utf-8", "Too many follow the events.\n", {}, false};
+    if (answer.streams && door_->streams(is_private_) >= kStreamsMax)
+      answer = plain_answer(503, "Too many follow the events.");
+    streams_ = writes_ = answer.streams;  // no event before the first is written
     response_.result(answer.status);
     response_.version(11);
     response_.set(http::field::connection, "close");
@@ -197,7 +160,8 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     if (answer.status == 405) response_.set(http::field::allow, "GET");
     if (answer.status == 401) response_.set(http::field::www_authenticate, "Bearer");
     if (answer.status == 503) response_.set(http::field::retry_after, "1");
-    response_.body() = std::move(answer.body);
+    text_ = std::move(answer.body);
+    response_.body() = {text_->data(), text_->size()};
     if (!answer.streams) response_.prepare_payload();
     http::async_write(
         transport_, response_,
@@ -211,7 +175,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
 
   // Whatever it sends now, or its end, ends the stream.
   void follow() {
-    streams_ = true;
+    writes_ = false;
     deadline_.cancel();
     transport_.async_read_some(asio::buffer(end_),
                                [self = shared_from_this()](ErrorCode, std::size_t) {
@@ -239,18 +203,26 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
   const bool is_private_;
   beast::flat_buffer buffer_{kHeaderBytesMax};
   http::request_parser<http::empty_body> parser_;
-  http::response<http::string_body> response_;
+  http::response<http::span_body<const char>> response_;
+  SharedText text_;  // its body
   std::array<char, 1> end_{};
-  std::string event_;
+  std::string token_;  // that was shown
+  SharedText event_;
   TimePoint next_event_{};
   bool has_asked_ = false;
   bool sees_names_ = false;
   bool streams_ = false;
-  bool writes_ = false;  // an event
+  bool writes_ = false;  // an event, or what comes before them
 };
 
 StatusDoor::StatusDoor(asio::io_context& io, Ports ports, Times times)
-    : io_(io), ports_(std::move(ports)), times_(times), door_(io), file_door_(io), retry_(io) {}
+    : io_(io),
+      ports_(std::move(ports)),
+      times_(times),
+      door_(io),
+      file_door_(io),
+      retry_(io),
+      file_retry_(io) {}
 
 StatusDoor::~StatusDoor() {
   close();
@@ -261,6 +233,7 @@ void StatusDoor::close() {
   door_.close(ignored);
   file_door_.close(ignored);
   retry_.cancel();
+  file_retry_.cancel();
   if (!file_.empty()) ::unlink(file_.c_str());
   file_.clear();
   for (const auto& session : std::exchange(sessions_, {})) session->abandon();
@@ -314,7 +287,8 @@ void StatusDoor::accept() {
                      [weak = weak_from_this()](ErrorCode error, TcpSocket socket) {
                        const auto self = weak.lock();
                        if (!self || !self->door_.is_open()) return;
-                       if (error) return self->retry([&door = *self] { door.accept(); });
+                       if (error)
+                         return self->retry(self->retry_, [&door = *self] { door.accept(); });
                        self->admit(std::move(socket), false);
                        self->accept();
                      });
@@ -326,7 +300,8 @@ void StatusDoor::accept_at_file() {
       [weak = weak_from_this()](ErrorCode error, asio::local::stream_protocol::socket from) {
         const auto self = weak.lock();
         if (!self || !self->file_door_.is_open()) return;
-        if (error) return self->retry([&door = *self] { door.accept_at_file(); });
+        if (error)
+          return self->retry(self->file_retry_, [&door = *self] { door.accept_at_file(); });
         TcpSocket socket(self->io_);
         ErrorCode failed;
         socket.assign(asio::ip::tcp::v4(), from.release(failed), failed);
@@ -336,9 +311,9 @@ void StatusDoor::accept_at_file() {
 }
 
 // Out of descriptors: asking again at once would spin.
-void StatusDoor::retry(std::function<void()> accept) {
-  retry_.expires_after(kAcceptRetry);
-  retry_.async_wait([weak = weak_from_this(), accept = std::move(accept)](ErrorCode cancelled) {
+void StatusDoor::retry(asio::steady_timer& timer, std::function<void()> accept) {
+  timer.expires_after(kAcceptRetry);
+  timer.async_wait([weak = weak_from_this(), accept = std::move(accept)](ErrorCode cancelled) {
     if (const auto self = weak.lock(); self && !cancelled) accept();
   });
 }
@@ -350,9 +325,12 @@ void StatusDoor::admit(TcpSocket socket, bool is_private) {
     const TimePoint now = steady_now();
     if (gone || !paces_.take(network_of(from.address(), 8), 1, now) || !pace_.take(now)) return;
   }
-  if (sessions_.size() >= kConnectionsMax) {
-    const auto slow = std::find_if(sessions_.begin(), sessions_.end(),
-                                   [](const auto& session) { return !session->has_asked(); });
+  const auto is_alike = [&](const auto& session) { return session->is_private() == is_private; };
+  if (std::count_if(sessions_.begin(), sessions_.end(), is_alike) >=
+      static_cast<std::ptrdiff_t>(kConnectionsMax)) {
+    const auto slow = std::find_if(sessions_.begin(), sessions_.end(), [&](const auto& session) {
+      return is_alike(session) && !session->has_asked();
+    });
     if (slow == sessions_.end()) return;
     (*slow)->abandon();
     sessions_.erase(slow);
@@ -366,11 +344,17 @@ void StatusDoor::remove(const std::shared_ptr<Session>& session) {
 }
 
 std::size_t StatusDoor::streams() const {
-  return static_cast<std::size_t>(std::count_if(
-      sessions_.begin(), sessions_.end(), [](const auto& session) { return session->streams(); }));
+  return streams(true) + streams(false);
 }
 
-void StatusDoor::tell(const std::string& with_names, const std::string& without) {
+std::size_t StatusDoor::streams(bool is_private) const {
+  return static_cast<std::size_t>(
+      std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& session) {
+        return session->streams() && session->is_private() == is_private;
+      }));
+}
+
+void StatusDoor::tell(const SharedText& with_names, const SharedText& without) {
   for (const auto& session : Sessions(sessions_)) session->tell(with_names, without);
 }
 

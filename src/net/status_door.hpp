@@ -25,18 +25,26 @@ struct StatusRequest {
   bool sees_names = false;    // who asks may know who is on the links
 };
 
+// One text for all who get it, also while they are slow to take it.
+using SharedText = std::shared_ptr<const std::string>;
+
 struct StatusAnswer {
   unsigned status = 200;  // of HTTP
   std::string type = "text/plain; charset=utf-8";
-  std::string body{};
+  SharedText body{};          // not null
   std::string page_policy{};  // what a page may do (CSP); empty: nothing
   bool streams = false;       // events follow: what tell() is given
 };
 
-// Who comes is a stranger until its request was read: bounded are the connections, their time, the
-// header, and TLS handshakes. Thread: that of the io_context, which is not the loop's.
+// A line of text.
+[[nodiscard]] StatusAnswer plain_answer(unsigned status, const std::string& text);
+
+// Who comes is a stranger until its request was read, and its token if it needs one: bounded are
+// the connections, their time, the header, and TLS handshakes. Who comes by the file has places of
+// its own. Thread: that of the io_context, which is not the loop's.
 class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
  public:
+  // By TCP, and as many by the file.
   static constexpr std::size_t kConnectionsMax = 32;
   static constexpr std::size_t kStreamsMax = 8;  // of these; so there is room for others
   static constexpr std::uint32_t kHeaderBytesMax = 8192;
@@ -68,9 +76,10 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   // Where it listens by TCP; 0: nowhere.
   [[nodiscard]] std::uint16_t port() const;
 
-  // An event for those who follow the stream: one text for who sees names, one for others.
-  void tell(const std::string& with_names, const std::string& without);
-  [[nodiscard]] std::size_t streams() const;  // how many follow
+  // An event for those who follow the stream and still may: one text for who sees names, one for
+  // others.
+  void tell(const SharedText& with_names, const SharedText& without);
+  [[nodiscard]] std::size_t streams() const;  // how many follow, or are about to
   // Reads certificates that have changed. Once a second.
   void check_files();
   void close();
@@ -81,7 +90,8 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
 
   void accept();
   void accept_at_file();
-  void retry(std::function<void()> accept);
+  void retry(asio::steady_timer& timer, std::function<void()> accept);
+  [[nodiscard]] std::size_t streams(bool is_private) const;
   void admit(TcpSocket socket, bool is_private);
   void remove(const std::shared_ptr<Session>& session);
 
@@ -91,7 +101,7 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   asio::ip::tcp::acceptor door_;
   asio::local::stream_protocol::acceptor file_door_;
   std::string file_;
-  asio::steady_timer retry_;
+  asio::steady_timer retry_, file_retry_;
   std::optional<TlsFiles> tls_files_;
   TlsContext tls_;
   AddressPaces paces_{20, std::chrono::milliseconds(500)};  // of TLS handshakes, by address

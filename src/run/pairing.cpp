@@ -18,6 +18,7 @@
 #include "net/authority.hpp"
 #include "net/own_address.hpp"
 #include "run/pairing_folder.hpp"
+#include "run/pairing_rules.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -29,18 +30,6 @@ std::string host_name() {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
   return name.data();
-}
-
-// What a robot gives to whom it has paired with. Nobody gets /rosout: any node of the robot writes
-// there whatever it likes; nor may anybody write lines there.
-void add_looking(ParameterMap& rules) {
-  rules["rule.look.export_topics"] = std::vector<std::string>{"/**"};
-  rules["rule.look.deny"] = std::vector<std::string>{"/rosout"};
-}
-void add_operating(ParameterMap& rules) {
-  for (const char* right :
-       {"import_topics", "export_services", "export_actions", "export_parameters"})
-    rules[std::string{"rule.operate."} + right] = std::vector<std::string>{"/**"};
 }
 
 std::string news_of(const PairingFolder& folder) {
@@ -66,9 +55,7 @@ ParameterMap server_parameters(const PairingFolder& folder, Role robot) {
     all["robot"] = std::string{"client"};
     return all;
   }
-  add_looking(all);
-  add_operating(all);
-  all["rules"] = std::vector<std::string>{"look", "operate"};
+  all.merge(robot_rules(true));
   all["rule.look.groups"] = std::vector<std::string>{kPaired};
   all["rule.operate.groups"] = std::vector<std::string>{kOperators};
   return all;
@@ -231,6 +218,10 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
                                     "\": expected a host name or address, with or without a port");
   if (!start.running) start.news.push_back(news_of(folder));
   start.groups = {kPaired};
+  if (drives)
+    start.news.emplace_back(
+        "a robot that pairs may receive all topics of this graph and publish any in it, unless "
+        "you add rules");
   if (arguments.operates) {
     start.groups.emplace_back(kOperators);
     start.news.emplace_back(
@@ -243,16 +234,6 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
 // ---- client
 
 constexpr char kOperatorName[] = "operator";
-
-// A robot's parameters beside those of the login: who has paired with it may look, or operate it.
-ParameterMap robot_parameters(bool operates) {
-  ParameterMap all{{"robot", std::string{"client"}}, {"rules", std::vector<std::string>{"look"}}};
-  add_looking(all);
-  if (!operates) return all;
-  add_operating(all);
-  all["rules"] = std::vector<std::string>{"look", "operate"};
-  return all;
-}
 
 // The token in the file, which is created if needed; empty: `problem` says why.
 std::string kept_token(const std::string& file, std::string& problem) {
@@ -297,11 +278,15 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
                       {"auth.token_file", file}};
   // Whom the robot's rules and its audit log can name.
   if (is_robot) paired["tls.pin"] = std::vector<std::string>{invitation.pin + " " + kOperatorName};
-  if (is_robot) paired.merge(robot_parameters(arguments.operates));
   std::string problem = two_of_a_kind(invitation, is_robot);
   if (problem.empty()) problem = folder.make();
   const ParameterMap stored = problem.empty() ? folder.parameters(problem) : ParameterMap{};
   if (problem.empty()) problem = folder.other_kind(stored, arguments.robot);
+  const bool own_rules = is_robot && has_own_rules(stored);
+  if (is_robot) {
+    paired["robot"] = std::string{"client"};
+    paired.merge(own_rules ? rules_of(stored) : robot_rules(arguments.operates));
+  }
   const std::string former = string_at(stored, "auth.token_file");
   const std::string token = problem.empty() ? kept_token(file, problem) : "";
   const bool is_paired = former == file;  // by this invitation already
@@ -319,7 +304,10 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
       is_robot ? "server --pair --drive" : "server --pair"};
   start.news.push_back("pairing with " + invitation.url);
   if (!former.empty()) start.news.emplace_back("this replaces the former pairing");
-  if (is_robot)
+  if (own_rules)
+    start.news.push_back("your rules in " + folder.parameter_file() +
+                         " stay: they say what its operator may do here");
+  else if (is_robot)
     start.news.emplace_back(
         arguments.operates
             ? "its operator may receive topics, publish, call services, send goals and set "

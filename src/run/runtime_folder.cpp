@@ -62,15 +62,22 @@ std::string status_socket(const std::string& folder, const std::string& node) {
 }
 
 std::vector<std::string> status_sockets() {
-  std::vector<std::string> folders = possible_runtime_folders();
+  std::error_code none;
+  std::vector<std::string> folders;
+  // Somebody else could answer there.
+  for (const std::string& folder : possible_runtime_folders())
+    if (who_else_may_change(folder).empty()) folders.push_back(folder);
   // Of units of the system, as root sees them; another user sees those that are its own.
-  folders.insert(folders.begin(), "/run/connect_bridge");
+  for (const auto& entry : std::filesystem::directory_iterator("/run", none))
+    if (entry.path().filename().string().starts_with("connect_bridge"))
+      folders.push_back(entry.path());
   std::vector<std::string> found;
   for (const std::string& folder : folders) {
-    std::error_code none;
     for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
       const std::string file = entry.path();
-      if (!file.ends_with(kSocketEnd) || !entry.is_socket(none)) continue;
+      if (!file.ends_with(kSocketEnd) ||
+          entry.symlink_status(none).type() != std::filesystem::file_type::socket)
+        continue;
       if (is_left_over(file)) {
         ::unlink(file.c_str());
       } else if (std::find(found.begin(), found.end(), file) == found.end()) {

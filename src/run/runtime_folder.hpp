@@ -14,7 +14,8 @@ namespace connect_bridge {
 // "/robot1/connect_server" of the process 17 is "FOLDER/robot1.connect_server-17.status".
 [[nodiscard]] std::string status_socket(const std::string& folder, const std::string& node);
 
-// The sockets of programs that run, in every folder in which one of this user may be. What a
+// The sockets of programs that run, in every folder in which one of this user may be and that
+// nobody else may change, and in those of the system's units (/run/connect_bridge*). What a
 // program has left that ended without an end is removed.
 [[nodiscard]] std::vector<std::string> status_sockets();
 

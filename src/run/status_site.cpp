@@ -45,11 +45,8 @@ double in_milliseconds(Duration time) {
   return std::chrono::duration<double, std::milli>(time).count();
 }
 
-StatusAnswer plain(unsigned status, std::string text) {
-  StatusAnswer answer;
-  answer.status = status;
-  answer.body = std::move(text) + "\n";
-  return answer;
+SharedText shared(std::string text) {
+  return std::make_shared<const std::string>(std::move(text));
 }
 
 }  // namespace
@@ -93,6 +90,7 @@ std::string StatusSite::open() {
     try {
       io_.run();
     } catch (const std::exception& error) {  // no memory
+      ended_ = true;
       tell_(LogLevel::kError,
             std::string{"the status is not answered any longer: "} + error.what());
     }
@@ -107,7 +105,7 @@ std::string StatusSite::open_judge() {
 }
 
 bool StatusSite::wanted() const {
-  return !options_.at.address.empty() || Clock::now() - asked_.load() < kInterest;
+  return !ended_ && (!options_.at.address.empty() || Clock::now() - asked_.load() < kInterest);
 }
 
 void StatusSite::publish(std::shared_ptr<const StatusPicture> picture) {
@@ -117,6 +115,7 @@ void StatusSite::publish(std::shared_ptr<const StatusPicture> picture) {
 void StatusSite::take(const std::shared_ptr<const StatusPicture>& picture) {
   picture_ = picture;
   picture_at_ = Clock::now();
+  texts_.clear();
   metrics_.count(*picture_);
   std::map<std::uint64_t, std::deque<Point>> history;
   for (const LinkStatus& link : picture_->side.links) {
@@ -129,7 +128,19 @@ void StatusSite::take(const std::shared_ptr<const StatusPicture>& picture) {
   for (const auto& waiting : std::exchange(waiting_, {})) waiting.answered(answer(waiting.request));
   if (door_->streams() == 0) return;
   asked_ = Clock::now();
-  door_->tell(to_json(*picture_, Names::kShown, false), to_json(*picture_, Names::kHidden, false));
+  door_->tell(event(Names::kShown), event(Names::kHidden));
+}
+
+template <class Make>
+const SharedText& StatusSite::text_of(const char* what, Names names, Make make) {
+  SharedText& text = texts_[{what, names}];
+  if (!text) text = shared(make());
+  return text;
+}
+
+const SharedText& StatusSite::event(Names names) {
+  return text_of("event", names,
+                 [&] { return "data: " + to_json(*picture_, names, false) + "\n\n"; });
 }
 
 bool StatusSite::is_fresh() const {
@@ -142,33 +153,32 @@ void StatusSite::ask(const StatusRequest& request, Answered answered) {
   waiting_.push_back({request, std::move(answered), Clock::now()});
 }
 
-StatusAnswer StatusSite::answer(const StatusRequest& request) const {
+StatusAnswer StatusSite::answer(const StatusRequest& request) {
   const std::string& path = request.path;
   const Names names = request.sees_names ? Names::kShown : Names::kHidden;
   if (path == "/") {
     static const std::string policy = policy_of_page();
-    return {200, "text/html; charset=utf-8", kStatusPage, policy, false};
+    static const SharedText page = shared(kStatusPage);
+    return {200, "text/html; charset=utf-8", page, policy, false};
   }
-  if (path == "/healthz") return plain(200, "alive");
+  if (path == "/healthz") return plain_answer(200, "alive");
   if (path == "/readyz") return readiness();
   if (path == "/metrics")
     return {200,
             request.open_metrics ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
                                  : "text/plain; version=0.0.4; charset=utf-8",
-            metrics_.text(request.open_metrics),
+            text_of(request.open_metrics ? "metrics" : "older metrics", Names::kHidden,
+                    [&] { return metrics_.text(request.open_metrics); }),
             {},
             false};
   if (path == "/api/status")
-    return {200,
-            kJson,
-            to_json(*picture_, request.sees_names ? Names::kShown : Names::kHidden),
-            {},
-            false};
-  if (path == "/api/history") return {200, kJson, history(), {}, false};
-  if (path == "/api/events")  // the first at once
     return {
-        200, "text/event-stream", "data: " + to_json(*picture_, names, false) + "\n\n", {}, true};
-  return plain(404, "There are /, /healthz, /readyz, /metrics, /api/status, /api/events.");
+        200, kJson, text_of("status", names, [&] { return to_json(*picture_, names); }), {}, false};
+  if (path == "/api/history")
+    return {200, kJson, text_of("history", Names::kHidden, [&] { return history(); }), {}, false};
+  if (path == "/api/events")  // the first at once
+    return {200, "text/event-stream", event(names), {}, true};
+  return plain_answer(404, "There are /, /healthz, /readyz, /metrics, /api/status, /api/events.");
 }
 
 // A server is ready when it listens, which it does.
@@ -176,8 +186,8 @@ StatusAnswer StatusSite::readiness() const {
   const auto& links = picture_->side.links;
   const bool linked =
       std::any_of(links.begin(), links.end(), [](const LinkStatus& link) { return link.open; });
-  if (picture_->run.role == Role::kServer || linked) return plain(200, "ready");
-  return plain(503, "no link to the server: " + picture_->side.last_failure);
+  if (picture_->run.role == Role::kServer || linked) return plain_answer(200, "ready");
+  return plain_answer(503, "no link to the server: " + picture_->side.last_failure);
 }
 
 std::string StatusSite::history() const {
@@ -215,7 +225,7 @@ void StatusSite::every_second() {
   std::vector<Waiting> over(std::make_move_iterator(late), std::make_move_iterator(waiting_.end()));
   waiting_.erase(late, waiting_.end());
   for (const auto& waiting : over)
-    waiting.answered(plain(503, "The loop of this side does not move."));
+    waiting.answered(plain_answer(503, "The loop of this side does not move."));
   seconds_.expires_after(1s);
   seconds_.async_wait([this](const ErrorCode& cancelled) {
     if (!cancelled) every_second();

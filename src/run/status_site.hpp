@@ -65,7 +65,11 @@ class StatusSite {
 
   void take(const std::shared_ptr<const StatusPicture>& picture);
   void ask(const StatusRequest& request, Answered answered);
-  [[nodiscard]] StatusAnswer answer(const StatusRequest& request) const;
+  [[nodiscard]] StatusAnswer answer(const StatusRequest& request);
+  // A text of the picture, made once however many ask.
+  template <class Make>
+  const SharedText& text_of(const char* what, Names names, Make make);
+  const SharedText& event(Names names);
   [[nodiscard]] StatusAnswer readiness() const;
   [[nodiscard]] std::string history() const;
   [[nodiscard]] unsigned judge(const std::string& token);
@@ -76,11 +80,13 @@ class StatusSite {
   const Options options_;
   const Tell tell_;
   std::atomic<Clock::time_point> asked_{Clock::time_point{}};  // last
+  std::atomic<bool> ended_{false};                             // the thread, for want of memory
   boost::asio::io_context io_{1};
   boost::asio::steady_timer seconds_;
   std::unique_ptr<Authenticator> authenticator_;  // null: nobody is judged
   std::shared_ptr<const StatusPicture> picture_;
   Clock::time_point picture_at_{};
+  std::map<std::pair<std::string, Names>, SharedText> texts_;  // of the picture
   Metrics metrics_;
   std::map<std::uint64_t, std::deque<Point>> history_;  // by link
   std::vector<Waiting> waiting_;                        // for a fresh picture

@@ -11,8 +11,9 @@ maintainer="$(field maintainer) <$(sed -nE 's|.*email="([^"]*)".*|\1|p' "$root/p
 source=$folder/connect-bridge-$version
 
 command -v dh >/dev/null || die "there is no debhelper: apt-get install debhelper lintian"
-rm -rf "$source/debian"
 mkdir -p "$source"
+# All but what was compiled before.
+find "$source" -mindepth 1 -maxdepth 1 ! -name "obj*" -exec rm -rf {} +
 git -C "$root" archive HEAD | tar -x -C "$source"
 cp -r "$source/packaging/debian" "$source/debian"
 sed -i "s|@MAINTAINER@|$maintainer|" "$source/debian/control"

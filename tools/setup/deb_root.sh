@@ -21,7 +21,7 @@ fi
 mkdir "$inside"
 tar -x -C "$inside" --exclude='./dev/*' -f "$folder/root.tar"
 cp "$folder"/connect-bridge_*.deb "$folder"/connect-bridge-relay_*.deb "$inside/tmp/"
-cp /etc/resolv.conf "$inside/etc/resolv.conf"
+cp --remove-destination /etc/resolv.conf "$inside/etc/resolv.conf"
 printf 'CONNECT_BRIDGE_ROOT=%s\nCONNECT_BRIDGE_PREFIX=%s\n. %s/env.sh\n' "$root" "${CONNECT_BRIDGE_PREFIX:-kilted}" "$root" >"$inside/opt/ros.sh"
 
 in_root() {
@@ -31,7 +31,12 @@ in_root() {
     mount --rbind "$at" "$inside$at"
     mount -o remount,bind,ro "$inside$at"
   done
-  mount --rbind /dev "$inside/dev"
+  mount -t tmpfs -o mode=755 none "$inside/dev"
+  for at in null zero full random urandom tty; do
+    touch "$inside/dev/$at"
+    mount --bind "/dev/$at" "$inside/dev/$at"
+  done
+  mkdir "$inside/dev/shm"
   mount -t tmpfs none "$inside/dev/shm"
   mount -t proc none "$inside/proc"
   exec chroot "$inside" env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 \

@@ -74,7 +74,10 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
   // The protocol requires equal sizes for an uncompressed message.
   if (message.codec == Codec::kNone) message.raw_bytes = body_bytes_of(message);
   count_queued(message);
-  if (!message.moment.follows || goes_on()) return place(std::move(message), arrival, now);
+  if (!message.moment.follows || goes_on()) {
+    rejoin(apart_.size(), now);  // the order of the channel stays
+    return place(std::move(message), arrival, now);
+  }
   apart_.push_back({std::move(message), arrival, now.steady});
   settle(now);
   if (apart_.size() > kApartMost) rejoin(1, now);

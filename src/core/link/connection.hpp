@@ -2,6 +2,7 @@
 // that it carries handles the messages.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 #include <string>
@@ -109,7 +110,10 @@ class Connection {
   Outbox& outbox() { return outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return outbox_; }
   // How often the peer's clock is asked; the default is dead_after / 3.
-  void set_time_period(Duration period) { time_period_ = period; }
+  void set_time_period(Duration period, const Now& now) {
+    time_period_ = period;
+    next_time_request_ = std::min(next_time_request_, now.steady + period);
+  }
 
   std::optional<Packet> next_packet(const Now& now, const Repairs& repairs = {});
   // False: next_packet() need not be called.

@@ -255,9 +255,11 @@ void MirroredService::on_policy() {
   }
 }
 
-void MirroredService::on_link_lost(LinkId link) {
+bool MirroredService::on_link_lost(LinkId link) {
   const auto it = feeds_.find(link);
-  if (it != feeds_.end()) it->second.on_link_lost();
+  if (it == feeds_.end()) return false;
+  it->second.on_link_lost();
+  return true;
 }
 
 bool MirroredService::on_link_dead(LinkId link) {

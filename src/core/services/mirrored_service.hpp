@@ -42,7 +42,7 @@ class MirroredService {
   [[nodiscard]] const std::map<LinkId, Feed>& feeds() const { return feeds_; }
   // Asks the rules again; a feed that they do not allow any longer ends.
   void on_policy();
-  void on_link_lost(LinkId link);
+  [[nodiscard]] bool on_link_lost(LinkId link);
   // Removes the link's feed. Whether there was one.
   [[nodiscard]] bool on_link_dead(LinkId link);
   // Removes the link's feed if the link has not offered the service again.

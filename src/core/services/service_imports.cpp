@@ -49,9 +49,11 @@ void ServiceImports::forget_orphans(LinkId link, const Now& now) {
 }
 
 void ServiceImports::on_link_lost(LinkId link, const Now& now) {
-  for (auto& [key, service] : mirroring_.services) service->on_link_lost(link);
-  // What has no mirror yet is claimed no longer: another bridge may have it.
-  mirroring_.update_all(now);
+  for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
+    MirroredService& service = *(it++)->second;
+    // What has no mirror yet is claimed no longer: another bridge may have it.
+    if (service.on_link_lost(link)) mirroring_.update(service, now);
+  }
 }
 
 void ServiceImports::on_link_dead(LinkId link, const Now& now) {

@@ -253,7 +253,8 @@ bool Side::may_give_time(const Link& link) const {
 void Side::take_time_of(Link& link, const Now& now) {
   if (!may_give_time(link) || (clock_from_ && clock_from_ != link.id)) return;
   clock_from_ = link.id;
-  link.connection()->set_time_period(kClockRequestPeriod);
+  link.connection()->set_time_period(kClockRequestPeriod, now);
+  link.mark();
   clock_publisher_.start(link.names.to_local("/clock"), outputs_, now);
 }
 

@@ -11,7 +11,7 @@ constexpr char kRight[] =
     "tls: {certificate: relay.crt, private_key: relay.key}\n"
     "auth: {token_file: robots.yaml}\n";
 
-std::string problems_of(const std::string& text) {
+std::string relay_problems(const std::string& text) {
   std::string all;
   const RelayFile file = read_relay_file(text, {});
   EXPECT_EQ(file.config.has_value(), file.problems.empty());
@@ -30,17 +30,18 @@ TEST(RelayFile, HasTheParametersOfAServerThatARelayHasToo) {
 
 TEST(RelayFile, TellsAllThatIsWrong) {
   const std::string text = kRight;
-  EXPECT_THAT(problems_of(text + "rules: [all]\n"), testing::HasSubstr("line 4: rules is wrong"));
-  EXPECT_THAT(problems_of(text + "url: [1]\n"), testing::HasSubstr("url is wrong"));
-  EXPECT_THAT(problems_of("listen: {port: 1}\n"),
+  EXPECT_THAT(relay_problems(text + "rules: [all]\n"),
+              testing::HasSubstr("line 4: rules is wrong"));
+  EXPECT_THAT(relay_problems(text + "url: [1]\n"), testing::HasSubstr("url is wrong"));
+  EXPECT_THAT(relay_problems("listen: {port: 1}\n"),
               testing::AllOf(testing::HasSubstr("tls.certificate is missing"),
                              testing::HasSubstr("auth.token_file is missing")));
-  EXPECT_THAT(problems_of(text + "tls.certificate: twice\n"), testing::HasSubstr("given twice"));
+  EXPECT_THAT(relay_problems(text + "tls.certificate: twice\n"), testing::HasSubstr("given twice"));
   std::string port = text;
   port.replace(port.find("443"), 3, "70000");
-  EXPECT_THAT(problems_of(port), testing::HasSubstr("listen.port: 70000 is wrong"));
-  EXPECT_THAT(problems_of("- a\n"), testing::HasSubstr("expected a map"));
-  EXPECT_THAT(problems_of("a: [\n"), testing::HasSubstr("this is no YAML"));
+  EXPECT_THAT(relay_problems(port), testing::HasSubstr("listen.port: 70000 is wrong"));
+  EXPECT_THAT(relay_problems("- a\n"), testing::HasSubstr("expected a map"));
+  EXPECT_THAT(relay_problems("a: [\n"), testing::HasSubstr("this is no YAML"));
 }
 
 }  // namespace

@@ -266,6 +266,22 @@ TEST_F(PairingStart, AServerIsReachedByARelayThenAndLater) {
   EXPECT_THAT(parse_config(client.parameters, Role::kClient, {}).problems, IsEmpty());
 }
 
+// Another operator gets what the robot's owner allows, not what a pairing would write.
+TEST_F(PairingStart, RulesThatTheOwnerHasChangedStay) {
+  const std::string line = kLine + std::string{".robot"};
+  ASSERT_EQ(join({"--robot", line}).joining->keep(), "");
+  ParameterMap own = join({}).parameters;
+  own["rule.look.export_topics"] = std::vector<std::string>{"/camera"};
+  ASSERT_EQ(PairingFolder("/robot1/connect_client").write_parameters(own), "");
+  std::string other = line;
+  other.replace(other.find('#') + 1, 4, "ffff");
+  const Start next = join({"--robot", "--operate", other});
+  EXPECT_THAT(next.news.back(), HasSubstr("your rules in "));
+  ASSERT_EQ(next.joining->keep(), "");
+  EXPECT_EQ(join({}).parameters.at("rule.look.export_topics"), own.at("rule.look.export_topics"));
+  EXPECT_FALSE(next.parameters.contains("rule.operate.import_topics"));
+}
+
 // The robot dials, and its rules are there: by them an operator may look, or operate it.
 TEST_F(PairingStart, ARobotThatDialsSaysWhatItsOperatorMayDo) {
   const Start server = serve({"--pair", "--drive", "desk.local"});

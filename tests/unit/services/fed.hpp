@@ -116,7 +116,7 @@ struct Fed : OfferedServices {
   // The peer has the request.
   void deliver(std::uint32_t call) { peer.link.outgoing({1})->on_delivered({call}, ms(at)); }
   void lose() {
-    subject->on_link_lost({1});
+    EXPECT_TRUE(subject->on_link_lost({1}));
     peer.lose();
     peer.connect();
     said();

@@ -213,7 +213,7 @@ TEST(MirroredService, WithoutAMirrorALostLinkClaimsNothing) {
   s.graph = picture({topic(kClaimsTopic).pub(9, {}, "bridge")});
   MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
   EXPECT_TRUE(service.is_claimed());
-  service.on_link_lost({1});
+  EXPECT_TRUE(service.on_link_lost({1}));
   s.update();
   EXPECT_FALSE(service.is_claimed());
 }
