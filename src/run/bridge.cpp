@@ -297,9 +297,9 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
 
 void Bridge::take_status(double lag_ms) {
   if (taking_ || (parameters_.config().status_file.empty() && !status_site_.wanted())) return;
-  taking_ = Taking{std::make_shared<StatusPicture>(
-                       StatusPicture{side_.own_status(loop_.now()), run_status(lag_ms, true)}),
-                   side_.links()};
+  taking_ = Taking{
+      std::make_shared<StatusPicture>(StatusPicture{side_.own_status(), run_status(lag_ms, true)}),
+      side_.links()};
   std::reverse(taking_->left.begin(), taking_->left.end());
   take_status_of_next();
 }

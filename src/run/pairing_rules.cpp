@@ -6,15 +6,15 @@
 namespace connect_bridge {
 
 ParameterMap robot_rules(bool operates) {
-  using Names = std::vector<std::string>;
-  ParameterMap all{{"rules", Names{"look"}},
-                   {"rule.look.export_topics", Names{"/**"}},
-                   {"rule.look.deny", Names{"/rosout"}}};
+  using Texts = std::vector<std::string>;
+  ParameterMap all{{"rules", Texts{"look"}},
+                   {"rule.look.export_topics", Texts{"/**"}},
+                   {"rule.look.deny", Texts{"/rosout"}}};
   if (!operates) return all;
-  all["rules"] = Names{"look", "operate"};
+  all["rules"] = Texts{"look", "operate"};
   for (const char* right :
        {"import_topics", "export_services", "export_actions", "export_parameters"})
-    all[std::string{"rule.operate."} + right] = Names{"/**"};
+    all[std::string{"rule.operate."} + right] = Texts{"/**"};
   return all;
 }
 

@@ -371,7 +371,7 @@ std::vector<LinkId> Side::links() const {
   return all;
 }
 
-Status Side::own_status(const Now&) const {
+Status Side::own_status() const {
   Status status;
   links_.add_status(status);
   status.memory_bytes = exports_.memory_bytes() + imports_.memory_bytes() +
@@ -383,7 +383,7 @@ Status Side::own_status(const Now&) const {
 }
 
 Status Side::status(const Now& now) const {
-  Status status = own_status(now);
+  Status status = own_status();
   for (const auto& [id, link] : links_.all()) status.links.push_back(status_of(link, now));
   return status;
 }

@@ -65,7 +65,7 @@ class Side final : private LinksUser {
   [[nodiscard]] Status status(const Now& now) const;
   // The same in parts, none of which takes long: all but the links, and each of them; nullopt: it
   // is gone.
-  [[nodiscard]] Status own_status(const Now& now) const;
+  [[nodiscard]] Status own_status() const;
   [[nodiscard]] std::vector<LinkId> links() const;
   [[nodiscard]] std::optional<LinkStatus> status_of(LinkId link, const Now& now) const;
 
