@@ -1,5 +1,7 @@
 """Starts server and client with parameters, waits until they are ready, ends them."""
 
+import atexit
+import functools
 import json
 import os
 import pathlib
@@ -37,10 +39,20 @@ def uses_rmw(name):
     return name in [side["RMW_IMPLEMENTATION"] for side in sides or [os.environ]]
 
 
+@functools.cache
+def _runtime():
+    """Here programs put their sockets, and `ctl status` looks: apart from those of everybody else.
+    The path of a socket is short, so it is no folder of pytest."""
+    folder = tempfile.TemporaryDirectory(prefix="cb")
+    atexit.register(folder.cleanup)
+    return folder.name
+
+
 def ros_environment(domain, **more):
     """The environment of a process in the ROS graph of this domain id, on this machine alone."""
     env = dict(os.environ, ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
     env.update(rmw_of(domain))
+    env["XDG_RUNTIME_DIR"] = _runtime()
     env.setdefault("RCUTILS_COLORIZED_OUTPUT", "0")
     env.pop("CONNECT_BRIDGE_TOKEN", None)
     env.update({key: str(value) for key, value in more.items()})
