@@ -25,8 +25,10 @@ struct AccountOptions {
   // Links that are ended for an offence: so many, then the next login waits for a period each.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // What its peers take back of what this side has made for them; a minute's worth at once.
-  int channels_per_second = 200;
+  // What a peer takes back of what it has had made here; kBurst seconds' worth at once. The largest
+  // graph that may be offered takes back some 11,000 when all of it ends: more than ten such ends
+  // may come together.
+  int ends_per_second = 1000;
   // Publishers here of which all peers together may be the origins; and services.
   std::uint64_t mirrors_max = 16384;
   std::uint64_t services_max = 16384;
@@ -79,17 +81,18 @@ struct Account {
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
         offences(options.offences_at_once, options.offence_period),
-        withdrawals(kMinute * options.channels_per_second,
-                    Duration(std::chrono::seconds(1)) / options.channels_per_second),
-        attaches(withdrawals),
-        demands(kDemandTime * kDemandShare * options.channels_per_second,
-                withdrawals.period() / kDemandShare),
+        withdrawals(kBurst * options.ends_per_second,
+                    Duration(std::chrono::seconds(1)) / options.ends_per_second),
+        attaches(kMinute * options.ends_per_second / kAttachCost,
+                 withdrawals.period() * kAttachCost),
+        demands(withdrawals),
         all_(all) {}
 
+  // Seconds whose worth may come at once.
+  static constexpr int kBurst = 132;
   static constexpr int kMinute = 60;
-  // A demand that ends costs less than a channel, and one message may end 65,536 of them.
-  static constexpr int kDemandShare = 5;
-  static constexpr int kDemandTime = 132;  // seconds whose worth may come at once
+  // An attachment that needs a client costs as much as so many ends.
+  static constexpr int kAttachCost = 5;
 
   // It waits for its next login no longer than that, however often it offends.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);

@@ -9,13 +9,13 @@ namespace connect_bridge {
 
 // Of such a topic nothing is asked for that a publisher keeps: it would reach, late and as if it
 // were new, a robot that starts or returns.
-inline bool is_command(const TopicKey& topic) {
-  return is_command(topic.first, topic.second);
+inline bool drives(const Treatment& treatment, const TopicKey& topic) {
+  return drives(treatment, topic.first, topic.second);
 }
 
 // Whether the last samples of a publisher with this QoS come again when demand begins.
-inline bool come_again(const Qos& origin, const TopicKey& topic) {
-  return origin.durability == Durability::kTransientLocal && !is_command(topic);
+inline bool come_again(const Qos& origin, const Treatment& treatment, const TopicKey& topic) {
+  return origin.durability == Durability::kTransientLocal && !drives(treatment, topic);
 }
 
 }  // namespace connect_bridge

@@ -13,9 +13,11 @@ struct TopicOptions {
   // Queue and mirror depth where the graph gives none, and the least one of reliable publishers.
   std::uint32_t default_depth = 100;
   std::uint32_t latched_depth = 10;  // the same for transient local
-  // What this side exports may be kept over a break also where no rule says `resume: true`. False
-  // at an operator: nothing that is older than the break moves a robot.
-  bool resumes_by_default = true;
+  // What this side exports, and what it imports, may be kept over a break also where no rule says
+  // `resume: true`. The first is false at an operator, the second at a robot: nothing that is older
+  // than the break moves it, whatever the other end says.
+  bool resumes_exported = true;
+  bool resumes_imported = true;
   std::uint64_t resume_bytes_max = 16 << 20;    // of what is kept for one lost link
   std::uint64_t history_bytes_max = 64 << 20;   // transient-local samples kept for later links
   std::uint32_t mirrors_max = 2048;             // of one peer

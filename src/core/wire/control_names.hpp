@@ -34,6 +34,7 @@ inline constexpr auto kControlNames = [] {
       "kind",
       "lifespan_ns",
       "listener",
+      "live",
       "liveliness",
       "liveliness_lease_ns",
       "message_bytes_max",

@@ -135,11 +135,13 @@ TEST(Shares, ServicesTakePlaces) {
 
 // Each change costs the exporter a subscription, and what is kept for late ones.
 TEST(Shares, DemandThatIsSwitchedWithoutEndEndsTheLink) {
-  Script s(server({everything()}));
+  SideOptions options = server({everything()});
+  options.account.ends_per_second = 10;
+  Script s(options);
   s.graph({topic("/a").pub(1)});
   s.join(1);
   const auto ended = [&] { return s.did().find("close 1 4006") != std::string::npos; };
-  for (int n = 0; n < 12'000; ++n) {
+  for (int n = 0; n < 1320; ++n) {
     s.demand(1, 1, true);
     s.demand(1, 1, false);
   }
