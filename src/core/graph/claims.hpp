@@ -50,7 +50,7 @@ class Claims {
   [[nodiscard]] bool taken(const Gid& origin, bool ours) const {
     return is_taken(origins_, origin, ours);
   }
-  // The same of a service (service_gid).
+  // As taken(), for a service (service_gid).
   [[nodiscard]] bool service_taken(const Gid& service, bool ours) const {
     return is_taken(services_, service, ours);
   }

@@ -27,7 +27,7 @@ class Strangers {
   void add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now);
   // Null: it is not among them.
   [[nodiscard]] Connection* find(ConnectionId connection) const;
-  // Of one that is here: with whom it takes turns.
+  // The customer whose turns a stranger takes. The stranger must be here.
   [[nodiscard]] const std::string& customer_of(ConnectionId connection) const {
     return places_.at(connection).customer;
   }

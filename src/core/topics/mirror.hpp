@@ -44,9 +44,10 @@ auto* find_candidate(Candidates& candidates, LinkId link) {
   return it == candidates.end() ? nullptr : &*it;
 }
 
-// The same origin may be offered by several links (two clients in one graph): these are its
-// candidates, and the first one feeds it. It is in the graph while a candidate is left, unless the
-// origin is in the graph itself, or another bridge mirrors it. Single-threaded.
+// The publisher in this graph that stands for an origin. Several links may offer the same origin
+// (two clients in one graph): they are its candidates, and the first one feeds it. The mirror is in
+// the graph while a candidate is left, unless the origin itself is in this graph or another bridge
+// mirrors it. Single-threaded.
 class Mirror {
  public:
   Mirror(ImportContext& context, MirrorKey key);
@@ -76,7 +77,8 @@ class Mirror {
   // Chooses the feeding link, creates or destroys the publisher. True: the link that feeds it now
   // has not sent the origin's last samples to it.
   bool refresh(const Now& now);
-  // The same, and asks for these samples, but not `sends`, whose exporter sends them anyway.
+  // As refresh(), and asks the feeding link for these samples, unless it is the link of `sends`:
+  // that exporter sends them anyway.
   void update(const Now& now, const OfferedTopic* sends = nullptr);
   // A rule may require another QoS now. True: the publisher was created again.
   bool adopt(const OfferedTopic& offered, const Now& now);

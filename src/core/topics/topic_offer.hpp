@@ -74,7 +74,7 @@ class TopicOffer final : public OutgoingChannel {
   void drop_held(DropReason reason);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
-  // The same for a sample that was admitted: what would leave with it waits no longer.
+  // As drop(), for a sample that was admitted: what was to leave together with it waits no longer.
   void lose(const OutSample& sample, DropReason reason);
 
   // Whether the peer listens and may not yet have had time to demand what it was offered.
