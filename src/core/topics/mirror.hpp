@@ -83,7 +83,8 @@ class Mirror {
   // A rule may require another QoS now. True: the publisher was created again.
   bool adopt(const OfferedTopic& offered, const Now& now);
   void destroy();
-  // What waits for its publisher to be found is not published, and may come again.
+  // The messages that wait until subscribers have found the mirror are not published; they may come
+  // again.
   void drop_first();
   // The origin's last samples are asked for again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
@@ -103,7 +104,7 @@ class Mirror {
   void expect_subscriber(const Now& now);
 
   // ---- data
-  // Why messages from this link are not published; nullopt: they are.
+  // Why the mirror publishes no messages from this link; nullopt: it publishes them.
   [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
   // Publishes, or returns why not: it was published before, or exceeds what may be kept for late
   // subscribers. If fewer samples of its size may be kept than now, the publisher is created again
@@ -115,7 +116,7 @@ class Mirror {
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
   }
-  // Something waits for its publisher to be found.
+  // Whether messages wait until subscribers have found the mirror.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
@@ -141,7 +142,7 @@ class Mirror {
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
-  // True: what the feeding link offers is not what the publisher is for.
+  // Whether the publisher does not fit what the feeding link offers now.
   bool follow_feeder();
   [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
