@@ -218,9 +218,11 @@ if(TARGET server AND TARGET client)
   endforeach()
   # Once more with a bridge that lacks the packages of the messages (tests/e2e/lacking.py). Not what the type of a message
   # makes no difference to: parameters (rcl_interfaces is always there), two_clients (which of them feeds goes by ids), and
-  # of cut and call_churn what concerns the link alone.
-  set(lacking_of_cut "reliable or queue or bound or short_silence or restart")
-  set(lacking_of_call_churn "50_times or side_ends or short_break")
+  # of the others what concerns links and processes alone.
+  set(lacking_of_actions "not killed")
+  set(lacking_of_latched "not short_cut")
+  set(lacking_of_cut "reliable or restart")
+  set(lacking_of_call_churn "50_times or short_break")
   foreach(name topics services actions latched nodes listeners cut call_churn)
     set(of_these)
     if(lacking_of_${name})

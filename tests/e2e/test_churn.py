@@ -89,7 +89,12 @@ def test_cycles_of_subscribe_and_unsubscribe_in_flat_memory(pair, topic):
         pair.operator.collector(String, names[cycle % len(names)]).close()
         if cycle % 100 == 99:  # some live long enough to be served
             brief = pair.operator.collector(String, names[0])
-            connect(publishers[0], brief, String(data=str(cycle)))
+
+            def served(brief=brief, cycle=cycle):
+                publishers[0].publish(String(data=str(cycle)))
+                return brief.messages
+
+            until(served, f"a message in cycle {cycle}")
             brief.close()
         if cycle == 2000:
             resident = {side.name: side.resident_bytes() for side in pair.bridge.sides}

@@ -57,7 +57,7 @@ class Speaker:
 def others(pair):
     """More of both graphs: (robot, operator)."""
     graphs = [Graph(domain, name="others") for domain in pair.domains]
-    time.sleep(4)  # all processes have discovered each other
+    time.sleep(2)  # all processes have discovered each other
     yield graphs
     for graph in graphs:
         graph.close()
