@@ -71,13 +71,14 @@ def test_they_start_one_after_the_other(two_clients, after):
     time.sleep(1)
     heard = [m.data for m in collector.messages]
     twice = len(heard) - len(set(heard))
-    print(f"after {after} s: heard {len(heard)} of {COUNT}, {twice} twice, {len(caller.asked)} calls")
+    calls = len(caller.asked)
+    print(f"after {after} s: heard {len(heard)} of {COUNT}, {twice} twice, {calls} calls")
     assert sorted(set(heard)) == list(range(COUNT))
     late = [number for number in heard if number >= settled]
     assert len(late) == len(set(late))
-    assert len(caller.asked) > 100
+    assert calls > 100
     assert sorted(server.executed) == sorted(caller.asked)
-    caller.wait_answers(len(caller.asked))
+    caller.wait_answers(calls)
     caller.check()
 
 
