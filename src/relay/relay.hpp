@@ -36,8 +36,9 @@ struct RelaySetup {
   Duration address_call_period = std::chrono::milliseconds(100);
 };
 
-// Of what it passes on it reads the ClientHello; it dials nowhere. All that strangers can use up
-// here is bounded. Thread: that of the io_context.
+// Joins each visitor to the robot that it asks for. Of the bytes that it passes on it reads only
+// the ClientHello, and it dials nowhere. Everything that strangers can use up here has a limit.
+// Thread: that of the io_context.
 class Relay : public std::enable_shared_from_this<Relay> {
  public:
   using Log = std::function<void(LogLevel, const std::string&)>;
@@ -45,7 +46,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Relay(asio::io_context& io, RelaySetup setup, Log log);
   // Once. Empty, or what is wrong.
   [[nodiscard]] std::string open();
-  // Of the first address.
+  // The port of the first address.
   [[nodiscard]] std::uint16_t port() const;
   // Call it once a second: files that have changed are read again, and whose token is no longer
   // valid has to go.
@@ -94,7 +95,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   void on_hello(const CallerPtr& caller, const ClientHello& hello);
   // Closes it, and forgets it wherever it is.
   void drop(const CallerPtr& caller);
-  // The same, with a word to who expects TLS.
+  // As drop(), but first sends a TLS alert to the caller, who expects TLS.
   void refuse(const CallerPtr& caller);
 
   void on_control(const CallerPtr& caller);

@@ -75,7 +75,7 @@ def test_a_topic_crosses_and_the_link_is_never_idle(behind, topic, kind):
     """It carries nothing but signs of life for longer than the proxy's timeouts."""
     pair = behind(kind, seconds=2)
     publisher, collector = pair.opened(Blob, topic, Blob(), qos(2))
-    time.sleep(5)
+    time.sleep(3.5)
     publisher.publish(Blob(sequence=1))
     assert collector.wait(1)[0].sequence == 1
     assert losses(pair) == 0, pair.client.text()

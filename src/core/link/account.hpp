@@ -123,7 +123,7 @@ struct Account {
   Pace listeners;  // topics that are subscribed for its peers' listeners
   Pace offences;   // for which its links were ended; while not free it may not log in
   InflationPace inflation{1};
-  // Of `accepts`, as for each link; after a restart many links come at once.
+  // `accepts` of all links together; after a restart many links come at once.
   Pace accepts{160, std::chrono::seconds(1)};
   Pace withdrawals;   // of one link: each has a copy of it, as it is at the start
   Pace attaches;      // those that create a client, which takes the middleware about a millisecond

@@ -106,14 +106,14 @@ class Link final : public ConnectionUser {
   }
   // What is due on the connection; what the peer accepts now is looked at.
   void on_time(const Now& now);
-  // Of that, and of its life and its login.
+  // When on_time() must be called, also for the link's life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
-  // To be called wherever it may have come to something: it failed, has something to send, waits
-  // for another time. What is called here for sending and failing does so itself.
+  // Call it where the link may have something to do now: it has failed, has something to send, or
+  // its deadline has changed. The functions here that send or fail call it themselves.
   void mark() const {
     if (due_) due_->mark(id);
   }
-  // Of its owner: waits for deadline().
+  // Belongs to the owner of the links, who waits for deadline() with it.
   DueLinks::Timer timer;
 
   // What our rules let through of a publisher on a topic (name, type). Null: there is no limit.
@@ -172,7 +172,7 @@ class Link final : public ConnectionUser {
     return number;
   }
   void close_channel(ChannelId number) { outgoing_.erase(number); }
-  // The same, with its queue, and the peer is told.
+  // As close_channel(), but it also removes the queue and sends `withdraw` to the peer.
   void withdraw(ChannelId number, const Ending& why = {});
   // A peer takes so many channels at least, and may end the connection for more.
   [[nodiscard]] bool may_offer() const { return outgoing_.size() < kOfferedMax; }

@@ -96,7 +96,7 @@ class Links {
   }
   // What a connection before its login has come to by the last input.
   void look_at(Connection& stranger, const Now& now);
-  // The log says why; the peer is told the same, or only `told`.
+  // The log gets the reason; the peer gets the same words, or only `told`.
   void refuse(ConnectionId stranger, const Error& why, const Now& now,
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);

@@ -42,7 +42,8 @@ inline Qos qos_to_offer(const Qos& qos, const QosOverride& o) {
   return result;
 }
 
-// Of a topic's publisher: only its newest message counts, or each one.
+// Which messages of one publisher count where a link carries less than is published: only the
+// newest, or all.
 enum class Keep : std::uint8_t { kNewest, kAll };
 
 struct Treatment {

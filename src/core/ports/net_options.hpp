@@ -18,7 +18,7 @@ namespace connect_bridge {
 // A server listens, a client dials.
 enum class Role : std::uint8_t { kServer, kClient };
 
-// Of a server or a client. Files are PEM; a pair is the first two, or none of them.
+// TLS of a server or a client. Files are PEM. The first two are given together or not at all.
 struct TlsOptions {
   std::string certificate_file{};  // the whole chain, our own certificate first
   std::string private_key_file{};
@@ -87,7 +87,8 @@ struct ListenOptions {
   ToldBy told_by = ToldBy::kXForwardedFor;
   bool proxies_only = false;         // others are dropped
   std::size_t connections_max = 64;  // beyond: HTTP 503
-  // Of the loopback so many times what others may have: a proxy there stands for all of the world.
+  // Addresses of the loopback may have so many times as much as others: a proxy there stands for
+  // many clients.
   static constexpr int kLoopbackShare = 8;
   // Connections without a login, of all and of one address; beyond: the oldest is dropped.
   std::size_t pending_max = 320;

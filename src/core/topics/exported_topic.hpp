@@ -86,7 +86,7 @@ class ExportedTopic {
 
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);
-  // What the sample tells of itself.
+  // What the sample's content says of it.
   void read(OutSample& sample, const Now& now) const;
   void forward(Origin& origin, MessageTaken taken, const Now& now);
   // A sample was taken: keeps it for the links that will demand it.

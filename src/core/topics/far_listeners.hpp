@@ -55,7 +55,7 @@ class FarListeners {
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 
  private:
-  // A topic, as one peer has told it.
+  // A topic as one peer has named it.
   struct Told {
     std::uint32_t listeners = 0;
     std::string type_hash;

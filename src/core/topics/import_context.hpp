@@ -22,7 +22,7 @@ struct ImportContext : SideView {
   Timers<OfferedTopic*> held{};  // messages that a rate holds back
   // When topics look again whether there are mirrors for origins that they have left out.
   std::optional<TimePoint> looks_again_at{};
-  std::set<LinkId> demands_changed{};  // whose peers are to be told
+  std::set<LinkId> demands_changed{};  // links on which demands are to be sent
   // The mirrors that exist in the graph, and their ids there; all zero: not told, or not needed by
   // others.
   struct Made {

@@ -27,7 +27,7 @@ struct TopicOptions {
   // what it publishes before is lost to them, so mirrors wait with it.
   Duration matching = Duration::zero();
   Duration clock_publish_period = Duration::zero();  // > 0: publish the peer's ROS time on /clock
-  // Of which peers; neither: of any. The first that is linked gives it.
+  // The peers whose time it may be; neither list: any peer. The first that is linked gives it.
   std::vector<std::string> clock_identities{}, clock_groups{};
 };
 

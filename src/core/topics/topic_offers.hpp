@@ -57,7 +57,7 @@ class TopicOffers {
   void on_time(const Now& now);
   // Takes the samples that are being compressed for the link, in order; it will not get them.
   std::vector<OutSample> take_under_way(LinkId link);
-  // The same, as its demand has ended.
+  // Drops these samples, because the demand has ended.
   void lose_under_way(TopicOffer& offer);
   // Drops all that is being compressed.
   void drop_under_way();
@@ -67,7 +67,7 @@ class TopicOffers {
   [[nodiscard]] bool hold(OriginId origin) const;
   // No sample waits for any link.
   [[nodiscard]] bool drained() const;
-  // Of samples that are being compressed.
+  // Bytes of samples that are being compressed.
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
