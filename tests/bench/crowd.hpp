@@ -57,6 +57,10 @@ class Crowd {
       rest(kPeriod / peers_.size());
     }
   }
+  // The connection of each is lost.
+  void lose() {
+    for (std::uint32_t i = 0; i < peers_.size(); ++i) give(ConnectionClosed{connection(i), {}, {}});
+  }
   // The processor time of the side since this was last asked, in seconds.
   double take_seconds() { return std::exchange(seconds_, 0); }
   // Messages that the side has published, and sent.
