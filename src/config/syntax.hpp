@@ -67,7 +67,6 @@ Complaint check_url(std::string_view text);
 Complaint check_relay_url(std::string_view text);
 Complaint check_http_url(std::string_view text);
 Complaint check_file_or_http_url(std::string_view text);
-Complaint check_path(std::string_view text);
 Complaint check_compression(std::string_view text);
 Complaint check_remap(std::string_view text);
 Complaint check_prefix(std::string_view text);

@@ -51,12 +51,6 @@ std::optional<Refusal> refusal_of(const UpgradeRequest& request, const AcceptOpt
   if (request.method() != http::verb::get) {
     return Refusal{http::status::method_not_allowed, here + "It answers GET only."};
   }
-  if (path != options.path) {
-    return Refusal{http::status::not_found,
-                   here +
-                       "Nothing at this path: the url of the client and listen.path of the "
-                       "server must be the same."};
-  }
   if (!websocket::is_upgrade(request)) {
     return Refusal{http::status::upgrade_required,
                    here + "Connect with a WebSocket of the subprotocol " + kSubprotocol +
