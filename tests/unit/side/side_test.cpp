@@ -209,15 +209,6 @@ TEST(Side, ARefusedOrExpiredLoginIsClosedWithTheSameWords) {
   EXPECT_TRUE(s.status().links.empty());
 }
 
-TEST(Side, ANewerConnectionOfASessionReplacesTheOlder) {
-  Script s(server());
-  const auto session = s.join(1);
-  EXPECT_EQ(s.login(2, session), session);
-  EXPECT_EQ(s.did(), "authenticate 2 none\nclose 1 4005\ngate 2\n");
-  EXPECT_EQ(s.status().links.size(), 1U);
-  EXPECT_EQ(s.said(1), "");
-}
-
 TEST(Side, CountsOutliveAConnection) {
   Script s(server());
   s.graph({topic("/a").pub(1)});
