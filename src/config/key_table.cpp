@@ -26,9 +26,9 @@ void add_listen(Rows& rows) {
       [](Config& c) { return &c.listen.trusted_proxies; });
   add({.key = "listen.proxy_header",
        .fallback = "x_forwarded_for",
-       .help = "How they give it: in the header X-Forwarded-For, in the header Forwarded (RFC "
-               "7239), or by the PROXY protocol (1 or 2), with which each of their connections "
-               "must then begin."},
+       .help =
+           "How they give it: in the header X-Forwarded-For, or by the PROXY protocol (1 or 2), "
+           "with which each of their connections must then begin."},
       [](Config& c) { return &c.listen.told_by; });
   add({.key = "listen.relay.url",
        .syntax = check_relay_url,

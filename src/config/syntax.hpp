@@ -20,7 +20,6 @@ namespace connect_bridge::syntax {
 
 inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
     {ToldBy::kXForwardedFor, "x_forwarded_for"},
-    {ToldBy::kForwarded, "forwarded"},
     {ToldBy::kProxyProtocol, "proxy_protocol"},
 }};
 

@@ -60,7 +60,7 @@ struct SocketOptions {
 
 // How a proxy gives the client's address. Only one way is used: a header that the proxy does not
 // write itself may come from the client unchanged.
-enum class ToldBy : std::uint8_t { kXForwardedFor, kForwarded, kProxyProtocol };
+enum class ToldBy : std::uint8_t { kXForwardedFor, kProxyProtocol };
 
 // A server that nobody can dial waits at a relay for those who want to get to it.
 struct RelayOptions {

@@ -233,7 +233,7 @@ const Case kCases[] = {
      "{auth: {method: none}, listen: {trusted_proxies: [127.0.0.1]}}",
      "auth.method: \"none\" is wrong, expected a login (token), since others connect through the "
      "proxies"},
-    {"proxy_header_alone", kServer, "listen: {proxy_header: forwarded}",
+    {"proxy_header_alone", kServer, "listen: {proxy_header: proxy_protocol}",
      "listen.proxy_header: expected listen.trusted_proxies too"},
     {"prefix", kServer, "prefix: robot1", "expected an absolute name without a '/' at its end"},
     {"remap", kServer, "remap: ['/a:/b']", "\"/a:/b\" is wrong, expected two absolute names"},
