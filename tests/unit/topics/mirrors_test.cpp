@@ -76,15 +76,6 @@ TEST(SideMirrors, ANewSessionHasMirrorsOfTheOldOneUntilItIsDead) {
   EXPECT_EQ(s.did(), "publish 2 a\n");
 }
 
-TEST(SideMirrors, OfAnotherIdentitysSessionNothingIsContinued) {
-  auto options = server();
-  Script s(options);
-  const auto session = s.login(1, {}, {"anna", {}, 0});
-  s.lose(1);
-  EXPECT_NE(s.login(2, session, {"bert", {}, 0}), session);
-  EXPECT_EQ(s.login(3, session, {"anna", {}, 0}), session);
-}
-
 TEST(SideMirrors, ASilentLinkIsDeadAtOnceAndItsMirrorsToo) {
   Mirrors s;
   s.fall_silent(1);
