@@ -73,12 +73,13 @@ TEST(LocalActions, WhatIsNoPartHasNone) {
 }
 
 TEST(LocalActions, AReportWithoutAPublisherIsNoPart) {
+  const GraphView whole = go();
   GraphChanged graph;
-  for (const auto& [key, state] : go().services()) {
+  for (const auto& [key, state] : whole.services()) {
     graph.services.push_back(service(key.first));
     graph.services.back().type = key.second;
   }
-  for (const auto& [key, state] : go().topics()) {
+  for (const auto& [key, state] : whole.topics()) {
     graph.topics.push_back(topic(key.first).sub(1));
     graph.topics.back().type = key.second;
   }
