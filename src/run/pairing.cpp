@@ -105,10 +105,8 @@ std::string make_server_files(const PairingFolder& folder) {
 
 // Where the client dials, without a port if that is not known before the server listens.
 std::string dialed(const ParameterMap& parameters, const std::string& host) {
-  const std::string path = string_at(parameters, "listen.path");
   const std::string relay = string_at(parameters, "listen.relay.url");
-  if (host.empty() && !relay.empty())
-    return relay.substr(0, relay.rfind('/')) + (path.empty() ? "/" : path);
+  if (host.empty() && !relay.empty()) return relay.substr(0, relay.rfind('/')) + "/";
   std::string authority = host;
   if (authority.empty()) {
     authority = syntax::listen_addresses(string_at(parameters, "listen.address")).front();
@@ -116,7 +114,7 @@ std::string dialed(const ParameterMap& parameters, const std::string& host) {
       if (authority == all) authority = own_address();
     authority = bracketed(authority);
   }
-  return "wss://" + authority + (path.empty() ? "/" : path);
+  return "wss://" + authority + "/";
 }
 
 std::string text_of(const RunningServer& running, const PairingFolder& folder) {

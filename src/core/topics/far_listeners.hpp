@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
@@ -44,6 +45,8 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return counting(topic) != nullptr; }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
+  // The links that listen to it.
+  [[nodiscard]] std::vector<LinkId> links_of(const TopicKey& topic) const;
   // The weakest of what our rules require for those links that listen and `count`: reliability and
   // durability.
   [[nodiscard]] QosOverride rules_of(const TopicKey& topic,
@@ -86,7 +89,6 @@ class FarListeners {
   [[nodiscard]] bool take_place(const TopicKey& key, Topic& topic, const OfLink& payer);
   void give_back(Topic& topic);
   void count(const TopicKey& key, Topic& topic, bool counts);
-  void stop_waiting(const TopicKey& key, const Topic& topic);
   // Gives places to the topics of this link that wait, as far as there are any.
   void serve(OfLink& of_link, const Now& now);
   [[nodiscard]] const Topic* counting(const TopicKey& topic) const;
