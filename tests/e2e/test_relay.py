@@ -19,7 +19,7 @@ from geometry_msgs.msg import Twist
 from graph import until
 from harness.domains import free_port
 from harness.programs import Program, build_dir
-from pairing import LINE, World
+from pairing import World, invitation_of
 
 ROBOT = "robot7"
 NO_SUCH_NAME = bytes([21, 3, 3, 0, 2, 2, 112])
@@ -343,7 +343,7 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         begin = time.monotonic()
         port = ["--ros-args", "-p", "listen.port:=0"]
         server = world.run("server", "robot", "--pair", "--via", line, *port)
-        invitation = server.wait_for(LINE).group(1)
+        invitation = invitation_of(server)
         assert invitation.startswith(f"wss+pair://{place}/#")
         client = world.run("client", "operator", invitation)
         client.wait_for("paired: from now on")

@@ -46,7 +46,6 @@ MUTANTS = [
     Mutant("plugin_withdraws", "a plugin withdraws what rests on nothing", gone),
     Mutant("plugin_version", "a plugin of another version is loaded", never),
     Mutant("pairing_end", "a code pairs for ever", swap(" || is_over()", "")),
-    Mutant("pairing_tries", "a code is tried without end", never),
     Mutant("pairing_once", "a code pairs whoever shows it", always),
     # what the network takes, and of whom
     Mutant("gate_messages", "before the login a message costs its bytes alone", gone),

@@ -232,9 +232,17 @@ class Link final : public ConnectionUser {
   std::uint32_t last_channel_ = 0;  // on which this side has sent
   // What our rules have let through, by topic, type and publisher: a peer that offers a topic again
   // gets no more.
-  std::map<std::pair<std::pair<std::string, std::string>, Gid>, RateLimit> rates_;
+  struct Rate {
+    RateLimit limit;
+    Budget::Hold held;
+  };
+  std::map<std::pair<std::pair<std::string, std::string>, Gid>, Rate> rates_;
   // What was counted on earlier connections, by exported, topic and type.
-  std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
+  struct Past {
+    TopicStatus counts;  // without names
+    Budget::Hold held;
+  };
+  std::map<std::tuple<bool, std::string, std::string>, Past> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and
   // go.
   Pace withdrawals_{account->withdrawals};

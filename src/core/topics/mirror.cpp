@@ -111,9 +111,9 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
 }
 
 void Mirror::lose_link(LinkId link) {
-  auto& arrived = candidate(link)->link->arrived;
-  if (candidates_.size() > 1) return static_cast<void>(arrived.erase(key_.first));
-  note_end(arrived, key_.first, key_.second);
+  Link& lost = *candidate(link)->link;
+  if (candidates_.size() > 1) return static_cast<void>(lost.arrived.erase(key_.first));
+  note_end(lost.arrived, key_.first, key_.second, lost.memory);
   vanish();
 }
 
