@@ -28,8 +28,21 @@ std::size_t skip(std::string_view text, std::size_t from, Is is) {
   return from;
 }
 
+bool begins(std::string_view text, std::size_t at, std::string_view with) {
+  return text.substr(at, with.size()) == with;
+}
+
+// What was hidden before is part of its word.
 std::size_t word_end(std::string_view text, std::size_t from) {
-  while (from < text.size() && !ends_word(text[from])) ++from;
+  while (from < text.size()) {
+    if (begins(text, from, kGone)) {
+      from += kGone.size();
+    } else if (ends_word(text[from])) {
+      break;
+    } else {
+      ++from;
+    }
+  }
   return from;
 }
 
@@ -38,10 +51,6 @@ struct Span {
   std::size_t from = 0;
   std::size_t to = 0;
 };
-
-bool begins(std::string_view text, std::size_t at, std::string_view with) {
-  return text.substr(at, with.size()) == with;
-}
 
 std::optional<Span> pem_at(std::string_view text, std::size_t at) {
   constexpr std::string_view kBegin = "-----BEGIN ";

@@ -41,6 +41,8 @@ TEST(Scrub, AMisspelledKeyHidesItsValueToo) {
 TEST(Scrub, WhatLooksLikeASecret) {
   EXPECT_EQ(scrubbed("wss://anna:p@ss@robot.example:9090/?key=abc, then"),
             "wss://(hidden)@robot.example:9090/?(hidden), then");
+  EXPECT_EQ(scrubbed("https://a.example/b?k=the-secret&more=x", {{"auth.token", "the-secret"}}),
+            "https://a.example/b?(hidden)");
   EXPECT_EQ(scrubbed("'wss+pair://robot.example:9090#0123.abcd' and wss+relay://r#s"),
             "'wss+pair://robot.example:9090#(hidden)' and wss+relay://r#(hidden)");
   EXPECT_EQ(scrubbed("Authorization: Bearer abc.def\nnext"),
