@@ -24,6 +24,7 @@
 #include "core/link/link_mirrors.hpp"
 #include "core/link/loss.hpp"
 #include "core/policy/names.hpp"
+#include "core/ports/inputs.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -108,6 +109,8 @@ class Link final : public ConnectionUser {
   void on_time(const Now& now);
   // When on_time() must be called, also for the link's life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
+  // From now on.
+  void limit(const LimitsChanged& limits);
   // Call it where the link may have something to do now: it has failed, has something to send, or
   // its deadline has changed. The functions here that send or fail call it themselves.
   void mark() const {
