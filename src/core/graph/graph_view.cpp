@@ -58,6 +58,7 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
     ServiceKey key{service.name, service.type};
     services_.emplace(std::move(key), std::move(service));
   }
+  called_ = std::move(graph.called);
   hide(mirrors);
 }
 

@@ -56,6 +56,9 @@ class GraphView {
   // Services with at least one real server, without mirrors of bridges as far as the graph shows
   // them.
   [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }
+  // Services that somebody here has a client of and that have no server here, as far as the graph
+  // shows them.
+  [[nodiscard]] const std::vector<CalledService>& called() const { return called_; }
   // A real server of this name exists here, whatever its type.
   [[nodiscard]] bool has_server(const std::string& service) const {
     const auto it = services_.lower_bound({service, ""});
@@ -73,6 +76,7 @@ class GraphView {
  private:
   std::map<TopicKey, TopicState> topics_;
   std::map<ServiceKey, ServiceState> services_;
+  std::vector<CalledService> called_;
   std::unordered_set<Gid> publishers_;
   std::unordered_set<Gid> bridge_publishers_;
   std::unordered_set<Gid> bridges_;

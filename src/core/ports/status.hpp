@@ -11,6 +11,7 @@
 #include "core/base/time.hpp"
 #include "core/flow/drops.hpp"
 #include "core/policy/treatment.hpp"
+#include "core/ports/missing.hpp"
 
 namespace connect_bridge {
 
@@ -31,6 +32,10 @@ struct TopicStatus {
   Keep keep = Keep::kAll;         // exported
   std::string_view keep_because;  // exported: why
   std::string declined;           // exported: why the peer does not import it; empty if it does
+  std::string rule;               // of ours, that lets it cross
+  // Imported: what some subscriber here requests and no publisher offers ("reliability"); empty:
+  // all can receive.
+  std::string misfit;
 
   // The counts of the same topic on an earlier connection of the link.
   void add_past(const TopicStatus& past) {
@@ -60,6 +65,7 @@ struct ServiceStatus {
   std::uint64_t request_bytes = 0;
   std::uint64_t response_bytes = 0;
   std::string declined;  // exported: why the peer does not import it; empty if it does
+  std::string rule;      // of ours, that lets it cross
 };
 
 struct ClockStatus {
@@ -94,6 +100,9 @@ struct LinkStatus {
   std::uint64_t further_topics = 0;
   std::uint64_t further_services = 0;
   TopicStatus further;  // without a name
+  // What somebody here wants and does not get over this link, and why.
+  std::vector<MissingName> missing;
+  std::uint64_t further_missing = 0;  // beyond kMissingMax
 };
 
 // A server's connections without a login.

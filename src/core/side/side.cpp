@@ -58,6 +58,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       told_listeners_(view_),
       service_exports_(view_, options_, random_),
       service_imports_(view_, options_, options_.node),
+      missing_(view_, links_.all(), exports_, imports_, service_exports_, service_imports_),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
@@ -126,6 +127,7 @@ void Side::on(GraphChanged& input, const Now& now) {
 }
 
 void Side::on_graph(const Now& now) {
+  missing_.on_change(now);
   exports_.on_graph(now);
   update_exports(now);
   for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
@@ -222,6 +224,7 @@ void Side::on(TimePassed&, const Now& now) {
   imports_.on_time(now);
   service_exports_.on_time(now);
   service_imports_.on_time(now);
+  missing_.on_time(now);
   clock_publisher_.on_time(outputs_, local_.claims, now);
   links_.dial_if_due(now);
 }
@@ -229,9 +232,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next :
-       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline()})
+  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+                           service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
+                           missing_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -241,6 +244,7 @@ std::optional<TimePoint> Side::next_deadline() const {
 void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
   told_listeners_.tell(link);
+  missing_.on_link_open(link, now);
   take_time_of(link, now);
 }
 
@@ -277,6 +281,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   told_listeners_.on_link_lost(link.id);
+  missing_.on_link_lost(link.id);
   imports_.on_link_lost(link.id, now);
   if (!link.life.may_return()) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
@@ -317,6 +322,7 @@ void Side::send_accepts(Link& link) {
 }
 
 Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
+  missing_.on_peer_rules(link, now);
   if (link.accepts.adopt(std::move(accepts))) recheck({&link}, now);
   return Nothing{};
 }
@@ -325,6 +331,7 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
 // a topic that they release is then not subscribed again. Calls of lost connections too.
 void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   clock_due_ = true;
+  missing_.on_change(now);
   service_exports_.hold();
   for (Link* link : links) service_exports_.review(*link, now);
   hold_actions(now);
@@ -338,6 +345,7 @@ void Side::send_offers(const Now& now) {
 }
 
 Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
+  missing_.on_change(now);
   const auto taken =
       take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
   if (taken && offer.complete) on_offers_over(link, now);
@@ -354,6 +362,7 @@ LinkStatus Side::status_of(const Link& link, const Now& now) const {
   imports_.add_status(link, shown);
   service_exports_.add_status(link, shown);
   service_imports_.add_status(link, shown);
+  missing_.add_status(link, shown);
   for (auto& topic : shown.topics) link.add_past(topic);
   sum_up(shown);
   return shown;

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
@@ -44,6 +45,8 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return counting(topic) != nullptr; }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
+  // All that this peer listens to, whether our rules allow it or not; local names.
+  [[nodiscard]] std::vector<TopicKey> told_by(LinkId link) const;
   // The weakest of what our rules require for those links that listen and `count`: reliability and
   // durability.
   [[nodiscard]] QosOverride rules_of(const TopicKey& topic,

@@ -117,7 +117,7 @@ void OfferedTopic::decline(const Now& now) {
   if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
   const Ending why = no_longer_permitted();
   note_end(why);
-  link_.send(Decline{number_, why.code, why.reason});
+  link_.decline(number_, InterfaceKind::kTopic, key_, why);
   leave_mirrors(now);
 }
 
@@ -379,6 +379,22 @@ void OfferedTopic::on_lost(std::uint64_t count, DropReason reason) {
   dropped_.add(reason, counted);
 }
 
+// Another subscriber may receive from it all the same.
+std::string OfferedTopic::misfit() const {
+  const TopicState* topic = context_.graph.find(key_);
+  if (!topic || !context_.graph_options.qos_must_fit) return {};
+  for (const Endpoint& subscriber : topic->subscribers) {
+    std::string policy;
+    for (const auto& [id, mirror] : origins_) {
+      if (!mirror->id()) continue;
+      policy = incompatible_policy(mirror->qos(), subscriber.qos);
+      if (policy.empty()) break;
+    }
+    if (!policy.empty()) return policy;
+  }
+  return {};
+}
+
 void OfferedTopic::add_status(LinkStatus& status) const {
   TopicStatus s;
   s.topic = key_.first;
@@ -391,6 +407,8 @@ void OfferedTopic::add_status(LinkStatus& status) const {
   s.queued = waiting_.size() + held_.size();
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
+  s.rule = decision_.rule;
+  s.misfit = misfit();
   status.topics.push_back(std::move(s));
 }
 
