@@ -287,7 +287,7 @@ void Hostile::commit_offence() {
       send_text(listener(channel, "/tf"));
       break;
     case 8:  // an answer to what nobody asked
-      send_text(encode(Control{Answer{std::vector<std::string>(kAskedMax - 1, "absent")}}));
+      send_text(encode(Control{Answered{std::vector<std::string>(kAskedMax - 1, "absent")}}));
       break;
     default:  // no JSON
       send_text("{\"offer\": [");

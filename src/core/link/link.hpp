@@ -37,7 +37,7 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Ask& ask, const Now& now) = 0;
-  virtual Result<Nothing> on(Link& link, const Answer& answer, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Answered& answer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
   virtual void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) = 0;

@@ -156,13 +156,13 @@ Result<Nothing> Missing::on_ask(Link& link, const Ask& ask, const Now& now) {
   const auto of_link = of_links_.find(link.id);
   if (of_link == of_links_.end() || !of_link->second.asked.take(now.steady))
     return Error{CloseCode::kTooLarge, "asks for names too often"};
-  Answer answer;
+  Answered answer;
   for (const AskedName& asked : ask.names) answer.codes.emplace_back(answer_to(side_, link, asked));
   link.send(answer);
   return Nothing{};
 }
 
-Result<Nothing> Missing::on_answer(Link& link, const Answer& answer, const Now& now) {
+Result<Nothing> Missing::on_answer(Link& link, const Answered& answer, const Now& now) {
   const auto at = of_links_.find(link.id);
   if (at == of_links_.end() || at->second.under_way.empty() ||
       at->second.under_way.size() != answer.codes.size())

@@ -43,7 +43,7 @@ class Missing {
   // The peer asks: answers. An error ends the connection: it asks too often.
   Result<Nothing> on_ask(Link& link, const Ask& ask, const Now& now);
   // An error ends the connection: nothing was asked, or something else.
-  Result<Nothing> on_answer(Link& link, const Answer& answer, const Now& now);
+  Result<Nothing> on_answer(Link& link, const Answered& answer, const Now& now);
   // Looks at one link at most.
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }

@@ -114,7 +114,7 @@ class Side final : private LinksUser {
   Result<Nothing> on(Link& link, const Ask& ask, const Now& now) override {
     return missing_.on_ask(link, ask, now);
   }
-  Result<Nothing> on(Link& link, const Answer& answer, const Now& now) override {
+  Result<Nothing> on(Link& link, const Answered& answer, const Now& now) override {
     return missing_.on_answer(link, answer, now);
   }
   Result<Nothing> on(Link& link, const Renew& renew, const Now& now) override;

@@ -181,7 +181,7 @@ struct Ask {
 };
 // "answer": for each of them, in their order: "not_permitted", "absent", "other_type",
 // "type_unknown", "unsupported", "there".
-struct Answer {
+struct Answered {
   std::vector<std::string> codes;
 };
 
@@ -196,7 +196,7 @@ struct Renewed {
 };
 
 using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
-                             Attached, Refuse, Forget, Renew, Renewed, Listeners, Ask, Answer>;
+                             Attached, Refuse, Forget, Renew, Renewed, Listeners, Ask, Answered>;
 
 // Of all lists of an `accepts` together.
 struct AcceptsSize {

@@ -165,7 +165,7 @@ void fields(auto& io, Is<Ask> auto& ask) {
   io.list("names", ask.names, kAskedMax);
 }
 
-void fields(auto& io, Is<Answer> auto& answer) {
+void fields(auto& io, Is<Answered> auto& answer) {
   io.list("codes", answer.codes, kAskedMax);
   for (const auto& code : answer.codes) {
     io.check(code.size() <= kCodeBytesMax, "codes", "has a code that is too long",

@@ -28,7 +28,7 @@ struct MissingTest : testing::Test {
   // with `code`.
   std::string asked(const std::string& code, std::uint32_t connection = 1) {
     std::string names;
-    std::vector<Answer> answers;
+    std::vector<Answered> answers;
     while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
       if (!packet->text) continue;
       const Bytes bytes = flow_test::joined(*packet);
@@ -36,7 +36,7 @@ struct MissingTest : testing::Test {
           decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
       const auto* ask = control ? std::get_if<Ask>(&control.value()) : nullptr;
       if (!ask) continue;
-      Answer answer;
+      Answered answer;
       for (const auto& name : ask->names) {
         names += (names.empty() ? "" : " ") + name.name;
         answer.codes.push_back(code);
@@ -63,7 +63,7 @@ struct MissingTest : testing::Test {
       const Bytes bytes = flow_test::joined(*packet);
       const auto control =
           decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-      if (control && std::holds_alternative<Answer>(control.value()))
+      if (control && std::holds_alternative<Answered>(control.value()))
         codes = word_of(control.value());
     }
     return codes;
@@ -76,7 +76,7 @@ struct MissingTest : testing::Test {
   Script s;
 };
 
-GraphChanged called(const std::string& name, const std::string& type = kServiceType) {
+GraphChanged waited_for(const std::string& name, const std::string& type = kServiceType) {
   GraphChanged graph;
   graph.called = {{name, type}};
   return graph;
@@ -161,7 +161,7 @@ TEST_F(MissingTest, WhatIsPublishedHereIsNotWantedOfThePeer) {
 }
 
 TEST_F(MissingTest, AServiceThatIsWaitedFor) {
-  s.give(called("/arm"));
+  s.give(waited_for("/arm"));
   s.join(1);
   settle();
   EXPECT_EQ(missing(), "import service /arm no_rule: no rule here allows it\n");
@@ -351,7 +351,7 @@ TEST_F(MissingTest, QuestionsWithoutEndEndTheLink) {
 
 TEST_F(MissingTest, AnAnswerThatNobodyAskedForEndsTheLink) {
   s.join(1);
-  s.say(1, Answer{{"absent"}});
+  s.say(1, Answered{{"absent"}});
   EXPECT_EQ(s.did(), "close 1 4009\n");
 }
 
@@ -361,7 +361,7 @@ TEST_F(MissingTest, AnAnswerOfAnotherLengthEndsTheLink) {
   s.did();
   s.pass(5000);
   s.did();
-  s.say(1, Answer{{"absent", "absent"}});
+  s.say(1, Answered{{"absent", "absent"}});
   EXPECT_EQ(s.did(), "close 1 4009\n");
 }
 

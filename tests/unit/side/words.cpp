@@ -169,7 +169,7 @@ std::string word_of(const Control& control) {
             for (const auto& asked : m.names) line += " " + asked.name;
             return line;
           },
-          [&](const Answer& m) {
+          [&](const Answered& m) {
             std::string line = "answer";
             for (const auto& code : m.codes) line += " " + code;
             return line;
@@ -205,7 +205,7 @@ std::string line_of(const Packet& packet) {
     // These have tests of their own (topics/told_listeners_test.cpp, side/missing_test.cpp).
     const bool is_left_out = std::holds_alternative<Listeners>(control.value()) ||
                              std::holds_alternative<Ask>(control.value()) ||
-                             std::holds_alternative<Answer>(control.value());
+                             std::holds_alternative<Answered>(control.value());
     return is_left_out ? "" : word_of(control.value());
   }
   std::string line;

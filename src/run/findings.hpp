@@ -1,0 +1,31 @@
+// What `ctl doctor` can find: one list, which the program, its tests and the documents use.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace connect_bridge {
+
+struct Finding {
+  std::string_view id;   // a word of [a-z0-9_]
+  bool is_hint = false;  // may be as it is to be; else something does not work
+  std::string_view cause;
+  std::string_view cure;
+};
+
+// Sorted by nothing but their subject; ids are unique.
+[[nodiscard]] std::span<const Finding> all_findings();
+// Null: there is none.
+[[nodiscard]] const Finding* finding_of(std::string_view id);
+
+// One that was made.
+struct Found {
+  std::string_view id;
+  std::string subject;  // a topic, file, link or program; empty: the whole
+  std::string detail;   // what was seen; may be empty
+
+  friend bool operator==(const Found&, const Found&) = default;
+};
+
+}  // namespace connect_bridge
