@@ -402,42 +402,4 @@ std::vector<Found> diagnose_machine(const MachineFacts& machine) {
   return found;
 }
 
-std::string report_text(const std::vector<Found>& found) {
-  if (found.empty()) return "nothing is wrong, as far as can be seen from here\n";
-  std::string text;
-  for (const bool hints : {false, true})
-    for (const Found& one : found) {
-      const Finding* finding = finding_of(one.id);
-      if (!finding || finding->is_hint != hints) continue;
-      text += fmt::format("{}{}{}\n", finding->is_hint ? "hint: " : "",
-                          one.subject.empty() ? "" : one.subject + ": ", finding->cause);
-      if (!one.detail.empty()) text += "  seen: " + one.detail + "\n";
-      text += fmt::format("  do:   {}   [{}]\n", finding->cure, finding->id);
-    }
-  return text;
-}
-
-std::string report_json(const std::vector<Found>& found) {
-  OrderedJson findings = OrderedJson::array();
-  for (const Found& one : found) {
-    const Finding* finding = finding_of(one.id);
-    if (!finding) continue;
-    findings.push_back({{"id", finding->id},
-                        {"hint", finding->is_hint},
-                        {"subject", one.subject},
-                        {"detail", one.detail},
-                        {"cause", finding->cause},
-                        {"cure", finding->cure}});
-  }
-  const OrderedJson report = {{"findings", findings}};
-  return report.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
-}
-
-bool has_fault(const std::vector<Found>& found) {
-  return std::any_of(found.begin(), found.end(), [](const Found& one) {
-    const Finding* finding = finding_of(one.id);
-    return finding && !finding->is_hint;
-  });
-}
-
 }  // namespace connect_bridge

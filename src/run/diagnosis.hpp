@@ -36,11 +36,4 @@ struct MachineFacts {
 };
 [[nodiscard]] std::vector<Found> diagnose_machine(const MachineFacts& machine);
 
-// For people; with a headline if nothing was found.
-[[nodiscard]] std::string report_text(const std::vector<Found>& found);
-// {"findings": [{"id", "hint", "subject", "detail", "cause", "cure"}]}
-[[nodiscard]] std::string report_json(const std::vector<Found>& found);
-// Whether something does not work.
-[[nodiscard]] bool has_fault(const std::vector<Found>& found);
-
 }  // namespace connect_bridge

@@ -1,7 +1,11 @@
 #include "run/findings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
+#include <iterator>
+
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -9,7 +13,7 @@ namespace {
 constexpr bool kHint = true;
 constexpr bool kFault = false;
 
-constexpr auto kFindings = std::to_array<Finding>({
+constexpr Finding kFindings[] = {
     // ---- the way to the server
     {"host_unknown", kFault, "the name of the server cannot be resolved",
      "check the host in `url`, and the name server of this network"},
@@ -172,7 +176,7 @@ constexpr auto kFindings = std::to_array<Finding>({
      "free /dev/shm; in Docker --shm-size=1g"},
     {"no_bbr", kHint, "this host does not allow bbr: on paths that lose packets little arrives",
      "sysctl -w net.ipv4.tcp_allowed_congestion_control=\"reno cubic bbr\""},
-});
+};
 
 }  // namespace
 
@@ -181,9 +185,47 @@ std::span<const Finding> all_findings() {
 }
 
 const Finding* finding_of(std::string_view id) {
-  const auto found = std::find_if(kFindings.begin(), kFindings.end(),
+  const auto found = std::find_if(std::begin(kFindings), std::end(kFindings),
                                   [&](const Finding& finding) { return finding.id == id; });
-  return found == kFindings.end() ? nullptr : &*found;
+  return found == std::end(kFindings) ? nullptr : &*found;
+}
+
+std::string report_text(const std::vector<Found>& found) {
+  if (found.empty()) return "nothing is wrong, as far as can be seen from here\n";
+  std::string text;
+  for (const bool hints : {false, true})
+    for (const Found& one : found) {
+      const Finding* finding = finding_of(one.id);
+      if (!finding || finding->is_hint != hints) continue;
+      text += fmt::format("{}{}{}\n", finding->is_hint ? "hint: " : "",
+                          one.subject.empty() ? "" : one.subject + ": ", finding->cause);
+      if (!one.detail.empty()) text += "  seen: " + one.detail + "\n";
+      text += fmt::format("  do:   {}   [{}]\n", finding->cure, finding->id);
+    }
+  return text;
+}
+
+std::string report_json(const std::vector<Found>& found) {
+  OrderedJson findings = OrderedJson::array();
+  for (const Found& one : found) {
+    const Finding* finding = finding_of(one.id);
+    if (!finding) continue;
+    findings.push_back({{"id", finding->id},
+                        {"hint", finding->is_hint},
+                        {"subject", one.subject},
+                        {"detail", one.detail},
+                        {"cause", finding->cause},
+                        {"cure", finding->cure}});
+  }
+  const OrderedJson report = {{"findings", findings}};
+  return report.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+bool has_fault(const std::vector<Found>& found) {
+  return std::any_of(found.begin(), found.end(), [](const Found& one) {
+    const Finding* finding = finding_of(one.id);
+    return finding && !finding->is_hint;
+  });
 }
 
 }  // namespace connect_bridge

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace connect_bridge {
 
@@ -27,5 +28,12 @@ struct Found {
 
   friend bool operator==(const Found&, const Found&) = default;
 };
+
+// For people; with a headline if nothing was found.
+[[nodiscard]] std::string report_text(const std::vector<Found>& found);
+// {"findings": [{"id", "hint", "subject", "detail", "cause", "cure"}]}
+[[nodiscard]] std::string report_json(const std::vector<Found>& found);
+// Whether something does not work.
+[[nodiscard]] bool has_fault(const std::vector<Found>& found);
 
 }  // namespace connect_bridge

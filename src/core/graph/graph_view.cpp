@@ -121,6 +121,18 @@ std::string incompatible_policy(const Qos& offered, const Qos& requested) {
   return {};
 }
 
+std::string unmet_policy(const TopicState& topic, const std::vector<Qos>& offered) {
+  for (const Endpoint& subscriber : topic.subscribers) {
+    std::string policy;
+    for (const Qos& qos : offered) {
+      policy = incompatible_policy(qos, subscriber.qos);
+      if (policy.empty()) break;
+    }
+    if (!policy.empty()) return policy;
+  }
+  return {};
+}
+
 IncompatibleSubscribers incompatible_subscribers(const TopicState& topic, const Qos& offered,
                                                  const std::string& node, bool patient) {
   IncompatibleSubscribers found;

@@ -87,6 +87,10 @@ class GraphView {
 // section 2.2.3).
 std::string incompatible_policy(const Qos& offered, const Qos& requested);
 
+// What some subscriber requests that none of these publishers offers; empty: nothing, or there are
+// no publishers.
+std::string unmet_policy(const TopicState& topic, const std::vector<Qos>& offered);
+
 // The subscribers that can get nothing from a publisher of this QoS at this node.
 struct IncompatibleSubscribers {
   std::vector<std::string> lines;  // for people, one for each

@@ -79,40 +79,21 @@ void Missing::on_link_open(const Link& link, const Now& now) {
   look_at(link.id, of_link, now.steady + kFirstLook);
 }
 
-void Missing::on_time(const Now& now) {
-  const auto id = timers_.take_due(now.steady);
-  if (!id) return;
-  OfLink& of_link = of_links_.at(*id);
-  of_link.looks.cancel();
-  const auto link = links_.find(*id);
-  if (link == links_.end() || !link->second.open()) return;
-  const Outputs::Paying paying(side_.outputs, link->second.account->time);
-  look(link->second, of_link, now);
+std::optional<LinkId> Missing::take_due(const Now& now) {
+  const auto link = timers_.take_due(now.steady);
+  if (link) of_links_.at(*link).looks.cancel();
+  return link;
 }
 
-std::vector<Wish> Missing::wishes() const {
-  auto all = wishes_of(side_.graph, side_.claims);
-  std::erase_if(all, [&](const Wish& wish) {
-    if (wish.exported) return false;
-    return wish.kind == InterfaceKind::kTopic ? imports_.has_mirror({wish.name, wish.type})
-                                              : service_imports_.has_mirror({wish.name, wish.type});
-  });
-  return all;
-}
-
-void Missing::look(Link& link, OfLink& of_link, const Now& now) {
+void Missing::look(Link& link, const std::vector<Wish>& wanted, LinkPicture picture,
+                   const Now& now) {
+  OfLink& of_link = of_links_.at(link.id);
   of_link.looked_at = now.steady;
-  LinkStatus channels;
-  exports_.add_status(link, channels);
-  imports_.add_status(link, channels);
-  service_exports_.add_status(link, channels);
-  service_imports_.add_status(link, channels);
-  const auto wanted = wishes();
-  const auto heard = exports_.listened_by(link);
   std::erase_if(of_link.answers, [&](const auto& answer) {
     return std::find(wanted.begin(), wanted.end(), answer.first) == wanted.end();
   });
-  auto found = find_missing(wanted, side_, link, {channels, heard, of_link.answers});
+  picture.answers = of_link.answers;
+  auto found = find_missing(wanted, side_, link, picture);
   of_link.further = found.further;
   std::vector<std::pair<MissingName, TimePoint>> lasting;
   std::optional<TimePoint> next;
@@ -132,7 +113,7 @@ void Missing::look(Link& link, OfLink& of_link, const Now& now) {
     ask(link, of_link, again);
   }
   tell(link, of_link, now);
-  if (!wanted.empty() || !heard.empty()) next = earliest(next, now.steady + kAgain);
+  if (!wanted.empty() || !picture.heard.empty()) next = earliest(next, now.steady + kAgain);
   if (next) look_at(link.id, of_link, std::max(*next, now.steady + looks_period()));
 }
 

@@ -9,11 +9,7 @@
 
 #include "core/base/pace.hpp"
 #include "core/base/timers.hpp"
-#include "core/services/service_exports.hpp"
-#include "core/services/service_imports.hpp"
 #include "core/side/missing_names.hpp"
-#include "core/topics/exports.hpp"
-#include "core/topics/imports.hpp"
 
 namespace connect_bridge {
 
@@ -24,15 +20,7 @@ namespace connect_bridge {
 // Single-threaded.
 class Missing {
  public:
-  // All outlive it.
-  Missing(const SideView& side, LinkTable& links, const Exports& exports, const Imports& imports,
-          const ServiceExports& service_exports, const ServiceImports& service_imports)
-      : side_(side),
-        links_(links),
-        exports_(exports),
-        imports_(imports),
-        service_exports_(service_exports),
-        service_imports_(service_imports) {}
+  explicit Missing(const SideView& side) : side_(side) {}
 
   // The graph, rules, or what a peer accepts, offers or listens to, may have changed.
   void on_change(const Now& now);
@@ -44,8 +32,10 @@ class Missing {
   Result<Nothing> on_ask(Link& link, const Ask& ask, const Now& now);
   // An error ends the connection: nothing was asked, or something else.
   Result<Nothing> on_answer(Link& link, const Answered& answer, const Now& now);
-  // Looks at one link at most.
-  void on_time(const Now& now);
+  // The link that is to be looked at now; nullopt: none.
+  std::optional<LinkId> take_due(const Now& now);
+  // Looks at an open link. `wishes`: those that no link brings; of `picture` all but the answers.
+  void look(Link& link, const std::vector<Wish>& wishes, LinkPicture picture, const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
   void add_status(const Link& link, LinkStatus& status) const;
 
@@ -64,21 +54,13 @@ class Missing {
     TimePoint tells_at{};
   };
 
-  void look(Link& link, OfLink& of_link, const Now& now);
-  // Those that no link brings.
-  [[nodiscard]] std::vector<Wish> wishes() const;
   void ask(Link& link, OfLink& of_link, const std::vector<Wish>& wishes);
   void tell(const Link& link, OfLink& of_link, const Now& now) const;
   // How often a link is looked at at the most: all together cost the same, however many there are.
   [[nodiscard]] Duration looks_period() const;
   void look_at(LinkId link, OfLink& of_link, TimePoint at);
 
-  const SideView& side_;
-  LinkTable& links_;
-  const Exports& exports_;
-  const Imports& imports_;
-  const ServiceExports& service_exports_;
-  const ServiceImports& service_imports_;
+  const SideView side_;
   Timers<LinkId> timers_;
   std::map<LinkId, OfLink> of_links_;
 };

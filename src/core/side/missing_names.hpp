@@ -32,14 +32,14 @@ struct Wish {
 inline constexpr std::size_t kWishesMax = 512;
 [[nodiscard]] std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims);
 
-// The peer's answers (docs/protocol.md, "ask") by what was asked.
+// The peer's answers (docs/protocol.md, "ask, answer") by what was asked.
 using Answers = std::map<Wish, std::string>;
 
 // What crosses, and what is known of the rest.
 struct LinkPicture {
-  const LinkStatus& channels;          // topics and services alone
-  const std::vector<TopicKey>& heard;  // what the peer listens to, local names
-  const Answers& answers;
+  LinkStatus channels;          // topics and services alone
+  std::vector<TopicKey> heard;  // what the peer listens to, local names
+  Answers answers;
 };
 
 struct MissingFound {

@@ -58,7 +58,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       told_listeners_(view_),
       service_exports_(view_, options_, random_),
       service_imports_(view_, options_, options_.node),
-      missing_(view_, links_.all(), exports_, imports_, service_exports_, service_imports_),
+      missing_(view_),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
@@ -224,7 +224,7 @@ void Side::on(TimePassed&, const Now& now) {
   imports_.on_time(now);
   service_exports_.on_time(now);
   service_imports_.on_time(now);
-  missing_.on_time(now);
+  look_for_missing(now);
   clock_publisher_.on_time(outputs_, local_.claims, now);
   links_.dial_if_due(now);
 }
@@ -350,6 +350,28 @@ Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
       take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
   if (taken && offer.complete) on_offers_over(link, now);
   return taken;
+}
+
+// One link at a time: each costs as much as its channels are.
+void Side::look_for_missing(const Now& now) {
+  const auto id = missing_.take_due(now);
+  const auto found = id ? links_.all().find(*id) : links_.all().end();
+  if (found == links_.all().end() || !found->second.open()) return;
+  Link& link = found->second;
+  const Outputs::Paying paying(outputs_, link.account->time);
+  LinkPicture picture;
+  exports_.add_status(link, picture.channels);
+  imports_.add_status(link, picture.channels);
+  service_exports_.add_status(link, picture.channels);
+  service_imports_.add_status(link, picture.channels);
+  picture.heard = exports_.listened_by(link);
+  auto wishes = wishes_of(local_.view, local_.claims);
+  std::erase_if(wishes, [&](const Wish& wish) {
+    if (wish.exported) return false;
+    return wish.kind == InterfaceKind::kTopic ? imports_.has_mirror({wish.name, wish.type})
+                                              : service_imports_.has_mirror({wish.name, wish.type});
+  });
+  missing_.look(link, wishes, std::move(picture), now);
 }
 
 // ---- status

@@ -154,6 +154,7 @@ class Side final : private LinksUser {
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
+  void look_for_missing(const Now& now);
   [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;
 
   SideOptions options_;

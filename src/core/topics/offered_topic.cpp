@@ -379,22 +379,6 @@ void OfferedTopic::on_lost(std::uint64_t count, DropReason reason) {
   dropped_.add(reason, counted);
 }
 
-// Another subscriber may receive from it all the same.
-std::string OfferedTopic::misfit() const {
-  const TopicState* topic = context_.graph.find(key_);
-  if (!topic || !context_.graph_options.qos_must_fit) return {};
-  for (const Endpoint& subscriber : topic->subscribers) {
-    std::string policy;
-    for (const auto& [id, mirror] : origins_) {
-      if (!mirror->id()) continue;
-      policy = incompatible_policy(mirror->qos(), subscriber.qos);
-      if (policy.empty()) break;
-    }
-    if (!policy.empty()) return policy;
-  }
-  return {};
-}
-
 void OfferedTopic::add_status(LinkStatus& status) const {
   TopicStatus s;
   s.topic = key_.first;
@@ -408,7 +392,11 @@ void OfferedTopic::add_status(LinkStatus& status) const {
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
   s.rule = decision_.rule;
-  s.misfit = misfit();
+  std::vector<Qos> published;
+  for (const auto& [id, mirror] : origins_)
+    if (mirror->id()) published.push_back(mirror->qos());
+  const TopicState* topic = context_.graph.find(key_);
+  if (topic && context_.graph_options.qos_must_fit) s.misfit = unmet_policy(*topic, published);
   status.topics.push_back(std::move(s));
 }
 

@@ -112,8 +112,6 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void note_end(const Ending& why) const;
   // Whether the peer shall keep what a lost connection loses.
   [[nodiscard]] bool may_resume() const;
-  // What some subscriber here requests and no mirror of it offers; empty: nothing.
-  [[nodiscard]] std::string misfit() const;
 
   PeerTopics& peer_;
   ImportContext& context_;

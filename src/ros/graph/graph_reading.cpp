@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "core/graph/graph_view.hpp"
-#include "ros/graph/called_services.hpp"
 #include "ros/graph/service_reading.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
