@@ -156,11 +156,8 @@ std::optional<double> moment_of(const std::string& text) {
   return static_cast<double>(::timegm(&parts));
 }
 
-struct MissingSign {
-  std::string_view reason;
-  std::string_view id;
-};
-constexpr auto kMissing = std::to_array<MissingSign>({
+// By the reason.
+constexpr auto kMissing = std::to_array<Sign>({
     {"no_rule", "no_rule"},
     {"other_peer", "other_peer"},
     {"denied", "denied"},
@@ -170,7 +167,6 @@ constexpr auto kMissing = std::to_array<MissingSign>({
     {"other_type", "other_type"},
     {"not_there", "not_there"},
     {"type_unknown", "type_not_installed"},
-    {"declined", "declined"},
     {"qos", "qos"},
     {"lost", "lost_in_middleware"},
 });
@@ -208,12 +204,8 @@ void Doctor::add(std::string_view id, std::string subject, std::string detail) {
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
     const std::string reason = text_in(name, "reason"), text = text_in(name, "text");
-    const auto sign = std::find_if(kMissing.begin(), kMissing.end(), [&](const MissingSign& known) {
-      return known.reason == reason;
-    });
-    const std::string_view id = reason == "declined"     ? declined_for(text)
-                                : sign == kMissing.end() ? "declined"
-                                                         : sign->id;
+    const std::string_view id =
+        reason == "declined" ? declined_for(text) : sign_in(kMissing, reason, "declined");
     add(id, text_in(name, "name"), text);
   }
 }

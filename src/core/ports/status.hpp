@@ -147,6 +147,8 @@ struct LinkStatus {
   std::uint64_t further_topics = 0;
   std::uint64_t further_services = 0;
   TopicStatus further;  // without a name
+  // Puts what is beyond kShownMax into these.
+  void sum_up();
   // What somebody here wants and does not get over this link, and why.
   std::vector<MissingName> missing;
   std::uint64_t further_missing = 0;  // beyond kMissingMax

@@ -1,7 +1,5 @@
 #include "core/side/side.hpp"
 
-#include <algorithm>
-#include <iterator>
 #include <utility>
 #include <variant>
 
@@ -13,34 +11,6 @@ namespace connect_bridge {
 namespace {
 
 constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
-
-bool is_used(const TopicStatus& topic) {
-  return topic.demanded || topic.messages > 0;
-}
-
-bool is_used(const ServiceStatus& service) {
-  return service.calls > 0;
-}
-
-// A peer may offer thousands.
-template <class Shown>
-std::vector<Shown> take_further(std::vector<Shown>& all) {
-  if (all.size() <= LinkStatus::kShownMax) return {};
-  std::stable_partition(all.begin(), all.end(), [](const Shown& one) { return is_used(one); });
-  const auto first = all.begin() + LinkStatus::kShownMax;
-  std::vector<Shown> further(std::make_move_iterator(first), std::make_move_iterator(all.end()));
-  all.erase(first, all.end());
-  return further;
-}
-
-void sum_up(LinkStatus& link) {
-  link.further_services = take_further(link.services).size();
-  for (const TopicStatus& topic : take_further(link.topics)) {
-    ++link.further_topics;
-    link.further.add_past(topic);
-    link.further.queued += topic.queued;
-  }
-}
 
 }  // namespace
 
@@ -386,7 +356,7 @@ LinkStatus Side::status_of(const Link& link, const Now& now) const {
   service_imports_.add_status(link, shown);
   missing_.add_status(link, shown);
   for (auto& topic : shown.topics) link.add_past(topic);
-  sum_up(shown);
+  shown.sum_up();
   return shown;
 }
 

@@ -392,11 +392,7 @@ void OfferedTopic::add_status(LinkStatus& status) const {
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
   s.rule = decision_.rule;
-  std::vector<Qos> published;
-  for (const auto& [id, mirror] : origins_)
-    if (mirror->id()) published.push_back(mirror->qos());
-  const TopicState* topic = context_.graph.find(key_);
-  if (topic && context_.graph_options.qos_must_fit) s.misfit = unmet_policy(*topic, published);
+  s.misfit = context_.misfit(key_, origins_);
   status.topics.push_back(std::move(s));
 }
 

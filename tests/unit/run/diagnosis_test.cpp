@@ -186,8 +186,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, DoctorStatus,
     testing::Values(
         StatusCase{"not_linked", R"({"role": "client"})"},
-        StatusCase{"port_closed",
-                   R"({"role": "client", "last_failure": "connection refused"})"},
+        StatusCase{"port_closed", R"({"role": "client", "last_failure": "connection refused"})"},
         StatusCase{"nobody_linked", "{}"},
         StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
         StatusCase{"loop_slow", R"({"loop_lag_ms": 700})"},

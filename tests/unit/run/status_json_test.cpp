@@ -138,8 +138,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
        "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
-       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {}, "misfit": "durability",
-       "latency_ms": 2.5}],
+       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
+       "misfit": "durability", "latency_ms": 2.5}],
     "services": [
       {"service": "/s", "type": "p/srv/S", "direction": "export", "attached": true, "pending": 1,
        "waiting": 2, "calls": 3, "answered": 4, "refused": 5, "timed_out": 6, "forgotten": 7,
