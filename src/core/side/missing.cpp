@@ -107,13 +107,17 @@ void Missing::look(Link& link, const std::vector<Wish>& wanted, LinkPicture pict
   of_link.found = std::move(lasting);
   ask(link, of_link, found.unanswered);
   if (of_link.asks_again <= now.steady && of_link.under_way.empty() && !of_link.answers.empty()) {
+    // In turns, as a question has not room for all.
     std::vector<Wish> again;
     for (const auto& [wish, code] : of_link.answers) again.push_back(wish);
+    const auto next_one = std::upper_bound(again.begin(), again.end(), of_link.asked_last);
+    std::rotate(again.begin(), next_one, again.end());
     of_link.asks_again = now.steady + kAgain;
     ask(link, of_link, again);
   }
   tell(link, of_link, now);
-  if (!wanted.empty() || !picture.heard.empty()) next = earliest(next, now.steady + kAgain);
+  if (!wanted.empty() || picture.brought || !picture.heard.empty())
+    next = earliest(next, now.steady + kAgain);
   if (next) look_at(link.id, of_link, std::max(*next, now.steady + looks_period()));
 }
 
@@ -129,6 +133,7 @@ void Missing::ask(Link& link, OfLink& of_link, const std::vector<Wish>& wishes) 
     if (!asked) continue;
     question.names.push_back(*std::move(asked));
     of_link.under_way.push_back(wish);
+    of_link.asked_last = wish;
   }
   if (!question.names.empty()) link.send(question);
 }
@@ -166,8 +171,10 @@ void Missing::tell(const Link& link, OfLink& of_link, const Now& now) const {
     of_link.told.clear();
     return;
   }
-  std::string line = std::to_string(names.size()) + (names.size() == 1 ? " name" : " names") +
-                     " that nodes here use do not cross the link to " + link.label() + ": ";
+  const bool one = names.size() == 1;
+  std::string line = std::to_string(names.size()) + (one ? " name" : " names") +
+                     " that nodes here use " + (one ? "does" : "do") + " not cross the link to " +
+                     link.label() + ": ";
   for (std::size_t i = 0; i < names.size() && i < kNamesInLine; ++i)
     line += (i == 0 ? "" : "; ") + shown_in_line(*names[i]);
   if (names.size() > kNamesInLine) line += "; more in the status (ctl status)";

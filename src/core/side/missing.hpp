@@ -49,8 +49,9 @@ class Missing {
     std::size_t further = 0;
     Answers answers;
     std::vector<Wish> under_way;  // the question that has no answer yet
-    TimePoint asks_again{};       // about what was answered
-    std::string told;             // the last line of the log
+    Wish asked_last;
+    TimePoint asks_again{};  // about what was answered
+    std::string told;        // the last line of the log
     TimePoint tells_at{};
   };
 

@@ -40,6 +40,7 @@ struct LinkPicture {
   LinkStatus channels;          // topics and services alone
   std::vector<TopicKey> heard;  // what the peer listens to, local names
   Answers answers;
+  bool brought = false;  // some link brings what is wanted here
 };
 
 struct MissingFound {

@@ -336,11 +336,12 @@ void Side::look_for_missing(const Now& now) {
   service_imports_.add_status(link, picture.channels);
   picture.heard = exports_.listened_by(link);
   auto wishes = wishes_of(local_.view, local_.claims);
-  std::erase_if(wishes, [&](const Wish& wish) {
-    if (wish.exported) return false;
-    return wish.kind == InterfaceKind::kTopic ? imports_.has_mirror({wish.name, wish.type})
-                                              : service_imports_.has_mirror({wish.name, wish.type});
-  });
+  picture.brought = std::erase_if(wishes, [&](const Wish& wish) {
+                      if (wish.exported) return false;
+                      return wish.kind == InterfaceKind::kTopic
+                                 ? imports_.has_mirror({wish.name, wish.type})
+                                 : service_imports_.has_mirror({wish.name, wish.type});
+                    }) > 0;
   missing_.look(link, wishes, std::move(picture), now);
 }
 
