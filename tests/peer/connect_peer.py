@@ -10,6 +10,7 @@ import time
 
 from websockets.exceptions import ConnectionClosed
 
+from connect_asking import Asking
 from connect_calls import Calls
 from connect_control import (
     ORIGINS_MAX,
@@ -46,7 +47,7 @@ class Sample:
         self.codec, self.data = head["codec"], data
 
 
-class Peer(Renewals, Listening, Calls):
+class Peer(Renewals, Listening, Asking, Calls):
     """A client that is logged in. A thread reads, answers, acknowledges and sends time requests."""
 
     def __init__(

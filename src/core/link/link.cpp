@@ -40,6 +40,7 @@ void Link::lose(Loss loss, const Now& now) {
 
 void Link::drop_connection() {
   incoming_.clear();
+  declined_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
   login.lost();
@@ -73,6 +74,14 @@ void Link::forget(ChannelId number) {
   if (it->second.offered) --offered_;
   if (!it->second.offered && !it->second.channel) --ended_;
   incoming_.erase(it);
+  declined_.erase(number);
+}
+
+void Link::decline(ChannelId number, InterfaceKind kind, std::pair<std::string, std::string> key,
+                   const Ending& why) {
+  send(Decline{number, why.code, why.reason});
+  if (declined_.size() < kDeclinedMax || declined_.contains(number))
+    declined_[number] = {kind, std::move(key), why.reason};
 }
 
 void Link::resume_incoming(ChannelId number, std::uint32_t sequence) {

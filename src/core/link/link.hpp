@@ -37,6 +37,8 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Ask& ask, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Answered& answer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
   virtual void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) = 0;
@@ -166,6 +168,17 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool note_withdrawal(const Now& now) { return withdrawals_.take(now.steady); }
   [[nodiscard]] bool expects(ChannelId channel) const { return incoming_.contains(channel); }
   [[nodiscard]] std::uint32_t offered() const { return offered_; }
+  // The channel is not imported, or not wholly: tells the peer. What was declined is remembered for
+  // people, of kDeclinedMax channels.
+  void decline(ChannelId number, InterfaceKind kind, std::pair<std::string, std::string> key,
+               const Ending& why);
+  static constexpr std::size_t kDeclinedMax = 64;
+  struct Declined {
+    InterfaceKind kind;
+    std::pair<std::string, std::string> key;  // local name, type
+    std::string reason;
+  };
+  [[nodiscard]] const std::map<ChannelId, Declined>& declined() const { return declined_; }
 
   // ---- channels on which this side sends
   // A new number. The outbox's queue is the caller's to add.
@@ -229,6 +242,7 @@ class Link final : public ConnectionUser {
   // Behind the connection, so that their streams end first. Not hashed: the peer chooses the
   // numbers.
   std::map<ChannelId, Incoming> incoming_;
+  std::map<ChannelId, Declined> declined_;  // of these
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn

@@ -372,7 +372,7 @@ void ExportedTopic::read(OutSample& sample, const Now& now) const {
 }
 
 void ExportedTopic::on_lost(const MessagesLost& lost) {
-  offers_.drop(lost.too_large ? DropReason::kTooLarge : DropReason::kQueueDepth, lost.count);
+  offers_.drop(lost.too_large ? DropReason::kTooLarge : DropReason::kLostHere, lost.count);
   if (lost.too_large) tell_once(": messages larger than max_message_size are dropped");
 }
 

@@ -228,6 +228,13 @@ const FarListeners::Topic* FarListeners::counting(const TopicKey& topic) const {
   return known != topics_.end() && known->second.counts ? &known->second : nullptr;
 }
 
+std::vector<TopicKey> FarListeners::told_by(LinkId link) const {
+  std::vector<TopicKey> keys;
+  if (const auto at = links_.find(link); at != links_.end())
+    for (const auto& [key, told] : at->second.topics) keys.push_back(key);
+  return keys;
+}
+
 bool FarListeners::listens(const TopicKey& topic, LinkId link) const {
   const Topic* const known = counting(topic);
   return known && known->links.contains(link);

@@ -47,6 +47,8 @@ class FarListeners {
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
   // The links that listen to it.
   [[nodiscard]] std::vector<LinkId> links_of(const TopicKey& topic) const;
+  // All that this peer listens to, whether our rules allow it or not; local names.
+  [[nodiscard]] std::vector<TopicKey> told_by(LinkId link) const;
   // The weakest of what our rules require for those links that listen and `count`: reliability and
   // durability.
   [[nodiscard]] QosOverride rules_of(const TopicKey& topic,

@@ -57,6 +57,9 @@ struct ImportContext : SideView {
   // grows stale, so it is made again without. They get the origin's last samples.
   void forget_kept(const std::map<OriginId, Mirror*>& origins, const OfferedTopic& feeder,
                    const Now& now) const;
+  // What some subscriber here requests and none of these mirrors offers; empty: nothing.
+  [[nodiscard]] std::string misfit(const TopicKey& topic,
+                                   const std::map<OriginId, Mirror*>& origins) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
 };

@@ -264,7 +264,8 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
     declined = declined || of_type;
     offered->update_demand(now);
     if (!std::exchange(told, true))
-      link->send(Decline{offered->number(), failed.code, failed.reason});
+      link->decline(offered->number(), InterfaceKind::kTopic, key_.first,
+                    {failed.reason, failed.code});
   }
   update(now);  // one with another definition may feed it
 }

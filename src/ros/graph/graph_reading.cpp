@@ -119,8 +119,9 @@ std::optional<GraphChanged> GraphReading::read(const std::set<std::string>& watc
   if (!topics) return std::nullopt;
   auto services = read_services(node_, watched, bridges, between);
   if (!services) return std::nullopt;
+  auto called = read_called(node_, *services, between);
   bridges_ = std::move(bridges);
-  return GraphChanged{std::move(*topics), std::move(*services)};
+  return GraphChanged{std::move(*topics), std::move(*services), std::move(called)};
 }
 
 std::optional<std::vector<TopicState>> GraphReading::read_topics(

@@ -88,7 +88,7 @@ TEST(SideExportsData, LossesBelowAreCounted) {
   s.give(MessagesLost{{2}, 3, false});
   s.give(MessagesLost{{2}, 5, true});
   s.give(MessagesLost{{77}, 9, true});
-  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 3U);
+  EXPECT_EQ(s.dropped(DropReason::kLostHere), 3U);
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 5U);
 }
 
