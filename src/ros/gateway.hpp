@@ -12,6 +12,7 @@
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/services/services.hpp"
 #include "ros/topics/diagnostics_topic.hpp"
+#include "ros/topics/large_samples.hpp"
 #include "ros/topics/mirror.hpp"
 #include "ros/topics/subscription.hpp"
 #include "ros/topics/time_source.hpp"
@@ -83,7 +84,8 @@ class Gateway {
   Services services_{shared_, graph_};
   TimeSource time_{shared_};
   DiagnosticsTopic diagnostics_{shared_};
-  GraphWatcher graph_;  // last, so its thread ends first
+  GraphWatcher graph_;  // these are last, so their threads end first
+  LargeSamples large_{[this] { shared_.ready.wake(); }};
 };
 
 }  // namespace connect_bridge::ros

@@ -85,6 +85,14 @@ class Outbox {
            held_.amount() != held_bytes();
   }
 
+  // Nothing that is urgent or light waits, and no control text or small frame: only what may leave
+  // a little later.
+  [[nodiscard]] bool may_wait() const {
+    const ChannelQueue* const first = schedule_.front();
+    return first && first->is_held() && controls_.empty() && !small_.waits() &&
+           !small_.aborts_wait();
+  }
+
   // When next() has something to hand out that is held back: for the link's rate, or it rests.
   // Whatever else it waits for (something to send, an acknowledgement) comes as an input.
   [[nodiscard]] std::optional<TimePoint> deadline() const {

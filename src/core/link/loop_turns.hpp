@@ -55,6 +55,13 @@ class LoopTurns {
     add_or_end(next);
     return connection;
   }
+  // Whether something else that has waited since then is to wait for the packets of those who have
+  // used less.
+  [[nodiscard]] bool come_before(const LoopTime& other, TimePoint since, TimePoint now) const {
+    if (since + patience_ <= now) return false;
+    return std::any_of(lines_.begin(), lines_.end(),
+                       [&](const Line& line) { return line.payer->used(now) < other.used(now); });
+  }
   [[nodiscard]] bool empty() const { return lines_.empty(); }
 
  private:

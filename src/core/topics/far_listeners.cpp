@@ -23,8 +23,7 @@ bool has_place(const Account& account) {
 // ---- what peers tell
 
 Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
-  OfLink& of_link = links_[link.id];
-  of_link.link = &link;
+  OfLink& of_link = links_.try_emplace(link.id, *this, link).first->second;
   auto& listeners = of_link.listeners;
   // Those that go are first (docs/protocol.md, "listeners"), so a peer at its limit can replace all
   // in one message. Each may end a subscription here, so a peer must not do that without a pause.
@@ -211,11 +210,7 @@ void FarListeners::serve(OfLink& of_link, const Now& now) {
                                         std::to_string(kUnpublishedMax) +
                                         " topics for one identity, and " +
                                         std::to_string(Shares::kListenedMax) + " for all");
-    if (const Duration wait = account.wait_to_appear(account.listeners, now.steady);
-        wait > Duration::zero()) {
-      due_ = earliest(due_, now.steady + wait);
-      return;
-    }
+    if (account.listeners.ask(of_link, now.steady) != Appearing::Answer::kNow) return;
     const TopicKey key = *of_link.waiting.begin();
     static_cast<void>(take_place(key, topics_.at(key), of_link));
   }

@@ -37,7 +37,7 @@ class FarListeners {
   void on_link_lost(LinkId link);
   // Publishers came or went.
   void on_graph(const Now& now);
-  // Topics that wait may have a place now, or a turn (Account::listeners).
+  // Topics that wait may have a place now.
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
@@ -67,12 +67,18 @@ class FarListeners {
     bool permitted = false;
     QosOverride rule;  // while it is permitted
   };
-  struct OfLink {
-    Link* link = nullptr;
+  struct OfLink final : Appearing::Waiting {
+    OfLink(FarListeners& owner, Link& of) : link(&of), owner_(owner) {}
+    void appear(const Now& now) override { owner_.serve(*this, now); }
+
+    Link* const link;
     // By the peer's numbers; without a topic: not one that it can have.
     std::map<ListenerId, std::optional<TopicKey>> listeners;
     std::map<TopicKey, Told> topics;
     std::set<TopicKey> waiting;  // of these, for a place
+
+   private:
+    FarListeners& owner_;
   };
   struct Topic {
     std::map<LinkId, const Told*> links;  // that may have it
@@ -100,7 +106,7 @@ class FarListeners {
   std::map<TopicKey, Topic> topics_;
   std::set<TopicKey> unpaid_;  // that count without a place: they were published here
   std::set<TopicKey> changed_;
-  std::optional<TimePoint> due_;  // when those that wait are to be looked at again
+  std::optional<TimePoint> due_;  // when those that wait for a place are to be looked at again
 };
 
 }  // namespace connect_bridge
