@@ -18,7 +18,7 @@
 #include "core/base/json.hpp"
 #include "core/wire/text.hpp"
 #include "run/exit_codes.hpp"
-#include "run/runtime_folder.hpp"
+#include "auth/runtime_folder.hpp"
 #include "run/status_screen.hpp"
 
 namespace {

@@ -40,6 +40,7 @@ struct Start {
   // The server of this folder that runs already: it takes the client, this process starts nothing.
   std::optional<RunningServer> running;
   std::optional<Joining> joining;  // client
+  std::string relay_code;          // server: of the relay's line (RelayOptions::code)
 };
 
 // Makes files if the arguments request a pairing; reads those of an earlier one if the parameters

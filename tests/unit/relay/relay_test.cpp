@@ -29,10 +29,22 @@ struct ByName : Authenticator {
     const std::string token(attempt.credential.begin(), attempt.credential.end());
     const auto end = token.find("-token");
     if (end == std::string::npos || token == withdrawn) return {};
-    return {Identity{token.substr(0, end), {}}, {}};
+    const bool is_code = token.find("-token-of-a-line") != std::string::npos;
+    return {Identity{token.substr(0, end), is_code ? Groups{kLineGroup} : Groups{}}, {}};
   }
   Refreshed refresh(Stamp) override { return {{}, {"looked"}, {}, {}}; }
+  using Groups = std::vector<std::string>;
   static inline std::string withdrawn;
+};
+
+// Only this token, and no code any longer.
+struct ByDigest : ByName {
+  explicit ByDigest(const Digest& of) : digest(of) {}
+  Judgement judge(const Attempt& attempt, Stamp) override {
+    return sha256(attempt.credential) == digest ? Judgement{Identity{"robot7", {}}, {}}
+                                                : Judgement{};
+  }
+  Digest digest;
 };
 
 // The ClientHello of somebody who wants to get to a robot.
@@ -50,13 +62,20 @@ std::string visitor_hello(const std::string& robot) {
 }
 
 struct AtRelay {
-  explicit AtRelay(int calls = 30) {
+  explicit AtRelay(int calls = 30, AddressRanges proxies = {}) {
     const Authority::Files files = relay_authority().sign("relay", "IP:127.0.0.1");
     RelaySetup setup;
     setup.addresses = {"127.0.0.1"};
     setup.tls = TlsOptions{files.certificate, files.key};
     setup.robots = std::make_unique<ByName>();
+    setup.hand_over = [this](const std::string& robot, const Digest& token,
+                             std::string& problem) -> std::unique_ptr<Authenticator> {
+      handed_over.push_back(robot);
+      problem = no_room;
+      return no_room.empty() ? std::make_unique<ByDigest>(token) : nullptr;
+    };
     setup.address_calls_at_once = calls;
+    setup.proxies = std::move(proxies);
     setup.address_call_period = 800s;
     relay = std::make_shared<Relay>(loop.io, std::move(setup), [](LogLevel, const std::string&) {});
     EXPECT_EQ(relay->open(), "");
@@ -67,8 +86,14 @@ struct AtRelay {
   }
   [[nodiscard]] std::uint16_t port() const { return relay->port(); }
 
+  [[nodiscard]] std::uint64_t refused(RelayRefusal why) const {
+    return relay->status().refused[static_cast<std::size_t>(why)];
+  }
+
   Loop loop;
   std::shared_ptr<Relay> relay;
+  std::vector<std::string> handed_over;
+  std::string no_room;
 };
 
 // The control connection of a robot, by hand.
@@ -155,6 +180,25 @@ TEST(Relay, ATicketWorksOnceAndNoOtherDoes) {
   EXPECT_FALSE(first.ended);
 }
 
+// The connection before was dead without a word, as behind a NAT that has forgotten it.
+TEST(Relay, ARobotThatComesBackHearsOfWhoWaits) {
+  AtRelay at;
+  HandRobot before(at, "robot7", "robot7-token");
+  ASSERT_TRUE(before.hears(1));
+  RawPeer visitor(at.port());
+  visitor.send(visitor_hello("robot7"));
+  ASSERT_TRUE(before.hears(2));
+  HandRobot other(at, "robot8", "robot8-token");
+  ASSERT_TRUE(other.hears(1));
+  HandRobot robot(at, "robot7", "robot7-token");
+  ASSERT_TRUE(robot.hears(2));
+  EXPECT_EQ(robot.said[1], before.said[1]);
+  EXPECT_EQ(other.said.size(), 1U);
+  RawPeer ticket(at.port());
+  ticket.send(ticket_hello("robot7", robot.ticket(1)));
+  EXPECT_TRUE(ticket.sees(at.loop, visitor_hello("robot7")));
+}
+
 TEST(Relay, ATicketThatNobodyUsesEnds) {
   AtRelay at;
   HandRobot robot(at, "robot7", "robot7-token");
@@ -200,6 +244,108 @@ TEST(Relay, ANameBelongsToItsToken) {
   EXPECT_THAT(again.said, ElementsAre("welcome"));
   EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
   EXPECT_FALSE(again.ended);
+}
+
+// The token is the robot's own: whoever saw the line has only its code, which is used.
+TEST(Relay, ALineGivesTheNameToOneTokenOnce) {
+  AtRelay at;
+  HandRobot before(at, "robot7", "robot7-token");
+  ASSERT_TRUE(before.hears(1));
+  const std::string code = " robot7-token-of-a-line";
+  for (const std::string no :
+       {"robot7-token-of-a-line", "a-token-of-its-own robot8-token-of-a-line",
+        "a-token-of-its-own robot8-token", "short robot7-token-of-a-line"}) {
+    HandRobot robot(at, "robot7", no);
+    ASSERT_TRUE(robot.hears(1));
+    EXPECT_EQ(robot.said[0], "refused") << no;
+  }
+  EXPECT_THAT(at.handed_over, testing::IsEmpty());
+  at.no_room = "the disk is full";
+  HandRobot early(at, "robot7", "a-token-of-its-own" + code);
+  ASSERT_TRUE(early.hears(1));
+  EXPECT_EQ(early.said[0], "refused");
+  at.no_room.clear();
+  HandRobot robot(at, "robot7", "a-token-of-its-own" + code);
+  ASSERT_TRUE(robot.hears(1));
+  EXPECT_EQ(robot.said[0], "welcome");
+  EXPECT_THAT(at.handed_over, ElementsAre("robot7", "robot7"));
+  HandRobot thief(at, "robot7", "a-token-of-another" + code);
+  ASSERT_TRUE(thief.hears(1));
+  EXPECT_EQ(thief.said[0], "refused");
+  // The answer to the first may have been lost.
+  HandRobot again(at, "robot7", "a-token-of-its-own" + code);
+  ASSERT_TRUE(again.hears(1));
+  EXPECT_EQ(again.said[0], "welcome");
+  EXPECT_EQ(at.handed_over.size(), 2U);
+  EXPECT_EQ(at.refused(RelayRefusal::kWrongLogin), 6U);
+}
+
+TEST(Relay, AResetPassesThroughWhileTheOtherEndTakesNothing) {
+  AtRelay at;
+  HandRobot robot(at, "robot7", "robot7-token");
+  ASSERT_TRUE(robot.hears(1));
+  for (const bool from_visitor : {true, false}) {
+    RawPeer visitor(at.port());
+    visitor.send(visitor_hello("robot7"));
+    const std::size_t line = from_visitor ? 1 : 2;
+    ASSERT_TRUE(robot.hears(line + 1));
+    RawPeer ticket(at.port());
+    ticket.send(ticket_hello("robot7", robot.ticket(line)));
+    ASSERT_TRUE(ticket.sees(at.loop, visitor_hello("robot7")));
+    ASSERT_EQ(at.relay->status().all.pairs, 1U);
+    RawPeer& gone = from_visitor ? visitor : ticket;
+    // The other one reads nothing.
+    for (int full = 0; full < 30; ++full) {
+      if (gone.send_some(std::string(65536, 'x'))) full = 0;
+      at.loop.run_for(1ms);
+    }
+    at.relay->every_second();
+    EXPECT_EQ(at.relay->status().all.pairs, 1U);
+    gone.reset();
+    EXPECT_TRUE(at.loop.until([&] {
+      at.relay->every_second();
+      return at.relay->status().all.pairs == 0;
+    }));
+    RawPeer& other = from_visitor ? ticket : visitor;
+    EXPECT_TRUE(other.ends(at.loop));
+  }
+}
+
+TEST(Relay, ItsStatusSaysWhoAndHowMuch) {
+  AtRelay at;
+  HandRobot robot(at, "robot7", "robot7-token");
+  HandRobot idle(at, "idle", "idle-token");
+  ASSERT_TRUE(robot.hears(1) && idle.hears(1));
+  RawPeer unknown(at.port());
+  unknown.send(visitor_hello("unknown"));
+  EXPECT_TRUE(unknown.ends(at.loop));
+  const std::string hello = visitor_hello("robot7");
+  {
+    RawPeer visitor(at.port());
+    visitor.send(hello);
+    ASSERT_TRUE(robot.hears(2));
+    RawPeer ticket(at.port());
+    ticket.send(ticket_hello("robot7", robot.ticket(1)));
+    ASSERT_TRUE(ticket.sees(at.loop, hello));
+    ticket.send("from the robot");
+    ASSERT_TRUE(visitor.sees(at.loop, "from the robot"));
+    const RelayStatus status = at.relay->status();
+    ASSERT_EQ(status.robots.size(), 2U);
+    EXPECT_EQ(status.robots[0].name, "idle");
+    EXPECT_EQ(status.robots[0].use.visitors, 0U);
+    EXPECT_THAT(status.robots[1].peer, StartsWith("127.0.0.1:"));
+    EXPECT_EQ(status.robots[1].use.pairs, 1U);
+    EXPECT_EQ(status.all.to_robot, hello.size());
+    EXPECT_EQ(status.all.to_visitors, 14U);
+    EXPECT_EQ(status.accepted, 5U);
+    EXPECT_EQ(at.refused(RelayRefusal::kNoSuchRobot), 1U);
+    robot.lines->end();
+    ASSERT_TRUE(at.loop.until([&] { return at.relay->status().robots[1].peer.empty(); }));
+    EXPECT_EQ(at.relay->status().robots[1].use.pairs, 1U);
+  }
+  ASSERT_TRUE(at.loop.until([&] { return at.relay->status().robots.size() == 1; }));
+  EXPECT_EQ(at.relay->status().all.visitors, 1U);
+  EXPECT_EQ(at.relay->status().all.pairs, 0U);
 }
 
 TEST(Relay, ATokenThatIsWithdrawnEndsTheConnection) {
@@ -266,6 +412,25 @@ TEST(Relay, VisitorsOfAnAddressAreLimited) {
   EXPECT_TRUE(third.ends(at.loop, 3s));
   EXPECT_EQ(third.text, kNoSuchRobot);
   EXPECT_EQ(robot.said.size(), 3U);
+}
+
+TEST(Relay, ATrustedProxySaysForWhomItConnects) {
+  AtRelay at(1, {*AddressRange::parse("127.0.0.1")});
+  const std::string header = "PROXY TCP4 203.0.113.7 192.0.2.1 4711 443\r\n";
+  RawPeer unheard(at.port());
+  unheard.send(visitor_hello("robot7"));
+  EXPECT_TRUE(unheard.ends(at.loop, 3s));
+  EXPECT_EQ(unheard.text, "");
+  RawPeer visitor(at.port());
+  const std::string all = header + visitor_hello("robot7");
+  for (const char byte : all) visitor.send({&byte, 1});
+  EXPECT_TRUE(visitor.ends(at.loop, 3s));
+  EXPECT_EQ(visitor.text, kNoSuchRobot);
+  EXPECT_EQ(at.refused(RelayRefusal::kNoSuchRobot), 1U);
+  // Its own check is no visitor.
+  RawPeer check(at.port());
+  check.send("PROXY UNKNOWN\r\n" + visitor_hello("robot7"));
+  EXPECT_TRUE(check.ends(at.loop, 3s));
 }
 
 TEST(Relay, WhatIsNoTlsIsClosedAtOnce) {
