@@ -14,11 +14,11 @@
 #include <optional>
 #include <vector>
 
+#include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
 #include "core/wire/text.hpp"
 #include "run/exit_codes.hpp"
-#include "auth/runtime_folder.hpp"
 #include "run/status_screen.hpp"
 
 namespace {

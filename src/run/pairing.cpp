@@ -323,6 +323,14 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
 
 }  // namespace
 
+Role robot_end(const ParameterMap& given, const Arguments& arguments, const std::string& node) {
+  if (arguments.pairs || !arguments.invitation.empty()) return arguments.robot;
+  std::string unread;
+  const ParameterMap all =
+      goes_by_pairing(given) ? filled(given, PairingFolder(node).parameters(unread)) : given;
+  return string_at(all, "robot") == "client" ? Role::kClient : Role::kServer;
+}
+
 Start start_with(const ParameterMap& given, const Arguments& arguments, const std::string& node) {
   Start start;
   start.problems = arguments.problems;

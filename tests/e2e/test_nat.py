@@ -1,5 +1,5 @@
-"""The three ways of docs/reach.md, with a carrier's NAT before every end that has no address: nothing
-gets in, and a connection on which nothing passes for 30 s is forgotten without a word."""
+"""The three ways of docs/reach.md, with a carrier's NAT before every end that has no address:
+nothing gets in, and a connection on which nothing passes for 30 s is forgotten without a word."""
 
 import pathlib
 import re

@@ -2,17 +2,14 @@
 
 import contextlib
 import hashlib
-import json
 import os
 import pathlib
 import re
 import select
 import socket
-import ssl
 import subprocess
 import threading
 import time
-import urllib.request
 
 import pytest
 from connect_bridge_test_interfaces.msg import Blob
@@ -20,130 +17,11 @@ from geometry_msgs.msg import Twist
 
 from graph import until
 from harness.domains import free_port
-from harness.programs import ROOT, Program, build_dir, ros_environment
+from harness.programs import Program, build_dir
 from pairing import LINE, World
-from proxies import FETCHED, find
+from relayed import NO_SUCH_NAME, ROBOT, answer_to, ctl, joined, relay, tls_hello  # noqa: F401
 
-ROBOT = "robot7"
-NO_SUCH_NAME = bytes([21, 3, 3, 0, 2, 2, 112])
 SECRET = "a content that nobody on the way may see"
-
-
-def ctl(*words):
-    done = subprocess.run([build_dir() / "ctl", *map(str, words)], check=True, capture_output=True)
-    return done.stdout.decode().strip()
-
-
-class AtRelay:
-    """A relay with the robots robot7 and robot8, and the files for both ends."""
-
-    def __init__(self, folder):
-        self.folder, self.port = folder, free_port()
-        self.dialled = self.port
-        ctl("certs", folder / "relay", "--host", "localhost")
-        ctl("certs", folder / "robot", "--host", ROBOT)
-        tokens = folder / "robots.yaml"
-        for name in (ROBOT, "robot8"):
-            self.token_file(name).write_text(ctl("token", name, "--file", tokens))
-            self.token_file(name).chmod(0o600)
-        self.file = folder / "relay.yaml"
-        self.write(f"{folder}/relay")
-        self.program = self.another(self.file, "relay")
-
-    def another(self, file, name):
-        return Program(name, [build_dir() / "relay", file], ros_environment(0), self.folder)
-
-    def write(self, certificates, **listen):
-        text = {
-            "listen": {"address": "127.0.0.1", "port": self.port, **listen},
-            "status": {"listen": f"127.0.0.1:{free_port()}"},
-            "tls": {
-                "certificate": f"{certificates}/server.crt",
-                "private_key": f"{certificates}/server.key",
-            },
-            "auth": {"token_file": str(self.folder / "robots.yaml")},
-        }
-        self.file.write_text(json.dumps(text))
-
-    def token_file(self, name):
-        return self.folder / f"{name}.token"
-
-    def start(self):
-        self.program.start()
-        self.program.wait_for("listens on port")
-
-    def server(self, name=ROBOT, token=None):
-        """The parameters of a server that is reached as `name`."""
-        relay = {
-            "url": f"wss://{name}@localhost:{self.dialled}/",
-            "token_file": str(self.token_file(token or name)),
-            "ca": f"{self.folder}/relay/ca.crt",
-        }
-        keys = f"{self.folder}/robot"
-        return {
-            "listen": {"port": 0, "relay": relay},
-            "tls": {"certificate": f"{keys}/server.crt", "private_key": f"{keys}/server.key"},
-        }
-
-    def client(self, name=ROBOT, port=None):
-        return {
-            "url": f"wss://{name}@localhost:{port or self.dialled}/",
-            "tls": {"ca": f"{self.folder}/robot/ca.crt"},
-        }
-
-
-@pytest.fixture
-def relay(tmp_path):
-    made = AtRelay(tmp_path)
-    made.start()
-    yield made
-    with contextlib.suppress(RuntimeError):
-        made.program.stop()
-
-
-@pytest.fixture
-def joined(make_pair, relay):
-    """Makes a pair that is linked by the relay; `client_by`: the port that the client dials."""
-
-    def make(start=True, client_by=None, **both):
-        pair = make_pair(start=False)
-        pair.server.set_parameters(
-            {**pair.server.parameters, **relay.server(), **both}
-        )
-        pair.client.set_parameters(
-            {**pair.client.parameters, **relay.client(port=client_by), **both}
-        )
-        if start:
-            pair.server.start().wait_for("reached through the relay")
-            pair.client.start().wait_linked()
-        return pair
-
-    return make
-
-
-def tls_hello(name, protocols=()):
-    """The ClientHello of a client, as bytes."""
-    context = ssl.create_default_context()
-    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
-    if protocols:
-        context.set_alpn_protocols(list(protocols))
-    into, out = ssl.MemoryBIO(), ssl.MemoryBIO()
-    line = context.wrap_bio(into, out, server_hostname=name)
-    with contextlib.suppress(ssl.SSLWantReadError):
-        line.do_handshake()
-    return out.read()
-
-
-def answer_to(port, sent, seconds=8.0):
-    """All that comes back, and after how long the connection was closed."""
-    begin = time.monotonic()
-    with socket.create_connection(("127.0.0.1", port), seconds) as line:
-        got = b""
-        with contextlib.suppress(ConnectionResetError, BrokenPipeError):
-            line.sendall(sent)
-            while part := line.recv(4096):
-                got += part
-    return got, time.monotonic() - begin
 
 
 def test_topics_cross_both_ways(joined, relay, topic):
@@ -165,82 +43,6 @@ def test_the_relay_starts_again(joined, relay, topic):
     assert time.monotonic() - began < 2.0 + 1.0  # the busy machine has the second
     publisher.publish(Blob(sequence=7))
     until(lambda: any(m.sequence == 7 for m in collector.messages), "the message after it")
-
-
-def test_its_status_says_who_is_there_and_who_was_refused(joined, relay, topic):
-    pair = joined()
-    pair.opened(Blob, topic, Blob())
-    assert answer_to(relay.port, tls_hello("robot99"))[0] == NO_SUCH_NAME
-    address = re.search(r"status is at http://(\S+?)/", relay.program.text()).group(1)
-
-    def asked(path):
-        with urllib.request.urlopen(f"http://{address}{path}", timeout=5) as answer:
-            return answer.read().decode()
-
-    status = json.loads(asked("/api/status"))
-    (robot,) = status["robots"]
-    assert robot["robot"] == ROBOT and robot["open"] and robot["pairs"] == 1
-    assert robot["sent_bytes"] > 1000 and robot["received_bytes"] > 1000
-    assert status["refused"]["no_such_robot"] == 1
-    metrics = asked("/metrics")
-    assert 'connect_bridge_connections_refused_total{reason="no_such_robot"} 1' in metrics
-    assert "connect_bridge_robots 1" in metrics
-    env = ros_environment(0)
-    shown = subprocess.run([build_dir() / "ctl", "status", address], env=env, capture_output=True)
-    assert "robot7" in shown.stdout.decode() and "no_such_robot 1" in shown.stdout.decode()
-    # This user's programs are found without an address.
-    found = list(pathlib.Path(env["XDG_RUNTIME_DIR"]).glob("connect_bridge/relay-*.status"))
-    assert len(found) == 1
-
-
-def test_two_relays_behind_one_address(joined, relay, tmp_path, topic):
-    """As config/haproxy_relays.cfg has them; one of them is killed, and comes back."""
-    if not find("haproxy"):
-        pytest.skip("NOT TESTED: haproxy is not installed (tools/setup/proxies.sh)")
-    relay.program.stop()
-    programs, ports = [], []
-    for number in (1, 2):
-        relay.port = free_port()
-        relay.file = tmp_path / f"relay{number}.yaml"
-        relay.write(f"{tmp_path}/relay", trusted_proxies=["127.0.0.1"])
-        programs.append(relay.another(relay.file, f"relay{number}").start())
-        ports.append(relay.port)
-    relay.dialled = free_port()
-    text = (ROOT / "config" / "haproxy_relays.cfg").read_text()
-    for old, new in (
-        ("bind :443", f"bind 127.0.0.1:{relay.dialled}"),
-        ("192.0.2.11:443", f"127.0.0.1:{ports[0]}"),
-        ("192.0.2.12:443", f"127.0.0.1:{ports[1]}"),
-    ):
-        assert old in text
-        text = text.replace(old, new)
-    config = tmp_path / "haproxy.cfg"
-    config.write_text(text)
-    libraries = ":".join(map(str, FETCHED.glob("usr/lib/*-linux-gnu")))
-    env = dict(os.environ, LD_LIBRARY_PATH=libraries)
-    haproxy = Program("haproxy", [find("haproxy"), "-W", "-f", config], env, tmp_path).start()
-    try:
-        for program in programs:
-            program.wait_for("listens on port")
-        pair = joined(dead_after=3.0)
-        publisher, collector = pair.opened(Blob, topic, Blob())
-        assert pair.server.status()["links"][0]["peer"].startswith("127.0.0.1")
-        (here,) = [i for i, p in enumerate(programs) if f"{ROBOT} is here" in p.text()]
-        programs[here].kill()
-        began = time.monotonic()
-        pair.client.wait_for(r"link open with (.|\n)*link open with ")
-        print(f"by the other relay after {time.monotonic() - began:.1f} s")
-        publisher.publish(Blob(sequence=7))
-        until(lambda: any(m.sequence == 7 for m in collector.messages), "a message by the other")
-        programs[here].start().wait_for("listens on port")
-        time.sleep(2)  # HAProxy has seen it
-        pair.client.stop()
-        pair.client.start().wait_linked()
-        assert f"{ROBOT} is here" not in programs[here].text()
-    finally:
-        haproxy.kill()
-        for program in programs:
-            program.kill()
 
 
 def test_a_token_of_another_takes_no_name(make_side, relay, joined, domains, topic):

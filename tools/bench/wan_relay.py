@@ -67,13 +67,17 @@ def _way(bed, where):
     """The parameters of both ends; where: the place of the relay, or nothing."""
     folder = pathlib.Path(bed.folder) / f"keys-{time.monotonic_ns()}"
     _ctl("certs", folder / "robot", "--host", NAME)
-    keys = {key: str(folder / "robot" / f"server.{end}") for key, end in (("certificate", "crt"), ("private_key", "key"))}
-    trust = {"ca": str(folder / "robot" / "ca.crt")}
+    own = folder / "robot"
+    keys = {"certificate": f"{own}/server.crt", "private_key": f"{own}/server.key"}
+    trust = {"ca": f"{own}/ca.crt"}
+    tls = {"allow_plaintext": False, "tls": keys}
     port = free_port()
     if where is None:
+        url = f"wss://{ADDRESS[ROBOT]}:{port}"
+        named = {**trust, "server_name": NAME}
         yield (
-            {"allow_plaintext": False, "tls": keys, "listen": {"address": ADDRESS[ROBOT], "port": port}},
-            {"allow_plaintext": False, "url": f"wss://{ADDRESS[ROBOT]}:{port}", "tls": {**trust, "server_name": NAME}},
+            {**tls, "listen": {"address": ADDRESS[ROBOT], "port": port}},
+            {"allow_plaintext": False, "url": url, "tls": named},
         )
         return
     _ctl("certs", folder / "relay", "--host", ADDRESS[where])
@@ -92,7 +96,7 @@ def _way(bed, where):
         relay.wait_for("listens on port")
         waits = {"url": url, "token_file": str(token), "ca": f"{folder}/relay/ca.crt"}
         yield (
-            {"allow_plaintext": False, "tls": keys, "listen": {"port": 0, "relay": waits}},
+            {**tls, "listen": {"port": 0, "relay": waits}},
             {"allow_plaintext": False, "url": url, "tls": trust},
         )
     finally:
@@ -103,7 +107,8 @@ def _by_ssh(bed, effort, direct):
     """The relay's machine is the operator's, as above: the network is the robot's leg."""
     folder = pathlib.Path(bed.folder) / "ssh"
     folder.mkdir(mode=0o700)
-    found = [shutil.which(name, path=f"{FETCHED}/usr/sbin:/usr/sbin:{os.environ['PATH']}") for name in ("sshd", "ssh", "ssh-keygen")]
+    folders = f"{FETCHED}/usr/sbin:/usr/sbin:{os.environ['PATH']}"
+    found = [shutil.which(name, path=folders) for name in ("sshd", "ssh", "ssh-keygen")]
     if not all(found):
         raise Missing("openssh-server is not installed (tools/setup/proxies.sh)")
     sshd, ssh, keygen = found
@@ -115,14 +120,14 @@ def _by_ssh(bed, effort, direct):
         "StrictModes no\nPermitRootLogin yes\nUsePAM no\nPidFile none\n"
     )
     script = _SSHD.format(folder=folder, sshd=sshd)
-    began = [
-        Program("sshd", [*bed.wan.within(OPERATOR), "unshare", "-m", "sh", "-c", script], dict(os.environ), folder).start()
-    ]
+    command = [*bed.wan.within(OPERATOR), "unshare", "-m", "sh", "-c", script]
+    began = [Program("sshd", command, dict(os.environ), folder).start()]
     try:
         began[0].wait_for("Server listening")
-        options = ["StrictHostKeyChecking=no", "UserKnownHostsFile=/dev/null", "ExitOnForwardFailure=yes"]
-        words = [word for option in options for word in ("-o", option)]
-        words += ["-i", folder / "robot", "-p", port, "-N", "-v", "-R", f"127.0.0.1:{tunnel}:127.0.0.1:{server_port}"]
+        trusts = ("StrictHostKeyChecking=no", "UserKnownHostsFile=/dev/null")
+        words = [word for option in trusts for word in ("-o", option)]
+        ways = f"127.0.0.1:{tunnel}:127.0.0.1:{server_port}"
+        words += ["-i", folder / "robot", "-p", port, "-N", "-v", "-R", ways]
         command = [*bed.wan.within(ROBOT), ssh, *words, f"root@{ADDRESS[OPERATOR]}"]
         began.append(Program("ssh", command, dict(os.environ), folder).start())
         began[1].wait_for("remote forward success")
