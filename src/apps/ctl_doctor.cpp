@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "apps/ctl_asked.hpp"
+#include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/text.hpp"
 #include "run/assembly.hpp"
@@ -20,7 +21,6 @@
 #include "run/diagnosis.hpp"
 #include "run/exit_codes.hpp"
 #include "run/probe.hpp"
-#include "run/runtime_folder.hpp"
 
 namespace {
 

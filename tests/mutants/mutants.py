@@ -70,6 +70,8 @@ MUTANTS = [
     Mutant("name_through_a_relay", "through a relay any robot of the authority will do", never),
     Mutant("name_of_another", "a token takes every name at a relay",
            swap(" && judgement.identity->name == robot.name", "")),
+    Mutant("line_as_login", "the code of a robot's line is a login at a relay",
+           swap(" && !is_line(*judgement.identity)", "")),
     Mutant("visitors_of_robot", "visitors at a relay without a limit", never),
     Mutant("control_handshakes", "control handshakes without a limit", never),
     # what a file of parameters allows

@@ -46,8 +46,8 @@ wait_for() {  # <log> <text>
 
 in_container robot 71 --entrypoint sh "$image" -c 'if touch /x 2>/dev/null; then echo "the root can be written" >&2; exit 1; fi; connect_bridge --version'
 in_container robot 71 --name connect_test_robot "$image" server --pair >"$context/robot.log" 2>&1 &
-wait_for "$context/robot.log" "wss+pair"
-invitation=$(grep -o "wss+pair://[^']*" "$context/robot.log" | sed -E 's,//[^/]*/,//127.0.0.1:9090/,')
+wait_for "$context/robot.log" "The invitation is in"
+invitation=$(grep -rhos "wss+pair://[^']*" "$context/robot" | sed -E 's,//[^/]*/,//127.0.0.1:9090/,')
 in_container operator 72 --name connect_test_operator "$image" client "$invitation" >"$context/operator.log" 2>&1 &
 wait_for "$context/operator.log" "link open"
 as_user() { setpriv --reuid "$user" --regid "$user" --clear-groups env HOME="$context/robot" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST "$@"; }

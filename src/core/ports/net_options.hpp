@@ -67,6 +67,7 @@ struct RelayOptions {
   Url url;                               // with the name of the robot that this server is there
   TlsOptions tls;                        // `ca_file` and `pins` of the relay
   std::function<std::string()> token{};  // read at each login; empty: there is none now
+  std::string code{};                    // of the relay's line, for the first login; may be empty
 };
 
 struct ListenOptions {
