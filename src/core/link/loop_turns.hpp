@@ -59,8 +59,12 @@ class LoopTurns {
   // used less.
   [[nodiscard]] bool come_before(const LoopTime& other, TimePoint since, TimePoint now) const {
     if (since + patience_ <= now) return false;
-    return std::any_of(lines_.begin(), lines_.end(),
-                       [&](const Line& line) { return line.payer->used(now) < other.used(now); });
+    const double rank = other.rank();
+    for (const auto& [seen, line] : by_rank_) {
+      if (seen.first >= rank) break;
+      if (line->payer->rank() < rank) return true;
+    }
+    return false;
   }
   [[nodiscard]] bool empty() const { return lines_.empty(); }
 
