@@ -89,7 +89,7 @@ class Node {
   // Thread of this and the next function: the loop's.
   [[nodiscard]] PublisherIds& publisher_ids() const;
   // From now on this publisher is known to be ours. Its id, for own().remove(); nullopt: the
-  // middleware does not tell it.
+  // middleware does not give it.
   std::optional<Gid> add_own(const rcl_publisher_s& publisher) const;
 
  private:
