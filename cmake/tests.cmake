@@ -175,7 +175,7 @@ endforeach()
 
 # Python tests: the programs with real nodes, and a peer written from the specification alone. A ctest entry per file. A file
 # that says "PARTS = n" is divided into so many; what is marked "alone" is an entry of its own: these come last, no
-# more of them at a time than there are processors (-1: after all whose time is known).
+# more of them at a time than there are processors (-1: after all whose time is known; -2: the short ones last).
 function(connect_python_test name file)
   cmake_parse_arguments(PARSE_ARGV 2 test "" "COST;PROCESSORS" "ARGS;ENV")
   add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B -m pytest "${file}" ${test_ARGS}
@@ -197,7 +197,7 @@ if(TARGET server AND TARGET client)
     endif()
     set(others)
     if(text MATCHES "\n@pytest.mark.alone\n")
-      connect_python_test(${name}_alone "${file}" PROCESSORS ${slots} COST -1 ARGS -m alone)
+      connect_python_test(${name}_alone "${file}" PROCESSORS ${slots} COST -2 ARGS -m alone)
       set(others -m "not alone")
     endif()
     # The long ones first; later ctest knows how long each took.
