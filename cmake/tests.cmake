@@ -90,8 +90,12 @@ if(unit_tests)
   target_compile_definitions(marking_plugin PRIVATE ODD_MARKS)
   set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" "${tests}/unit/run/check_test.cpp" PROPERTIES
     COMPILE_DEFINITIONS CONNECT_PLUGINS="${CMAKE_BINARY_DIR}/plugins/")
-  # They wait for sockets, files and threads: 75 s with 5 s of processor time.
-  connect_unit_tests(unit_tests 6 1 connect_run connect_ros connect_plugins connect_relay connect_net connect_auth connect_config connect_core)
+  # They wait for sockets, files and threads: 75 s with 5 s of processor time. With a sanitizer they compute.
+  set(places 1)
+  if(CONNECT_SANITIZE)
+    set(places ${slots})
+  endif()
+  connect_unit_tests(unit_tests 6 ${places} connect_run connect_ros connect_plugins connect_relay connect_net connect_auth connect_config connect_core)
   add_dependencies(unit_tests ${plugins} auth_plugin odd_plugin late_plugin idle_plugin marking_plugin)
 endif()
 
