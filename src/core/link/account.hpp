@@ -18,16 +18,17 @@
 namespace connect_bridge {
 
 struct AccountOptions {
-  // Publishers and services that its peers may make appear here: so many at once, then one per
-  // period. The same limit applies to subscriptions, separately.
+  // Publishers and services of its peers that may appear here: so many at once, then one in each
+  // period. The same limit applies to subscriptions, counted separately.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
-  // Links that are ended for an offence: so many, then the next login waits for a period each.
+  // Links that are ended for an offence: so many at once. For each further one the next login waits
+  // for a period.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // What its peers take back of what this side has made for them; a minute's worth at once.
+  // What its peers withdraw after this side has made something for it; a minute's worth at once.
   int channels_per_second = 200;
-  // Publishers here of which all peers together may be the origins; and services.
+  // Mirrors of all peers together that may exist here: publishers; and services.
   std::uint64_t mirrors_max = 16384;
   std::uint64_t services_max = 16384;
   // What all peers together may make this side hold, in bytes.
@@ -45,7 +46,7 @@ struct Shares {
   // Topics that nobody publishes here and that are subscribed for listeners of all peers.
   static constexpr std::uint64_t kListenedMax = 1024;
 
-  // By then the loop has begun its next step.
+  // A time after which the loop has begun its next step.
   static constexpr Duration kNextStep = std::chrono::milliseconds(1);
 
   Budget memory;
@@ -55,7 +56,7 @@ struct Shares {
   // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
   // appear in one step of the loop.
   Pace appearing{8, std::chrono::microseconds(250)};
-  // As much as so many identities may have.
+  // The limits for so many identities together.
   static constexpr int kInflating = 4;
   InflationPace inflation{kInflating};
 };
@@ -65,10 +66,10 @@ struct CallLines {
   LogLimit refusals, timeouts;
 };
 
-// It outlives the links, so that logging in again and again, or with many links, does not give
-// more. Single-threaded.
+// An account outlives its links: who logs in again and again, or with many links, gets no more.
+// Single-threaded.
 struct Account {
-  // What must wait for a pace asks again after this time.
+  // Who must wait for a pace asks again after this time.
   static constexpr Duration kPacing = std::chrono::milliseconds(100);
 
   explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
@@ -91,21 +92,21 @@ struct Account {
   static constexpr int kDemandShare = 5;
   static constexpr int kDemandTime = 132;  // seconds whose worth may come at once
 
-  // It waits for its next login no longer than that, however often it offends.
+  // The longest time that an identity waits for its next login because of offences.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);
   void note_offence(const Now& now) {
     if (offences.free_at() + offences.period() <= now.steady + kShutOutMax)
       static_cast<void>(offences.reserve(now.steady));
   }
 
-  // Whether a message of this size, whose body has so many bytes, may be decompressed now; if so,
-  // what it grows beyond the usual is counted.
+  // Whether a message of this size, with a body of so many bytes, may be decompressed now. If so,
+  // its growth beyond the usual is counted.
   [[nodiscard]] bool may_inflate(std::uint64_t raw_bytes, std::uint64_t body_bytes, TimePoint now) {
     return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }
 
-  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: now,
-  // and it is counted; else it may ask again after that time.
+  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: it may
+  // appear now, and is counted; else ask again after that time.
   [[nodiscard]] Duration wait_to_appear(Pace& pace, TimePoint now) {
     if (pace.free_at() > now) return kPacing;
     if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;
