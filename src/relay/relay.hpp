@@ -46,7 +46,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Relay(asio::io_context& io, RelaySetup setup, Log log);
   // Once. Empty, or what is wrong.
   [[nodiscard]] std::string open();
-  // Of the first address.
+  // The port of the first address.
   [[nodiscard]] std::uint16_t port() const;
   // Call it once a second: files that have changed are read again, and whose token is no longer
   // valid has to go.
@@ -95,7 +95,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   void on_hello(const CallerPtr& caller, const ClientHello& hello);
   // Closes it, and forgets it wherever it is.
   void drop(const CallerPtr& caller);
-  // The same, with a word to who expects TLS.
+  // As drop(), but first sends a TLS alert to the caller, who expects TLS.
   void refuse(const CallerPtr& caller);
 
   void on_control(const CallerPtr& caller);

@@ -8,7 +8,7 @@ from attack_scene import ATTACKS, LOG_BYTES_PER_HOUR, RESIDENT_BYTES_MAX, Scene
 from attack_ways import DIRECT, TOLD, TOLD_ONE, UNTOLD
 from sanitizer import not_under_a_sanitizer
 
-SECONDS = 4.0
+SECONDS = 3.0
 # The log lines that many logins at once may write before they are limited.
 LOG_BYTES_AT_ONCE = 16 << 10
 PARTS = 5

@@ -46,7 +46,7 @@ struct Shares {
   // Topics that nobody publishes here and that are subscribed for listeners of all peers.
   static constexpr std::uint64_t kListenedMax = 1024;
 
-  // By then the loop has begun its next step.
+  // A time after which the loop has begun its next step.
   static constexpr Duration kNextStep = std::chrono::milliseconds(1);
 
   Budget memory;
@@ -56,7 +56,7 @@ struct Shares {
   // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
   // appear in one step of the loop.
   Pace appearing{8, std::chrono::microseconds(250)};
-  // As much as so many identities may have.
+  // The limits for so many identities together.
   static constexpr int kInflating = 4;
   InflationPace inflation{kInflating};
 };
@@ -69,7 +69,7 @@ struct CallLines {
 // An account outlives its links: who logs in again and again, or with many links, gets no more.
 // Single-threaded.
 struct Account {
-  // What must wait for a pace asks again after this time.
+  // Who must wait for a pace asks again after this time.
   static constexpr Duration kPacing = std::chrono::milliseconds(100);
 
   explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
@@ -105,8 +105,8 @@ struct Account {
     return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }
 
-  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: now,
-  // and it is counted; else it may ask again after that time.
+  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: it may
+  // appear now, and is counted; else ask again after that time.
   [[nodiscard]] Duration wait_to_appear(Pace& pace, TimePoint now) {
     if (pace.free_at() > now) return kPacing;
     if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;

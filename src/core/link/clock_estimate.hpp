@@ -30,7 +30,7 @@ class ClockEstimate {
     Duration round_trip{0};
     Stamp at = 0;  // by our clock
   };
-  // Whether both can be true of the same two clocks.
+  // Whether both samples are possible without a change of one of the clocks.
   [[nodiscard]] static bool agree(const Sample& a, const Sample& b);
   [[nodiscard]] const Sample& best() const;
 

@@ -108,8 +108,8 @@ class Link final : public ConnectionUser {
   void on_time(const Now& now);
   // When on_time() must be called, also for the link's life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
-  // To be called wherever it may have come to something: it failed, has something to send, waits
-  // for another time. What is called here for sending and failing does so itself.
+  // Call it where the link may have something to do now: it has failed, has something to send, or
+  // its deadline has changed. The functions here that send or fail call it themselves.
   void mark() const {
     if (due_) due_->mark(id);
   }

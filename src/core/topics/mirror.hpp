@@ -44,9 +44,10 @@ auto* find_candidate(Candidates& candidates, LinkId link) {
   return it == candidates.end() ? nullptr : &*it;
 }
 
-// The same origin may be offered by several links (two clients in one graph): these are its
-// candidates, and the first one feeds it. It is in the graph while a candidate is left, unless the
-// origin is in the graph itself, or another bridge mirrors it. Single-threaded.
+// The publisher in this graph that stands for an origin. Several links may offer the same origin
+// (two clients in one graph): they are its candidates, and the first one feeds it. The mirror is in
+// the graph while a candidate is left, unless the origin itself is in this graph or another bridge
+// mirrors it. Single-threaded.
 class Mirror {
  public:
   Mirror(ImportContext& context, MirrorKey key);

@@ -36,7 +36,7 @@ class Mirror final : public Entity {
   ProxyNodes::Handle node_;  // has the publisher
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
-  std::optional<Gid> own_id_;      // of the publisher, where the middleware tells it
+  std::optional<Gid> own_id_;      // of the publisher, where the middleware gives it
   std::uint64_t unpublished_ = 0;  // samples, not reported yet
 };
 
