@@ -64,6 +64,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   struct Visitor {
     ConnectionOpened from;
     std::shared_ptr<Admission::Pending> slot;
+    bool by_relay = false;
   };
   using Acceptor = asio::ip::tcp::acceptor;
   using Endpoint = asio::ip::tcp::endpoint;

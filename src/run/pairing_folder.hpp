@@ -46,6 +46,8 @@ class PairingFolder {
   [[nodiscard]] std::string parameter_file() const { return file("params.yaml"); }
   // Where a server that runs is asked to let one client in (PairingOptions).
   [[nodiscard]] std::string invited_file() const { return file("invited"); }
+  // An invitation's text for a person, where that is not printed.
+  [[nodiscard]] std::string invitation_file() const { return file("invitation"); }
   // What a RunningMark is made with.
   [[nodiscard]] std::string running_file() const { return file("running"); }
   [[nodiscard]] std::optional<RunningServer> running() const;

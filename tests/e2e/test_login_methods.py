@@ -77,7 +77,6 @@ def serve_jwt(sides, folder):
         jwt_keys=write(folder / "keys.json", json.dumps({"keys": [key]})),
         jwt_issuer="tests",
         jwt_audience="robot",
-        jwt_algorithms=["HS256"],
     )
 
 

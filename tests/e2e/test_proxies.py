@@ -128,8 +128,7 @@ def upgrade(proxy, source, context):
             b"GET /robot7 HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\n"
             b"Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
             b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-            b"Sec-WebSocket-Protocol: ros2-connect.v1\r\nX-Forwarded-For: 192.0.2.66\r\n"
-            b"Forwarded: for=192.0.2.66\r\n\r\n"
+            b"Sec-WebSocket-Protocol: ros2-connect.v1\r\nX-Forwarded-For: 192.0.2.66\r\n\r\n"
         )
         if line.recv(64).startswith(b"HTTP/1.1 101"):
             return line

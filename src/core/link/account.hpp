@@ -12,6 +12,7 @@
 #include "core/base/pace.hpp"
 #include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/link/appearing.hpp"
 #include "core/link/inflation_pace.hpp"
 #include "core/ports/payer.hpp"
 
@@ -46,16 +47,11 @@ struct Shares {
   // Topics that nobody publishes here and that are subscribed for listeners of all peers.
   static constexpr std::uint64_t kListenedMax = 1024;
 
-  // A time after which the loop has begun its next step.
-  static constexpr Duration kNextStep = std::chrono::milliseconds(1);
-
   Budget memory;
   Budget places;
   Budget service_places;
   Budget listened;
-  // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
-  // appear in one step of the loop.
-  Pace appearing{8, std::chrono::microseconds(250)};
+  Appearing appearing;
   // The limits for so many identities together.
   static constexpr int kInflating = 4;
   InflationPace inflation{kInflating};
@@ -69,16 +65,15 @@ struct CallLines {
 // An account outlives its links: who logs in again and again, or with many links, gets no more.
 // Single-threaded.
 struct Account {
-  // Who must wait for a pace asks again after this time.
-  static constexpr Duration kPacing = std::chrono::milliseconds(100);
-
   explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
       : memory(all ? &all->memory : nullptr),
         places(all ? &all->places : nullptr),
         service_places(all ? &all->service_places : nullptr),
         listened(all ? &all->listened : nullptr),
-        mirrors(options.mirrors_at_once, options.mirror_period),
-        listeners(options.mirrors_at_once, options.mirror_period),
+        mirrors(all ? &all->appearing : nullptr, time, options.mirrors_at_once,
+                options.mirror_period),
+        listeners(all ? &all->appearing : nullptr, time, options.mirrors_at_once,
+                  options.mirror_period),
         offences(options.offences_at_once, options.offence_period),
         withdrawals(kMinute * options.channels_per_second,
                     Duration(std::chrono::seconds(1)) / options.channels_per_second),
@@ -105,24 +100,15 @@ struct Account {
     return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }
 
-  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: it may
-  // appear now, and is counted; else ask again after that time.
-  [[nodiscard]] Duration wait_to_appear(Pace& pace, TimePoint now) {
-    if (pace.free_at() > now) return kPacing;
-    if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;
-    static_cast<void>(pace.take(now));
-    return Duration::zero();
-  }
-
   const Payer time = std::make_shared<LoopTime>();  // of the loop, that its links have used
   Budget memory;                                    // what its links hold
   Budget places;                                    // its publishers here
   Budget service_places;                            // its services here
-  Budget listened;  // topics that nobody publishes here and its peers listen to
-  Budget early;     // samples for its peers that wait for the answer to an offer
-  Pace mirrors;
-  Pace listeners;  // topics that are subscribed for its peers' listeners
-  Pace offences;   // for which its links were ended; while not free it may not log in
+  Budget listened;            // topics that nobody publishes here and its peers listen to
+  Budget early;               // samples for its peers that wait for the answer to an offer
+  Appearing::Line mirrors;    // its publishers and services here
+  Appearing::Line listeners;  // topics that are subscribed for its peers' listeners
+  Pace offences;              // for which its links were ended; while not free it may not log in
   InflationPace inflation{1};
   // `accepts` of all links together; after a restart many links come at once.
   Pace accepts{160, std::chrono::seconds(1)};
@@ -153,6 +139,8 @@ class Accounts {
     if (!account) account = std::make_shared<Account>(options_, &shares_);
     return account;
   }
+  [[nodiscard]] Appearing& appearing() { return shares_.appearing; }
+  [[nodiscard]] const Appearing& appearing() const { return shares_.appearing; }
   [[nodiscard]] Budget& memory() { return shares_.memory; }
   [[nodiscard]] const Budget& memory() const { return shares_.memory; }
   void on_time(const Now& now) {

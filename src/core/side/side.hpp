@@ -18,6 +18,7 @@
 #include "core/ports/status.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
+#include "core/side/missing.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
@@ -86,6 +87,7 @@ class Side final : private LinksUser {
   void on(ServiceTypeDiffers& in, const Now& now) { service_imports_.on_type_differs(in, now); }
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
+  void on(LimitsChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
   // Inputs about connections and logins.
@@ -107,7 +109,14 @@ class Side final : private LinksUser {
   Result<Nothing> on(Link& link, const Offer& offer, const Now& now) override;
   Result<Nothing> on(Link& link, Accepts accepts, const Now& now) override;
   Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) override {
+    missing_.on_change(now);
     return exports_.on_listeners(link, listeners, now);
+  }
+  Result<Nothing> on(Link& link, const Ask& ask, const Now& now) override {
+    return missing_.on_ask(link, ask, now);
+  }
+  Result<Nothing> on(Link& link, const Answered& answer, const Now& now) override {
+    return missing_.on_answer(link, answer, now);
   }
   Result<Nothing> on(Link& link, const Renew& renew, const Now& now) override;
   Result<Nothing> on(Link& link, const Renewed& renewed, const Now&) override {
@@ -146,6 +155,7 @@ class Side final : private LinksUser {
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
+  void look_for_missing(const Now& now);
   [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;
 
   SideOptions options_;
@@ -163,6 +173,7 @@ class Side final : private LinksUser {
   ToldListeners told_listeners_;
   ServiceExports service_exports_;
   ServiceImports service_imports_;
+  Missing missing_;
   ClockPublisher clock_publisher_;
   LinkId clock_from_{};  // the link whose peer gives the time
   ClaimsTopic claims_topic_;

@@ -34,8 +34,8 @@ class ExportedTopic {
   // The connection is about to be lost: keeps what may not have arrived, and what is published
   // until the link returns.
   void keep(LinkId link, const Now& now);
-  // Its offer has ended with the connection, or otherwise.
-  void forget_offer(LinkId link, const Now& now);
+  // Its offer has ended with the connection.
+  void on_link_lost(LinkId link, const Now& now);
   // The link will not return, or its peer has lost its state: nothing is kept for it any more.
   void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.

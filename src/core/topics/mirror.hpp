@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -48,7 +49,7 @@ auto* find_candidate(Candidates& candidates, LinkId link) {
 // (two clients in one graph): they are its candidates, and the first one feeds it. The mirror is in
 // the graph while a candidate is left, unless the origin itself is in this graph or another bridge
 // mirrors it. Single-threaded.
-class Mirror {
+class Mirror final : private Appearing::Waiting {
  public:
   Mirror(ImportContext& context, MirrorKey key);
   Mirror(const Mirror&) = delete;
@@ -121,6 +122,7 @@ class Mirror {
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
+  [[nodiscard]] const Qos& qos() const { return qos_; }  // of the publisher
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
@@ -128,8 +130,11 @@ class Mirror {
  private:
   using Timer = Timers<Mirror*>::Timer;
 
+  void appear(const Now& now) override { update(now); }
   void create(const Now& now);
   void vanish(bool exists = true);
+  // A large sample is its identity's until it is published, which takes a while.
+  [[nodiscard]] Payload held_if_large(const Payload& raw) const;
   // What the middleware may keep counts in the budget of the feeding link.
   void charge();
   [[nodiscard]] OfferedTopic* feeder() const {
@@ -166,14 +171,13 @@ class Mirror {
   Timer settles_;   // until then it is not made: other bridges may claim the origin
   Timer pauses_;    // until then it does not want data
   Timer naming_;    // until then it is not made before its origin's node has a name
-  Timer paced_;     // until then it is not made: too many are made, or it could not be
+  Timer retries_;   // until then it is not made, as it could not be
   std::uint64_t last_number_ = 0;   // of what was published, or waits to be
   std::uint64_t before_first_ = 0;  // the same before the first one that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
-  bool waits_ = false;     // for its identity's pace: counted once
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again, or another attempt is due
 };

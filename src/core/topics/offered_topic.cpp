@@ -117,7 +117,7 @@ void OfferedTopic::decline(const Now& now) {
   if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
   const Ending why = no_longer_permitted();
   note_end(why);
-  link_.send(Decline{number_, why.code, why.reason});
+  link_.decline(number_, InterfaceKind::kTopic, key_, why);
   leave_mirrors(now);
 }
 
@@ -392,6 +392,8 @@ void OfferedTopic::add_status(LinkStatus& status) const {
   s.queued = waiting_.size() + held_.size();
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
+  s.rule = decision_.rule;
+  s.misfit = context_.misfit(key_, origins_);
   status.topics.push_back(std::move(s));
 }
 
