@@ -92,7 +92,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   bool take_handshake(const ConnectionOpened& from);
   // Its handshake begins, or waits for its turn among those of all.
   void line_up(const std::shared_ptr<Acceptance>& acceptance, const Visitor& visitor);
-  // Those whose turn it is begin.
+  // Begins the handshakes whose turn it is.
   void begin_handshakes();
   void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
   void drop(TcpSocket& socket, const ConnectionOpened& from, const std::string& why);
@@ -100,9 +100,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void leave_line(const std::shared_ptr<Acceptance>& acceptance) {
     line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
   }
-  // It ends without a word, and its place is free.
+  // Ends the connection without an answer, and frees its place.
   void abandon(const std::weak_ptr<Acceptance>& acceptance);
-  // A proxy tells for whom it connects, or nothing. Whether that one may go on.
+  // A proxy has said for whom it connects, or nothing. Whether the visitor may go on.
   bool identify(Visitor& visitor, const std::optional<Source>& source);
   void on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor, Accepted accepted);
   void on_gave_way(Admission::Limit limit);
