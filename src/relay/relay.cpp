@@ -107,13 +107,13 @@ void Relay::admit(TcpSocket socket) {
   ErrorCode error;
   ++accepted_;
   const auto caller = std::make_shared<Caller>(std::move(socket));
-  caller->from = caller->socket.remote_endpoint(error);
+  caller->from = caller->arrival.socket().remote_endpoint(error);
   if (error) return;  // gone already
   caller->from.address(plain_address(caller->from.address()));
   const bool is_proxy = contain(setup_.proxies, caller->from.address());
   caller->place = callers_.take_pending(is_proxy ? "" : network_of(caller->from.address(), 7),
                                         is_proxy ? 0 : 1);
-  tune_socket(caller->socket.native_handle(), setup_.sockets);
+  tune_socket(caller->arrival.socket().native_handle(), setup_.sockets);
   calling_.insert(caller);
   const auto let_go = [weak = weak_from_this(), of = std::weak_ptr{caller}](RelayRefusal why) {
     const auto self = weak.lock();
@@ -161,15 +161,15 @@ void Relay::drop(const CallerPtr& caller) {
   caller->place.reset();
   caller->place_at_robot.reset();
   ErrorCode ignored;
-  caller->socket.close(ignored);
+  caller->arrival.socket().close(ignored);
 }
 
 // The few bytes fit into an empty socket; whether they arrive does not matter.
 void Relay::refuse(const CallerPtr& caller, RelayRefusal why) {
   ErrorCode ignored;
-  caller->socket.non_blocking(true, ignored);
-  caller->socket.write_some(asio::buffer(kNoSuchName), ignored);
-  caller->socket.shutdown(TcpSocket::shutdown_send, ignored);
+  caller->arrival.socket().non_blocking(true, ignored);
+  caller->arrival.socket().write_some(asio::buffer(kNoSuchName), ignored);
+  caller->arrival.socket().shutdown(TcpSocket::shutdown_send, ignored);
   drop(caller, why);
 }
 
@@ -192,7 +192,7 @@ void Relay::on_control(const CallerPtr& caller) {
   robot->name = caller->robot;
   robot->peer = host_and_port(caller->from.address().to_string(), caller->from.port());
   robot->place = std::move(caller->place);
-  robot->lines = std::make_shared<TlsLines>(std::move(caller->socket), context);
+  robot->lines = std::make_shared<TlsLines>(std::move(caller->arrival.socket()), context);
   const Bytes hello = std::move(caller->arrival.bytes());
   drop(caller);
   strangers_.insert(robot);
@@ -343,14 +343,14 @@ void Relay::on_ticket(const CallerPtr& caller, const std::string& ticket) {
   if (!visitor) return drop(caller, RelayRefusal::kWrongTicket);
   const auto weak = weak_from_this();
   const std::string robot = visitor->robot;
-  const auto joint =
-      std::make_shared<Joint>(std::move(visitor->socket), std::move(caller->socket),
-                              [weak, robot](bool to_robot, std::size_t bytes) {
-                                const auto self = weak.lock();
-                                if (!self) return;
-                                for (RelayUse* const use : {&self->uses_[robot], &self->all_})
-                                  (to_robot ? use->to_robot : use->to_visitors) += bytes;
-                              });
+  const auto joint = std::make_shared<Joint>(
+      std::move(visitor->arrival.socket()), std::move(caller->arrival.socket()),
+      [weak, robot](bool to_robot, std::size_t bytes) {
+        const auto self = weak.lock();
+        if (!self) return;
+        for (RelayUse* const use : {&self->uses_[robot], &self->all_})
+          (to_robot ? use->to_robot : use->to_visitors) += bytes;
+      });
   Bytes hello = std::move(visitor->arrival.bytes());
   drop(visitor);  // the ticket is used
   drop(caller);

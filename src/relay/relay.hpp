@@ -64,9 +64,8 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // A connection that is in no pair: first its ClientHello is read, then it waits for its login or
   // for the robot.
   struct Caller {
-    explicit Caller(TcpSocket of)
-        : socket(std::move(of)), arrival(socket), limit(socket.get_executor()) {}
-    TcpSocket socket;
+    explicit Caller(TcpSocket socket)
+        : arrival(std::move(socket)), limit(arrival.socket().get_executor()) {}
     RelayArrival arrival;
     asio::ip::tcp::endpoint from;
     asio::steady_timer limit;

@@ -3,7 +3,7 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
+#include <utility>
 
 #include "net/proxy_header.hpp"
 #include "net/transport.hpp"
@@ -25,9 +25,10 @@ class RelayArrival {
     std::function<void(State)> read;          // once
   };
 
-  // The socket is another one's, who may close it at any time.
-  explicit RelayArrival(TcpSocket& socket) : socket_(socket) {}
-  // Once. `owner`: of this and of the socket; both are there while something is read.
+  explicit RelayArrival(TcpSocket socket) : socket_(std::move(socket)) {}
+  // Closed or moved away at any time.
+  [[nodiscard]] TcpSocket& socket() { return socket_; }
+  // Once. `owner`: of this, which is there while something is read.
   void read(bool from_proxy, std::shared_ptr<void> owner, Events events);
 
   // After kHello: as they came, and what they say.
@@ -40,7 +41,7 @@ class RelayArrival {
   void more(const std::shared_ptr<void>& owner, Bytes& bytes, std::size_t missing,
             void (RelayArrival::*then)(const std::shared_ptr<void>&));
 
-  TcpSocket& socket_;
+  TcpSocket socket_;
   Events events_;
   Bytes header_, hello_;
   ClientHello said_;
