@@ -81,7 +81,6 @@ void TcpDoors::accept() {
 }
 
 void TcpDoors::close() {
-  events_ = {};
   for (const DoorPtr& door : doors_) {
     ErrorCode ignored;
     door->acceptor.close(ignored);
