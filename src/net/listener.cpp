@@ -28,7 +28,6 @@ Listener::Listener(asio::io_context& io, SocketOptions sockets, Events events)
 
 std::string Listener::open(const ListenOptions& options) {
   auto accept_options = std::make_shared<AcceptOptions>();
-  accept_options->path = options.path;
   accept_options->timeout = options.handshake_timeout;
   accept_options->told_by = options.told_by;
   for (const std::string& text : options.trusted_proxies) {

@@ -53,7 +53,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
     if (const auto line = refusals_.take_line(now)) log(LogLevel::kInfo, *line);
   }
 
-  // Of the first address.
+  // The port of the first address.
   [[nodiscard]] std::uint16_t port() const;
   // "127.0.0.1:9090", "[::1]:9090"
   [[nodiscard]] std::vector<std::string> addresses() const;

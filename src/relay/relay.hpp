@@ -41,8 +41,9 @@ struct RelaySetup {
   Duration address_call_period = std::chrono::milliseconds(100);
 };
 
-// Of what it passes on it reads the ClientHello; it dials nowhere. All that strangers can use up
-// here is bounded. Thread: that of the io_context.
+// Joins each visitor to the robot that it asks for. Of the bytes that it passes on it reads only
+// the ClientHello, and it dials nowhere. Everything that strangers can use up here has a limit.
+// Thread: that of the io_context.
 class Relay : public std::enable_shared_from_this<Relay> {
  public:
   using Log = std::function<void(LogLevel, const std::string&)>;
@@ -50,7 +51,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Relay(asio::io_context& io, RelaySetup setup, Log log);
   // Once. Empty, or what is wrong.
   [[nodiscard]] std::string open();
-  // Of the first address.
+  // The port of the first address.
   [[nodiscard]] std::uint16_t port() const { return doors_->port(); }
   // Call it once a second: files that have changed are read again, whose token is no longer valid
   // has to go, and so have pairs of which an end is gone.
@@ -95,7 +96,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // Closes it, and forgets it wherever it is.
   void drop(const CallerPtr& caller);
   void drop(const CallerPtr& caller, RelayRefusal why);
-  // The same, with a word to who expects TLS.
+  // As drop(), but first sends a TLS alert to the caller, who expects TLS.
   void refuse(const CallerPtr& caller, RelayRefusal why);
   void count(RelayRefusal why) { ++refusals_[static_cast<std::size_t>(why)]; }
 

@@ -115,6 +115,8 @@ std::string make_server_files(const PairingFolder& folder) {
     order.hosts = {certified_name()};
     order.days = kCertificateDays;
     problem = make_certificates(order).problem;
+    // Clients go by the pin: whoever had its key could sign nothing that they need.
+    for (const char* unused : {"ca.key", "ca.crt"}) ::unlink(folder.file(unused).c_str());
   }
   if (problem.empty() && !folder.has("tokens.yaml"))
     problem = write_secret_file(folder.file("tokens.yaml"),
@@ -124,10 +126,8 @@ std::string make_server_files(const PairingFolder& folder) {
 
 // Where the client dials, without a port if that is not known before the server listens.
 std::string dialed(const ParameterMap& parameters, const std::string& host) {
-  const std::string path = string_at(parameters, "listen.path");
   const std::string relay = string_at(parameters, "listen.relay.url");
-  if (host.empty() && !relay.empty())
-    return relay.substr(0, relay.rfind('/')) + (path.empty() ? "/" : path);
+  if (host.empty() && !relay.empty()) return relay.substr(0, relay.rfind('/')) + "/";
   std::string authority = host;
   if (authority.empty()) {
     authority = syntax::listen_addresses(string_at(parameters, "listen.address")).front();
@@ -135,7 +135,7 @@ std::string dialed(const ParameterMap& parameters, const std::string& host) {
       if (authority == all) authority = own_address();
     authority = bracketed(authority);
   }
-  return "wss://" + authority + (path.empty() ? "/" : path);
+  return "wss://" + authority + "/";
 }
 
 std::string text_of(const RunningServer& running, const PairingFolder& folder) {
@@ -249,7 +249,8 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
     start.groups.emplace_back(kOperators);
     start.news.emplace_back(
         "the client that pairs joins the group 'operators': unless you change the rules it may "
-        "publish, call services, send goals and set parameters");
+        "publish, call services, send goals and set parameters, which is as much as a shell on "
+        "this robot (some services load code)");
   }
   start.invitation = std::move(invitation);
 }
@@ -317,7 +318,8 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
     start.news.emplace_back(
         arguments.operates
             ? "its operator may receive topics, publish, call services, send goals and set "
-              "parameters here, unless you change the rules"
+              "parameters here, unless you change the rules; that is as much as a shell on this "
+              "robot (some services load code)"
             : "its operator may receive topics, and do nothing here (--operate allows the rest)");
 }
 
@@ -390,11 +392,23 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   if (drives)
     text +=
         "Behind --robot, --operate lets this end also publish, call services, send goals and "
-        "set parameters there.\n\n";
+        "set parameters there: as much as a shell on the robot.\n\n";
   if (!by_relay && colon != std::string::npos && authority.substr(colon) != listening)
     text += "It dials " + authority + ", and this server listens on port " + std::to_string(port) +
             ": a router or proxy must lead from there to here.\n\n";
   return text;
+}
+
+std::string invitation_to_print(const Start& start, std::uint16_t port, bool terminal,
+                                std::string& problem) {
+  const std::string text = invitation_text(*start.invitation, port);
+  if (terminal) return text;
+  const std::string file = start.folder->invitation_file();
+  if (const std::string wrong = write_secret_file(file, text); !wrong.empty())
+    problem = "--pair: the invitation cannot be written: " + wrong;
+  return problem.empty() ? "The invitation is in '" + file +
+                               "', since this output may be a log that others read\n"
+                         : std::string{};
 }
 
 }  // namespace connect_bridge

@@ -189,6 +189,17 @@ StatusTable call_table(const Json& now) {
   return table;
 }
 
+StatusTable missing_table(const Json& now) {
+  StatusTable table({"DOES NOT CROSS", "KIND", "DIRECTION", "LINK", "WHY"});
+  for (const Json& link : list_of(now, "links"))
+    for (const Json& missing : list_of(link, "missing"))
+      table.add(0, {member<std::string>(missing, "name"), member<std::string>(missing, "kind"),
+                    member<std::string>(missing, "direction"),
+                    std::to_string(member<std::uint64_t>(link, "link")),
+                    member<std::string>(missing, "text")});
+  return table;
+}
+
 std::string link_lines(const Json& link) {
   const bool open = member<bool>(link, "open");
   std::string text = fmt::format(
@@ -254,10 +265,14 @@ std::string status_screen(const Json& now, const Json& before, std::size_t rows)
   if (const auto refused = joined_counts(list_of(now, "strangers")); !refused.empty())
     text += "who came: " + refused + "\n";
   for (const Json& link : links) text += link_lines(link);
-  StatusTable topics = topic_table(now, before), calls = call_table(now);
+  StatusTable topics = topic_table(now, before), calls = call_table(now),
+              missing = missing_table(now);
+  const std::size_t of_missing = std::min(missing.size(), std::max<std::size_t>(rows / 4, 1));
+  rows -= std::min(rows, of_missing);
   const std::size_t of_calls =
       std::min(calls.size(), std::max(rows / 4, rows - std::min(rows, topics.size())));
   if (topics.size() > 0) text += "\n" + topics.text(rows - std::min(rows, of_calls));
+  if (missing.size() > 0) text += "\n" + missing.text(of_missing);
   if (calls.size() > 0) text += "\n" + calls.text(of_calls);
   return text;
 }

@@ -15,7 +15,7 @@ from harness.domains import release_domains, take_domains
 from harness.nat import ADDRESS, FORGETS, OPERATOR, OPERATOR_NAT, PUBLIC, ROBOT, ROBOT_NAT, Nat
 from harness.programs import Program, build_dir
 from harness.worker import Missing, Worker
-from pairing import LINE
+from pairing import invitation_of
 
 PARTS = 3
 PORT = 4711
@@ -108,10 +108,6 @@ class Ends:
         until(lambda: self.operator.ask("answers /service")["names"], "an answer")
 
 
-def line_of(program):
-    return program.wait_for(LINE).group(1)
-
-
 def port(number=PORT):
     return ("--ros-args", "-p", f"listen.port:={number}")
 
@@ -120,7 +116,7 @@ def test_who_has_an_address_is_dialled_by_the_operator(bed):
     ends = Ends(bed, robot=PUBLIC)
     begin = time.monotonic()
     server = bed.run(PUBLIC, "robot", "server", "--pair", ADDRESS, "--operate", *port())
-    bed.run(OPERATOR, "operator", "client", line_of(server))
+    bed.run(OPERATOR, "operator", "client", invitation_of(server))
     ends.hears()
     assert time.monotonic() - begin < here(SOON)
     ends.operates()
@@ -130,7 +126,7 @@ def test_the_robot_dials(bed):
     ends = Ends(bed, operator=PUBLIC)
     begin = time.monotonic()
     server = bed.run(PUBLIC, "operator", "server", "--pair", ADDRESS, "--drive", *port())
-    bed.run(ROBOT, "robot", "client", "--robot", "--operate", line_of(server))
+    bed.run(ROBOT, "robot", "client", "--robot", "--operate", invitation_of(server))
     ends.hears()
     assert time.monotonic() - begin < here(SOON)
     ends.operates()
@@ -141,7 +137,7 @@ def test_both_dial_a_relay(bed):
     via = bed.relay()
     begin = time.monotonic()
     server = bed.run(ROBOT, "robot", "server", "--pair", "--via", via, "--operate")
-    bed.run(OPERATOR, "operator", "client", line_of(server))
+    bed.run(OPERATOR, "operator", "client", invitation_of(server))
     ends.hears()
     assert time.monotonic() - begin < here(SOON)
     ends.operates()
@@ -152,7 +148,7 @@ def test_the_operators_server_waits_at_a_relay(bed):
     via = bed.relay()
     begin = time.monotonic()
     server = bed.run(OPERATOR, "operator", "server", "--pair", "--drive", "--via", via)
-    bed.run(ROBOT, "robot", "client", "--robot", "--operate", line_of(server))
+    bed.run(ROBOT, "robot", "client", "--robot", "--operate", invitation_of(server))
     ends.hears()
     assert time.monotonic() - begin < here(SOON)
     ends.operates()
@@ -166,7 +162,7 @@ class Paired:
         self.ends = Ends(bed)
         self.via = bed.relay()
         self.server = bed.run(ROBOT, "robot", "server", "--pair", "--via", self.via, "--operate")
-        self.client = bed.run(OPERATOR, "operator", "client", line_of(self.server))
+        self.client = bed.run(OPERATOR, "operator", "client", invitation_of(self.server))
         self.ends.hears()
         self.ends.operates()
         self.asked = 0

@@ -18,7 +18,7 @@ from geometry_msgs.msg import Twist
 from graph import until
 from harness.domains import free_port
 from harness.programs import Program, build_dir
-from pairing import LINE, World
+from pairing import World, invitation_of
 from relayed import NO_SUCH_NAME, ROBOT, answer_to, ctl, joined, relay, tls_hello  # noqa: F401
 
 SECRET = "a content that nobody on the way may see"
@@ -228,7 +228,7 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         begin = time.monotonic()
         port = ["--ros-args", "-p", "listen.port:=0"]
         server = world.run("server", "robot", "--pair", "--via", line, *port)
-        invitation = server.wait_for(LINE).group(1)
+        invitation = invitation_of(server)
         assert invitation.startswith(f"wss+pair://{place}/#")
         client = world.run("client", "operator", invitation)
         client.wait_for("paired: from now on")

@@ -55,7 +55,6 @@ Treatment random_treatment(Rng& rng) {
   if (rng.chance(40)) t.qos.reliability = Reliability::kBestEffort;
   if (rng.chance(20)) t.qos.durability = Durability::kVolatile;
   if (rng.chance(40)) t.qos.depth = static_cast<std::uint32_t>(rng.between(1, 30));
-  if (rng.chance(20)) t.qos.lifespan = rng.between(100ms, 2s);
   return t;
 }
 

@@ -131,6 +131,10 @@ void WireCheck::on_control(const Host& host, const Identity& who, Connection& co
     }
   } else if (const auto* attach = std::get_if<Attach>(&control)) {
     on_attach(host, who, connection, *attach);
+  } else if (const auto* ask = std::get_if<Ask>(&control)) {
+    for (const auto& asked : ask->names)
+      if (asked.name.find("/_") != std::string::npos && !has_action_token(asked.name))
+        violated(describe(host) + " asks for the hidden name " + asked.name);
   }
 }
 
