@@ -37,6 +37,10 @@ constexpr const auto& words_of(ToldBy) {
   return syntax::kToldByWords;
 }
 
+constexpr const auto& words_of(LogLevel) {
+  return syntax::kLogLevelWords;
+}
+
 constexpr const auto& words_of(Role) {
   return syntax::kRoleWords;
 }

@@ -205,8 +205,13 @@ void add_names(Rows& rows) {
 
 void add_operation(Rows& rows) {
   const auto add = row_adder(rows, "Operation");
+  add({.key = "log_level",
+       .changeable = true,
+       .help = "What is logged, from this level on. Unset: as --log-level says."},
+      [](Config& c) { return &c.log_level; });
   add({.key = "status_file",
        .syntax = check_not_empty,
+       .changeable = true,
        .help = "File in which this side keeps its status as JSON, once a second (docs/status.md). "
                "Use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
@@ -235,6 +240,7 @@ void add_audit(Rows& rows) {
                "goal and change of rules (docs/security.md)."},
       [](Config& c) { return &c.audit.file; });
   add({.key = "audit.required",
+       .changeable = true,
        .help =
            "A peer's call, goal or change of parameters that cannot be recorded now is refused."},
       [](Config& c) { return &c.audit.required; });
@@ -247,21 +253,28 @@ void add_connection(Rows& rows) {
   add({.key = "resume.seconds",
        .fallback = 60.0,
        .range = NumberRange{0, 3600},
+       .changeable = true,
        .unit = "s",
        .help = "How long after a loss the messages of reliable topics are kept for the peer's "
                "return (see \"After a break\"). 0: not at all."},
       [](Config& c) { return &c.limits.resume_for; });
-  add("resume.bytes", {0, kGiB}, "bytes",
-      "How many bytes of them are kept for one peer; beyond that the topic with the most loses its "
-      "oldest.",
+  add({.key = "resume.bytes",
+       .range = NumberRange{0, kGiB},
+       .changeable = true,
+       .unit = "bytes",
+       .help = "How many bytes of them are kept for one peer; beyond that the topic with the most "
+               "loses its oldest."},
       [](Config& c) { return &c.limits.resume_bytes_max; });
   add("login_timeout", {1, 60}, "s",
       "Server: time that a connection has to log in. Client: how long it waits for the answer: no "
       "less than its server's.",
       [](Config& c) { return &c.limits.login_timeout; });
-  add("link.bytes_per_second", {0, 1e12}, "bytes/s",
-      "The most that this side sends on one link, in bytes of IP packets. Urgent messages count "
-      "and are never held back. 0: no limit; below 1000 means 1000.",
+  add({.key = "link.bytes_per_second",
+       .range = NumberRange{0, 1e12},
+       .changeable = true,
+       .unit = "bytes/s",
+       .help = "The most that this side sends on one link, in bytes of IP packets. Urgent messages "
+               "count and are never held back. 0: no limit; below 1000 means 1000."},
       [](Config& c) { return &c.limits.outbox.bytes_per_second_max; });
   add({.key = "congestion_control",
        .fallback = "auto",

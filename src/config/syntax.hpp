@@ -12,6 +12,7 @@
 #include "core/policy/names.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/policy/policy.hpp"
+#include "core/ports/actions.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/wire/codec.hpp"
 #include "core/wire/words.hpp"
@@ -27,6 +28,13 @@ inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
 inline constexpr std::array<Word<Role>, 2> kRoleWords{{
     {Role::kServer, "server"},
     {Role::kClient, "client"},
+}};
+
+inline constexpr std::array<Word<LogLevel>, 4> kLogLevelWords{{
+    {LogLevel::kDebug, "debug"},
+    {LogLevel::kInfo, "info"},
+    {LogLevel::kWarn, "warn"},
+    {LogLevel::kError, "error"},
 }};
 
 [[nodiscard]] bool is_ip_address(std::string_view text);

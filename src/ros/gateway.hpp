@@ -5,11 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include "core/base/time.hpp"
 #include "ros/entities/entities.hpp"
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/services/services.hpp"
+#include "ros/topics/diagnostics_topic.hpp"
 #include "ros/topics/mirror.hpp"
 #include "ros/topics/subscription.hpp"
 #include "ros/topics/time_source.hpp"
@@ -61,6 +63,13 @@ class Gateway {
   // Whether Node::ros_now() follows /clock, also where the core does not ask for it.
   void set_use_sim_time(bool on) { time_.set(on); }
 
+  // /diagnostics of this process, which samples that are serialized already are given to. Once;
+  // returns why there is none, or nothing.
+  [[nodiscard]] std::string open_diagnostics();
+  // Whether somebody listens.
+  [[nodiscard]] bool diagnostics_wanted() const { return diagnostics_.wanted(); }
+  void publish_diagnostics(ByteView sample) { diagnostics_.publish(sample); }
+
   [[nodiscard]] GatewayCounters counters() const;
 
  private:
@@ -73,6 +82,7 @@ class Gateway {
   Entities<Mirror> mirrors_{shared_};
   Services services_{shared_, graph_};
   TimeSource time_{shared_};
+  DiagnosticsTopic diagnostics_{shared_};
   GraphWatcher graph_;  // last, so its thread ends first
 };
 

@@ -98,29 +98,13 @@ void Metrics::count(const StatusPicture& picture) {
   last_ = picture;
   now_.clear();
   of_links_.clear();
-  give_places(picture.side.links);
+  places_.follow(picture.side.links);
   for (const LinkStatus& link : picture.side.links) {
-    const auto place = std::find(places_.begin(), places_.end(), link.number);
-    add_link(static_cast<std::size_t>(place - places_.begin()), link);
+    add_link(places_.of(link), link);
     for (const auto& topic : link.topics) add_topic(link, topic);
     for (const auto& service : link.services) add_service(link, service);
   }
   before_ = std::exchange(next_, {});
-}
-
-// The lowest that is free: those of links that have ended serve again.
-void Metrics::give_places(const std::vector<LinkStatus>& links) {
-  const auto has = [](const auto& all, const auto& is) {
-    return std::any_of(all.begin(), all.end(), is);
-  };
-  for (auto& place : places_)
-    if (!has(links, [&](const LinkStatus& link) { return link.number == place; })) place = 0;
-  for (const LinkStatus& link : links) {
-    if (has(places_, [&](std::uint64_t place) { return place == link.number; })) continue;
-    auto free = std::find(places_.begin(), places_.end(), 0U);
-    if (free == places_.end()) free = places_.insert(free, 0);
-    *free = link.number;
-  }
 }
 
 std::string Metrics::labels_of(const std::string& kind, const std::string& name, bool exported) {
@@ -173,7 +157,7 @@ void Metrics::add_service(const LinkStatus& link, const ServiceStatus& service) 
 }
 
 void Metrics::add_link(std::size_t place, const LinkStatus& link) {
-  const std::string labels = metric_label("link", std::to_string(place + 1));
+  const std::string labels = metric_label("link", std::to_string(place));
   of_links_["link_sent_bytes"][labels] = link.sent_bytes;
   of_links_["link_received_bytes"][labels] = link.received_bytes;
   of_links_["link_connects"][labels] = link.connects;

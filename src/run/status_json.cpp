@@ -98,7 +98,9 @@ OrderedJson to_value(const MissingName& missing) {
   return json;
 }
 
-OrderedJson to_value(const LinkStatus& link, Names names) {
+}  // namespace
+
+OrderedJson facts_of(const LinkStatus& link, Names names) {
   OrderedJson json = {
       {"link", link.number},
       {"peer", link.peer},
@@ -119,6 +121,14 @@ OrderedJson to_value(const LinkStatus& link, Names names) {
     json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
                      {"round_trip_ms", milliseconds(link.clock.round_trip)},
                      {"error_bound_ms", milliseconds(link.clock.error_bound)}};
+  if (link.login_end != 0) json["login_valid_until"] = rfc3339_of(link.login_end);
+  return json;
+}
+
+namespace {
+
+OrderedJson to_value(const LinkStatus& link, Names names) {
+  OrderedJson json = facts_of(link, names);
   json["topics"] = OrderedJson::array();
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
   json["services"] = OrderedJson::array();
@@ -137,7 +147,7 @@ OrderedJson to_value(const LinkStatus& link, Names names) {
 
 }  // namespace
 
-std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
+OrderedJson facts_of(const StatusPicture& picture, Names names) {
   const Status& status = picture.side;
   const RunStatus& run = picture.run;
   // That of a client is about its server.
@@ -166,8 +176,13 @@ std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
   if (run.role == Role::kServer) json["strangers"] = to_value(status.strangers, run.network);
+  return json;
+}
+
+std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
+  OrderedJson json = facts_of(picture, names);
   json["links"] = OrderedJson::array();
-  for (const auto& link : status.links) json["links"].push_back(to_value(link, names));
+  for (const auto& link : picture.side.links) json["links"].push_back(to_value(link, names));
   return json.dump(in_lines ? 1 : -1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 

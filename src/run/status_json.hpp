@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/json.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/status.hpp"
 #include "net/network.hpp"
@@ -39,6 +40,10 @@ inline constexpr int kStatusSchema = 1;
 
 // Whether it says who the people on the links are.
 enum class Names : std::uint8_t { kShown, kHidden };
+
+// The members of the side, and of one link, without what is in lists of their own.
+[[nodiscard]] OrderedJson facts_of(const StatusPicture& picture, Names names);
+[[nodiscard]] OrderedJson facts_of(const LinkStatus& link, Names names);
 
 // For people with line ends, else in one line.
 std::string to_json(const StatusPicture& picture, Names names = Names::kShown,

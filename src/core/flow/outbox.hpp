@@ -126,6 +126,8 @@ class Outbox {
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
   // Estimated bytes per second that path and cap let pass; 0: not known.
   [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
+  // In place of OutboxOptions::bytes_per_second_max.
+  void set_cap(std::uint64_t bytes_per_second) { cap_ = LinkCap(bytes_per_second); }
   // A packet has arrived: its acknowledgements count against the cap.
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 

@@ -31,6 +31,7 @@ struct ConnectionOptions {
   Duration login_timeout{};              // until the login is answered
   std::optional<Duration> login_within;  // server: the peer shows its login sooner than that
   Duration dead_after{};
+  Duration time_period{};  // as LinkOptions says
   OutboxOptions outbox;
   ReassemblyOptions reassembly;
 };

@@ -87,6 +87,13 @@ void Link::withdraw(ChannelId number, const Ending& why) {
   send(why.code.empty() ? Withdraw{{number}} : Withdraw{{number}, why.code, why.reason});
 }
 
+void Link::limit(const LimitsChanged& limits) {
+  life.set_resume_for(limits.resume_for);
+  if (!connection_) return;
+  connection_->outbox().set_cap(limits.link_bytes_per_second_max);
+  mark();
+}
+
 // ---- for people
 
 LinkStatus Link::status() const {
@@ -100,6 +107,7 @@ LinkStatus Link::status() const {
   shown.mirrors_waited = mirrors.waited();
   shown.memory_bytes = memory.used();
   if (!connection_) return shown;
+  shown.login_end = login.end(connection_->peer().expires);
   const Outbox& outbox = connection_->outbox();
   shown.sent_bytes = connection_->sent_bytes();
   shown.received_bytes = connection_->received_bytes();
@@ -108,7 +116,8 @@ LinkStatus Link::status() const {
   shown.rate = outbox.pacer().rate();
   shown.path_queue = outbox.pacer().queue();
   const ClockEstimate& clock = connection_->clock();
-  shown.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
+  shown.clock = {clock.known(), clock.offset(),          clock.round_trip(), clock.error_bound(),
+                 clock.total(), clock.last().round_trip, clock.last().offset};
   return shown;
 }
 

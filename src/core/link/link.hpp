@@ -24,6 +24,7 @@
 #include "core/link/link_mirrors.hpp"
 #include "core/link/loss.hpp"
 #include "core/policy/names.hpp"
+#include "core/ports/inputs.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -110,6 +111,8 @@ class Link final : public ConnectionUser {
   void on_time(const Now& now);
   // Of that, and of its life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
+  // From now on.
+  void limit(const LimitsChanged& limits);
   // To be called wherever it may have come to something: it failed, has something to send, waits
   // for another time. What is called here for sending and failing does so itself.
   void mark() const {

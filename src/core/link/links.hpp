@@ -42,6 +42,9 @@ class Links {
   void on(Authenticated& input, const Now& now);
   void on(IdentitiesChanged& input, const Now& now);
   void on(CredentialChanged& input, const Now& now);
+  void on(const LimitsChanged& input) {
+    for (auto& [id, link] : links_) link.limit(input);
+  }
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
   // Looks at the links that the input concerned, to be called after each: closes the connections

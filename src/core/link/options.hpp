@@ -23,6 +23,8 @@ struct LinkOptions {
   Bytes credential;                   // client, until CredentialChanged
   Duration login_timeout = std::chrono::seconds(5);
   Duration dead_after = std::chrono::seconds(3);
+  // How often a peer's clock is asked, at least every third of dead_after. Zero: so.
+  Duration time_period{};
   Duration retry_min = std::chrono::milliseconds(200);  // client: first back-off
   Duration retry_max = std::chrono::milliseconds(500);  // client: longest, jitter included
   Duration dial_timeout = std::chrono::seconds(5);

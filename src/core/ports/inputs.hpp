@@ -233,17 +233,23 @@ struct JobDone {
 struct PolicyChanged {
   Policy policy;
 };
+// Of links that there are, too.
+struct LimitsChanged {
+  std::uint64_t link_bytes_per_second_max = 0;  // OutboxOptions::bytes_per_second_max
+  Duration resume_for{};                        // of a break that begins from now on
+  std::uint64_t resume_bytes_max = 0;           // the same
+};
 // Close everything orderly; the actions end with Stopped when all connections have been closed.
 struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input =
-    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
-                 MirrorFailed, TypeDiffers, PublishFailed, QosIncompatible, RequestTaken,
-                 CallersGone, ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
-                 ServiceTypeDiffers, ServiceClientFailed, ConnectionOpened, DialFailed,
-                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
-                 CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
+using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                           MirrorFailed, TypeDiffers, PublishFailed, QosIncompatible, RequestTaken,
+                           CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
+                           ServiceMirrorFailed, ServiceTypeDiffers, ServiceClientFailed,
+                           ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed,
+                           NetworkChanged, Authenticated, IdentitiesChanged, CredentialChanged,
+                           JobDone, PolicyChanged, LimitsChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

@@ -120,6 +120,9 @@ struct ClockStatus {
   Duration offset{0};       // peer's system clock minus ours
   Duration round_trip{0};   // of the best sample
   Duration error_bound{0};  // half of it
+  std::uint64_t samples = 0;
+  Duration last_round_trip{0};  // of the last sample
+  Duration last_offset{0};
 };
 
 struct LinkStatus {
@@ -129,6 +132,7 @@ struct LinkStatus {
   std::string identity;      // who it logged in as; at a client: what proves the server is
   bool open = false;
   Duration open_for{};  // while it is open
+  Stamp login_end = 0;  // at a server, while it is open: when the login ends; 0: never
   std::uint64_t sent_bytes = 0;
   std::uint64_t received_bytes = 0;
   std::uint64_t queued_bytes = 0;

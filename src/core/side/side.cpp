@@ -149,6 +149,13 @@ void Side::on(PolicyChanged& input, const Now& now) {
   recheck_rights(now);
 }
 
+void Side::on(LimitsChanged& input, const Now&) {
+  options_.outbox.bytes_per_second_max = input.link_bytes_per_second_max;
+  options_.resume_for = input.resume_for;
+  options_.resume_bytes_max = input.resume_bytes_max;
+  links_.on(input);
+}
+
 Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {
   if (options_.role == Role::kClient) return Error{CloseCode::kIllegal, "a server does not log in"};
   return ask_for_renewal(link, renew, outputs_, now);

@@ -87,6 +87,7 @@ class Side final : private LinksUser {
   void on(ServiceTypeDiffers& in, const Now& now) { service_imports_.on_type_differs(in, now); }
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
+  void on(LimitsChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
   // Of connections and logins.

@@ -49,8 +49,10 @@ class TopicReading {
     endpoint.node_namespace = info.node_namespace;
     // A node with our name is another bridge, or the remains of a killed one: none of its endpoints
     // is a user's. Only its claims are of interest, and a killed one cannot send them.
-    note_bridge(endpoint, endpoints == &TopicState::publishers);
-    if (is_namesake(endpoint) && !is_claims_) return;
+    if (!node_.own().shows(endpoint.gid)) {
+      note_bridge(endpoint, endpoints == &TopicState::publishers);
+      if (is_namesake(endpoint) && !is_claims_) return;
+    }
     if (endpoint.node_name == "_NODE_NAME_UNKNOWN_") unknown_names = true;
     endpoint.qos = from_rmw(info.qos_profile);
     TopicState& state = state_of(info);

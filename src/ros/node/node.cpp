@@ -17,6 +17,7 @@
 #include <rmw/qos_profiles.h>
 #include <rmw/rmw.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -45,6 +46,12 @@ void read_overrides(const rcl_arguments_t& arguments, const std::string& full_na
       others.push_back(std::move(section.node));
     }
   }
+}
+
+int severity_of(LogLevel level) {
+  constexpr int kSeverities[] = {RCUTILS_LOG_SEVERITY_DEBUG, RCUTILS_LOG_SEVERITY_INFO,
+                                 RCUTILS_LOG_SEVERITY_WARN, RCUTILS_LOG_SEVERITY_ERROR};
+  return kSeverities[static_cast<std::size_t>(level)];
 }
 
 // The arguments of main() at these places.
@@ -86,7 +93,8 @@ struct Node::State {
   OwnEndpoints own{middleware().participant_bytes};
   std::optional<PublisherIds> publisher_ids;
   bool logging = false;
-  std::vector<std::string> warnings;       // of the start, for the log
+  int first_severity = RCUTILS_LOG_SEVERITY_UNSET;  // of our own logger, by the arguments
+  std::vector<std::string> warnings;                // of the start, for the log
   std::vector<std::string> all_arguments;  // as they were: main() may scrub secrets in its own
   NodeFacts facts;
 
@@ -96,8 +104,8 @@ struct Node::State {
   std::size_t domain();
   void open_publisher_ids();
   void open_parameter_events();
-  // nullopt: the id that it has in the graph is not known.
-  std::optional<Gid> add_own(const rcl_publisher_t& publisher);
+  // The id that it has in the graph; nullopt: not known.
+  std::optional<Gid> id_of(const rcl_publisher_t& publisher);
   ~State();
 };
 
@@ -155,6 +163,7 @@ void Node::State::open(const NodeOptions& options) {
   require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot create a clock");
   open_publisher_ids();
   open_parameter_events();
+  first_severity = std::max(0, rcutils_logging_get_logger_level(rcl_node_get_logger_name(&node)));
   facts.name = rcl_node_get_name(&node);
   facts.name_space = rcl_node_get_namespace(&node);
   facts.full_name = rcl_node_get_fully_qualified_name(&node);
@@ -179,7 +188,7 @@ void Node::State::open_publisher_ids() {
   publisher_ids.emplace([publishers] { return publishers->changes(); });
 }
 
-std::optional<Gid> Node::State::add_own(const rcl_publisher_t& publisher) {
+std::optional<Gid> Node::State::id_of(const rcl_publisher_t& publisher) {
   const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(&publisher);
   rmw_gid_t told{};
   if (handle == nullptr || rmw_get_gid_for_publisher(handle, &told) != RMW_RET_OK) {
@@ -191,7 +200,6 @@ std::optional<Gid> Node::State::add_own(const rcl_publisher_t& publisher) {
   const bool unknown = middleware().publisher_told == Middleware::PublisherTold::kHandle &&
                        (id == gid || id == Gid{});
   if (unknown) return std::nullopt;
-  own.add(id);
   return id;
 }
 
@@ -204,7 +212,9 @@ void Node::State::open_parameter_events() {
                                 "/parameter_events", &options),
              "cannot publish on /parameter_events");
   // Without it our own endpoints would be bridged like those of others.
-  if (!add_own(parameter_events) && middleware().participant_bytes > 0)
+  const auto id = id_of(parameter_events);
+  if (id) own.add(*id);
+  if (!id && middleware().participant_bytes > 0)
     throw RosError("the middleware does not report the id of this node's own publisher");
 }
 
@@ -263,10 +273,15 @@ Stamp Node::ros_now() const {
   return now;
 }
 
+void Node::set_log_level(std::optional<LogLevel> level) const {
+  const std::lock_guard lock(log_mutex());
+  ignore_error(
+      rcutils_logging_set_logger_level(rcl_node_get_logger_name(&state_->node),
+                                       level ? severity_of(*level) : state_->first_severity));
+}
+
 void Node::log(LogLevel level, const std::string& text) const {
-  constexpr int kSeverities[] = {RCUTILS_LOG_SEVERITY_DEBUG, RCUTILS_LOG_SEVERITY_INFO,
-                                 RCUTILS_LOG_SEVERITY_WARN, RCUTILS_LOG_SEVERITY_ERROR};
-  const int severity = kSeverities[static_cast<std::size_t>(level)];
+  const int severity = severity_of(level);
   const char* logger = rcl_node_get_logger_name(&state_->node);
   // Reading the level may store it for the next time.
   const std::lock_guard lock(log_mutex());
@@ -308,7 +323,12 @@ PublisherIds& Node::publisher_ids() const {
   return *state_->publisher_ids;
 }
 std::optional<Gid> Node::add_own(const rcl_publisher_s& publisher) const {
-  return state_->add_own(publisher);
+  const auto id = state_->id_of(publisher);
+  if (id) state_->own.add(*id);
+  return id;
+}
+void Node::show(const rcl_publisher_s& publisher) const {
+  if (const auto id = state_->id_of(publisher)) state_->own.show(*id);
 }
 
 }  // namespace connect_bridge::ros

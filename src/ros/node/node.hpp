@@ -72,6 +72,8 @@ class Node {
 
   // ROS time: the system's, or /clock's (Gateway::set_use_sim_time). Any thread.
   [[nodiscard]] Stamp ros_now() const;
+  // What log() writes from now on; none: what the arguments say. Any thread.
+  void set_log_level(std::optional<LogLevel> level) const;
   // To the console, the log file and /rosout, if the level is enabled. Any thread.
   void log(LogLevel level, const std::string& text) const;
   // The loop's time, of which only `steady` is set.
@@ -91,6 +93,9 @@ class Node {
   // From now on this publisher is known to be ours. Its id, for own().remove(); nullopt: the
   // middleware does not tell it.
   std::optional<Gid> add_own(const rcl_publisher_s& publisher) const;
+  // This publisher of ours is to be seen as anybody's; where the middleware does not tell its id,
+  // nothing happens.
+  void show(const rcl_publisher_s& publisher) const;
 
  private:
   struct State;

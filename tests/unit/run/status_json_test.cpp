@@ -235,5 +235,15 @@ TEST(StatusFile, ALinkInItsPlaceIsNotFollowed) {
   EXPECT_EQ(text, "precious");
 }
 
+// Nobody runs what was told then.
+TEST(StatusFile, TheProblemOfTheLastWriteIsReturned) {
+  const std::string nowhere = test::scratch_folder() + "missing/status.json";
+  StatusFile file([](const std::string&) {});
+  file.write(nowhere, std::make_shared<StatusPicture>());
+  EXPECT_THAT(file.end(), testing::HasSubstr(nowhere));
+  StatusFile other([](const std::string&) {});
+  EXPECT_EQ(other.end(), "");
+}
+
 }  // namespace
 }  // namespace connect_bridge
