@@ -85,6 +85,8 @@ int start(const std::string& name, bool only_checks) {
   around.distrusted = &who_else_may_change;
   const RelayFile read = read_relay_file(text.str(), around);
   if (!read.config) return refuse(read.problems);
+  const std::string others = read.config->auth.strict_modes ? who_else_may_change(name) : "";
+  if (!others.empty()) return refuse({"this file decides which robots come here: " + others});
   AuthSetup robots = make_authenticator({read.config->auth, std::nullopt},
                                         static_cast<Stamp>(std::time(nullptr)) * kStampSecond);
   if (!robots.authenticator) return refuse(robots.problems);

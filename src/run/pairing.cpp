@@ -228,8 +228,7 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
     start.groups.emplace_back(kOperators);
     start.news.emplace_back(
         "the client that pairs joins the group 'operators': unless you change the rules it may "
-        "publish, call services, send goals and set parameters, which is as much as a shell on "
-        "this robot (some services load code)");
+        "publish, call, send goals and set parameters: as much as a shell on this robot");
   }
   start.invitation = std::move(invitation);
 }
@@ -313,9 +312,8 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
   else if (is_robot)
     start.news.emplace_back(
         arguments.operates
-            ? "its operator may receive topics, publish, call services, send goals and set "
-              "parameters here, unless you change the rules; that is as much as a shell on this "
-              "robot (some services load code)"
+            ? "its operator may receive topics, publish, call, send goals and set parameters here, "
+              "unless you change the rules: as much as a shell on this robot"
             : "its operator may receive topics, and do nothing here (--operate allows the rest)");
 }
 

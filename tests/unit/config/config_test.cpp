@@ -265,6 +265,21 @@ TEST(Config, FilesThatSomebodyElseMayChangeAreRefused) {
   EXPECT_EQ(problems_text(parse_config(lax, Role::kServer, around)), "");
 }
 
+TEST(Config, EachFileThatDecidesIsLookedAt) {
+  std::vector<std::string> asked;
+  Surroundings around;
+  around.distrusted = [&](const std::string& file) {
+    asked.push_back(file);
+    return "";
+  };
+  static_cast<void>(parse_config(
+      yaml("{auth: {token_file: /t, jwt_keys: /j, https_ca: /h, plugin: /p}, tls: {certificate: "
+           "/c, private_key: /k, ca: /a}, listen: {relay: {token_file: /r, ca: /s}}}"),
+      Role::kServer, around));
+  EXPECT_THAT(asked,
+              testing::UnorderedElementsAre("/t", "/j", "/h", "/p", "/c", "/k", "/a", "/r", "/s"));
+}
+
 TEST(Config, PlaintextIsAllowedOnlyWithAWarning) {
   const Config config =
       config_of(yaml(std::string("allow_plaintext: true\nlisten: {address: 0.0.0.0}") + kDrive),

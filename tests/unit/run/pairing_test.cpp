@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <pwd.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -50,54 +49,6 @@ class PairingStart : public testing::Test {
     return start_with(given, read_arguments(words, Role::kClient), "/robot1/connect_client");
   }
 };
-
-TEST(Invitation, NamesThePortWhereTheServerListens) {
-  Invitation invitation{"wss://[::1]/connect", "c", "p"};
-  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("wss+pair://[::1]:9090/connect#"));
-  invitation.url = "wss://robot.example:443/";
-  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("'wss+pair://robot.example:443/#"));
-}
-
-TEST(Invitation, SaysWhenAnotherPortIsDialed) {
-  const auto text = [](const std::string& url) { return invitation_text({url, "c", "p"}, 9090); };
-  EXPECT_THAT(text("wss://robot.example:443/"),
-              HasSubstr("It dials robot.example:443, and this server listens on port 9090"));
-  for (const char* same : {"wss://robot.example/", "wss://robot.example:9090/", "wss://[::1]/"})
-    EXPECT_THAT(text(same), testing::Not(HasSubstr("It dials"))) << same;
-}
-
-// In a journal, or the log of a container, others would read the code.
-TEST_F(PairingStart, AnInvitationIsPrintedToATerminalOnly) {
-  const Start start = serve({"--pair"});
-  std::string problem;
-  const auto print = [&](bool terminal) {
-    return invitation_to_print(start, 9090, terminal, problem);
-  };
-  const std::string code = start.invitation->code;
-  const std::string file = start.folder->invitation_file();
-  EXPECT_THAT(print(true), HasSubstr(code));
-  EXPECT_FALSE(start.folder->has("invitation"));
-  EXPECT_THAT(print(false), testing::AllOf(HasSubstr(file), testing::Not(HasSubstr(code))));
-  EXPECT_THAT(test::content(file), HasSubstr(code));
-  EXPECT_EQ(std::filesystem::status(file).permissions(),
-            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-  EXPECT_EQ(problem, "");
-  std::filesystem::remove_all(start.folder->path());
-  EXPECT_EQ(print(false), "");
-  EXPECT_THAT(problem, HasSubstr("the invitation cannot be written"));
-}
-
-// The shell's history repeats it.
-TEST(Invitation, ARefusedOneIsNotShownAgain) {
-  Joining joining;
-  joining.made_by = "server --pair";
-  EXPECT_THAT(refused_invitation(joining, 4003),
-              testing::AllOf(HasSubstr("the server refused the invitation"),
-                             HasSubstr("'server --pair' makes another one there")));
-  for (const std::uint16_t code : {1001, 4004, 4012, 4013, 4015, 4016})
-    EXPECT_EQ(refused_invitation(joining, code), "") << code;
-  EXPECT_EQ(refused_invitation(joining, std::nullopt), "");
-}
 
 TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start first = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{9443}}});
@@ -404,15 +355,6 @@ TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   EXPECT_THAT(serve({}, lax).problems, IsEmpty());
   EXPECT_THAT(serve({"--pair"}, lax).problems, IsEmpty());
   ::chmod(folder.path().c_str(), 0700);
-}
-
-TEST(PairingFolder, IsInTheHomeOfTheUserWhateverTheEnvironmentSays) {
-  const char* const home = ::getenv("HOME");
-  const std::string before = home ? home : "";
-  ::unsetenv("HOME");
-  const std::string path = PairingFolder("/robot").path();
-  if (home) ::setenv("HOME", before.c_str(), 1);
-  EXPECT_EQ(path, std::string(::getpwuid(::geteuid())->pw_dir) + "/.ros/connect_bridge/robot");
 }
 
 // After a full disk or an editing mistake.
