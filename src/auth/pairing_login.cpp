@@ -11,6 +11,7 @@
 
 #include "auth/token_file.hpp"
 #include "core/base/hex.hpp"
+#include "core/policy/names.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -118,10 +119,13 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
                             Stamp now) {
   TokenEntry entry;
   // The client chooses the name: it must not be one that a rule was written for.
-  const std::string own = kIdentityPrefix + name;
+  const std::string own = options_.of_robots ? prefix_word_of(name) : kIdentityPrefix + name;
+  const auto& taken = options_.taken;
   entry.identity = own;
-  for (int number = 2; tokens_->knows(entry.identity); ++number)
-    entry.identity = own + "-" + std::to_string(number);
+  for (int number = 2; tokens_->knows(entry.identity) ||
+                       std::find(taken.begin(), taken.end(), entry.identity) != taken.end();
+       ++number)
+    entry.identity = own + (options_.of_robots ? "_" : "-") + std::to_string(number);
   entry.groups = invited_->groups;
   entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
   entry.digest = token;

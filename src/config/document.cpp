@@ -40,8 +40,8 @@ std::string row(const KeySpec& spec) {
   std::string help = spec.help;
   if (spec.used_by != UsedBy::kBoth) help = used_by_text(spec.used_by) + ". " + help;
   if (spec.secret) help += " Secret.";
-  return fmt::format("| {} | {} | {} | {} |\n", code(spec.key), value_text(spec),
-                     spec.fallback ? code(to_text(*spec.fallback)) : "", help);
+  return fmt::format("| {}{} | {} | {} | {} |\n", code(spec.key), spec.changeable ? " *" : "",
+                     value_text(spec), spec.fallback ? code(to_text(*spec.fallback)) : "", help);
 }
 
 // The most important parameters of a program, with their help texts.

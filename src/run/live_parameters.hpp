@@ -20,9 +20,10 @@ namespace connect_bridge {
 class LiveParameters {
  public:
   struct Changes {
-    std::function<void(const Policy&)> policy;
+    // The configuration in use is another one: of keys that may change.
+    std::function<void(const Config& now)> config;
     std::function<void(bool on)> use_sim_time;
-    // For the audit log: rules were changed, or a change was refused.
+    // For the audit log: what was changed, or a change was refused.
     std::function<void(AuditEvent event, const std::string& what)> audit;
   };
 
@@ -34,7 +35,7 @@ class LiveParameters {
   // Reads the parameter files again if one of them has changed and is not being written, and once
   // after the start, quietly if they are as they were then. Blocks as long as the disk does.
   void check_files();
-  // Reads them in any case. Rules change as a whole or not at all; the log says which rules
+  // Reads them in any case. What may change does, as a whole or not at all; the log says what
   // changed, what is wrong, and what else has changed and needs a restart.
   void reload() { reload(false); }
 

@@ -40,7 +40,12 @@ struct Start {
   // The server of this folder that runs already: it takes the client, this process starts nothing.
   std::optional<RunningServer> running;
   std::optional<Joining> joining;  // client
+  std::string relay_code;          // server: of the relay's line (RelayOptions::code)
 };
+
+// Which end is the robot, as start_with() will have it; it reads files and makes none.
+[[nodiscard]] Role robot_end(const ParameterMap& given, const Arguments& arguments,
+                             const std::string& node);
 
 // Makes files if the arguments request a pairing; reads those of an earlier one if the parameters
 // have neither address nor login. `node`: full name.

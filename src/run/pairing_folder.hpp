@@ -52,8 +52,8 @@ class PairingFolder {
   [[nodiscard]] std::string running_file() const { return file("running"); }
   [[nodiscard]] std::optional<RunningServer> running() const;
   [[nodiscard]] bool has(const std::string& name) const;
-  // Of the token of a line with this code: the same line, given again, continues with it. `kind`:
-  // begins the file's name.
+  // The file for the token of an invitation with this code. The same invitation, used again, finds
+  // the same file. `kind`: the beginning of the file's name.
   [[nodiscard]] std::string token_file(const std::string& kind, const std::string& code) const;
   // Removes the file of a token that was in use before, if it is one of these and not in use now.
   void remove_former(const std::string& kind, const std::string& former,

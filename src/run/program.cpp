@@ -198,7 +198,10 @@ int run_program(Role role, int argc, char** argv) {
     options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;
-    options.publishes_images = role == Role::kClient;  // of the robot
+    options.publishes_images = [role](const ros::NodeFacts& known) {
+      return robot_end(known.parameter_overrides, read_arguments(known.arguments, role),
+                       known.full_name) != role;  // the robot's images, at the operator
+    };
     std::optional<SlowStart> slow;
     slow.emplace(SlowStart::kPatience, [] { std::fputs(kSlowStartText, stderr); });
     ros::Node node(options);

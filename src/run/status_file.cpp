@@ -51,12 +51,17 @@ StatusFile::StatusFile(std::function<void(const std::string&)> tell)
     : tell_(std::move(tell)), thread_([this] { write_all(); }) {}
 
 StatusFile::~StatusFile() {
+  static_cast<void>(end());
+}
+
+std::string StatusFile::end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   changed_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+  return last_problem_;
 }
 
 void StatusFile::write(const std::string& file, std::shared_ptr<const StatusPicture> picture) {
@@ -68,7 +73,6 @@ void StatusFile::write(const std::string& file, std::shared_ptr<const StatusPict
 }
 
 void StatusFile::write_all() {
-  std::string before;
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return ending_ || waits_; });
@@ -76,8 +80,8 @@ void StatusFile::write_all() {
     const auto [file, picture] = *std::exchange(waits_, std::nullopt);
     lock.unlock();
     const std::string problem = write_atomically(file, to_json(*picture));
-    if (!problem.empty() && problem != before) tell_(problem);
-    before = problem;
+    if (!problem.empty() && problem != last_problem_) tell_(problem);
+    last_problem_ = problem;
     lock.lock();
   }
 }

@@ -26,13 +26,16 @@ class StatusFile {
  public:
   // `tell`: a problem has begun. Called by the thread.
   explicit StatusFile(std::function<void(const std::string& problem)> tell);
-  // What was given last is written first.
+  // As end().
   ~StatusFile();
   StatusFile(const StatusFile&) = delete;
   StatusFile& operator=(const StatusFile&) = delete;
 
   // In place of what waits, if the one before is still being written. Thread: the loop's.
   void write(const std::string& file, std::shared_ptr<const StatusPicture> picture);
+  // What was given last is written first; nothing is afterwards. Returns what is wrong with that,
+  // or nothing.
+  [[nodiscard]] std::string end();
 
  private:
   using Waiting = std::pair<std::string, std::shared_ptr<const StatusPicture>>;
@@ -43,7 +46,8 @@ class StatusFile {
   std::condition_variable changed_;
   std::optional<Waiting> waits_;
   bool ending_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::string last_problem_;  // of the thread; and of end(), when that has ended
+  std::thread thread_;        // last: it uses the others
 };
 
 }  // namespace connect_bridge

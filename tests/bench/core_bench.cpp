@@ -73,7 +73,9 @@ int measure_steps() {
 }
 
 int measure_links(const std::vector<std::uint32_t>& counts) {
-  std::puts("links  us for a message from a peer  for one to a peer");
+  std::puts(
+      "links  us for a message from a peer  where all send at once  for one to a peer  "
+      "for the loss of a link");
   for (const std::uint32_t links : counts) {
     bench::Crowd crowd(links);
     if (crowd.flowing() != 2U * links) {
@@ -88,8 +90,12 @@ int measure_links(const std::vector<std::uint32_t>& counts) {
       return 1e6 * crowd.take_seconds() / static_cast<double>(count);
     };
     const double up = measure(&bench::Crowd::send_up, crowd.published);
+    const double at_once = measure(&bench::Crowd::send_up_at_once, crowd.published);
     const double down = measure(&bench::Crowd::send_down, crowd.sent);
-    std::printf("%5u %27.2f %18.2f\n", links, up, down);
+    crowd.take_seconds();
+    crowd.lose();
+    const double loss = 1e6 * crowd.take_seconds() / links;
+    std::printf("%5u %27.2f %24.2f %18.2f %23.2f\n", links, up, at_once, down, loss);
     if (crowd.published != std::uint64_t{rounds} * links ||
         crowd.sent != std::uint64_t{rounds} * links) {
       std::fprintf(stderr, "of %u messages %llu were published, and %llu sent\n", rounds * links,

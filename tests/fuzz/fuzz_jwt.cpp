@@ -31,7 +31,7 @@ std::string signed_token(std::string_view payload) {
 }
 
 void look(const std::uint8_t* data, std::size_t size) {
-  static const JwtOptions options{"i", "a", {"RS256", "ES256", "EdDSA", "HS256"}, "groups"};
+  static const JwtOptions options{"i", "a", "groups"};
   static const std::vector<JwtKey> keys{JwtKey("k", kSecret)};
   if (size == 0) return;
   const std::string_view text{reinterpret_cast<const char*>(data + 1), size - 1};

@@ -8,7 +8,7 @@ from attack_scene import ATTACKS, Scene
 from attack_ways import DIRECT, TOLD, TOLD_ONE, UNTOLD
 from sanitizer import not_under_a_sanitizer
 
-SECONDS = 4.0
+SECONDS = 3.0
 PARTS = 5
 # Where the address of a connection matters.
 BEHIND_A_PROXY = [

@@ -31,6 +31,7 @@ struct ConnectionOptions {
   Duration login_timeout{};              // until the login is answered
   std::optional<Duration> login_within;  // server: the peer shows its login sooner than that
   Duration dead_after{};
+  Duration time_period{};  // as LinkOptions says
   OutboxOptions outbox;
   ReassemblyOptions reassembly;
 };
@@ -120,6 +121,8 @@ class Connection {
   [[nodiscard]] bool may_have_packet() const {
     return !records_.empty() || (open() && outbox_.may_have_packet());
   }
+  // What next_packet() would give is not urgent.
+  [[nodiscard]] bool may_wait() const { return records_.empty() && open() && outbox_.may_wait(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   [[nodiscard]] State state() const { return state_; }

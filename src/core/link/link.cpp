@@ -40,6 +40,7 @@ void Link::lose(Loss loss, const Now& now) {
 
 void Link::drop_connection() {
   incoming_.clear();
+  declined_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
   login.lost();
@@ -73,6 +74,14 @@ void Link::forget(ChannelId number) {
   if (it->second.offered) --offered_;
   if (!it->second.offered && !it->second.channel) --ended_;
   incoming_.erase(it);
+  declined_.erase(number);
+}
+
+void Link::decline(ChannelId number, InterfaceKind kind, std::pair<std::string, std::string> key,
+                   const Ending& why) {
+  send(Decline{number, why.code, why.reason});
+  if (declined_.size() < kDeclinedMax || declined_.contains(number))
+    declined_[number] = {kind, std::move(key), why.reason};
 }
 
 void Link::resume_incoming(ChannelId number, std::uint32_t sequence) {
@@ -83,6 +92,13 @@ void Link::withdraw(ChannelId number, const Ending& why) {
   close_channel(number);
   if (connection_) sending().remove_channel(number);
   send(why.code.empty() ? Withdraw{{number}} : Withdraw{{number}, why.code, why.reason});
+}
+
+void Link::limit(const LimitsChanged& limits) {
+  life.set_resume_for(limits.resume_for);
+  if (!connection_) return;
+  connection_->outbox().set_cap(limits.link_bytes_per_second_max);
+  mark();
 }
 
 // ---- for people
@@ -98,6 +114,7 @@ LinkStatus Link::status() const {
   shown.mirrors_waited = mirrors.waited();
   shown.memory_bytes = memory.used();
   if (!connection_) return shown;
+  shown.login_end = login.end(connection_->peer().expires);
   const Outbox& outbox = connection_->outbox();
   shown.sent_bytes = connection_->sent_bytes();
   shown.received_bytes = connection_->received_bytes();
@@ -106,7 +123,8 @@ LinkStatus Link::status() const {
   shown.rate = outbox.pacer().rate();
   shown.path_queue = outbox.pacer().queue();
   const ClockEstimate& clock = connection_->clock();
-  shown.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
+  shown.clock = {clock.known(), clock.offset(),          clock.round_trip(), clock.error_bound(),
+                 clock.total(), clock.last().round_trip, clock.last().offset};
   return shown;
 }
 

@@ -168,6 +168,21 @@ TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
   EXPECT_EQ(log_in("token-of-before-0123456789").identity.value().name, "paired/laptop");
 }
 
+// It stands before their names, and rules may be for it.
+TEST_F(Pairing, ARobotsIdentityIsANameForRosThatNobodyHas) {
+  PairingOptions options{invited(), std::chrono::minutes(10)};
+  options.of_robots = true;
+  options.taken = {"arm_1_2"};
+  start(options);
+  for (const auto& [name, expected] :
+       {std::pair{"arm-1", "arm_1"}, {"arm.1", "arm_1_3"}, {"7", "robot7"}, {"7", "robot7_2"}}) {
+    invite(kCode);
+    EXPECT_EQ(
+        pair(kCode, kPairedToken + std::string(expected), kPairingNow, name).identity.value().name,
+        expected);
+  }
+}
+
 TEST_F(Pairing, ARunningServerTakesAnInvitation) {
   start({invited()});
   EXPECT_THAT(pair(kCode, kPairedToken).reason, HasSubstr("no pairing is open"));

@@ -317,20 +317,20 @@ TEST_F(PairingStart, TwoOfAKindAreRefused) {
               ElementsAre(HasSubstr("--drive says which end is the robot")));
 }
 
-// Its names would be those of the first.
-TEST_F(PairingStart, ASecondRobotNeedsAServerOfItsOwn) {
+// Else its names would be those of the first.
+TEST_F(PairingStart, ASecondRobotNeedsNamesByIdentity) {
   ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
   EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());  // nobody has paired yet
-  const PairingFolder folder("/connect_server");
   TokenEntry robot;
-  robot.identity = "paired/robot1";
-  ASSERT_EQ(append_token_entry(folder.file("tokens.yaml"), robot), "");
+  robot.identity = "robot1";
+  ASSERT_EQ(append_token_entry(PairingFolder("/connect_server").file("tokens.yaml"), robot), "");
   EXPECT_THAT(serve({"--pair", "--drive"}).problems,
               ElementsAre(HasSubstr("this server has a robot already")));
-  EXPECT_THAT(serve({}).problems, IsEmpty());
+  EXPECT_EQ(robot_end({}, {}, "/connect_server"), Role::kClient);
+  ASSERT_EQ(serve({"--pair", "--drive"}, {{"prefix", std::string{"by_identity"}}}).keep(), "");
+  EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());
   const Start second = start_with({{"prefix", std::string{"/robot2"}}},
                                   read_arguments({"--pair", "--drive"}, Role::kServer), "/robot2");
-  EXPECT_THAT(second.problems, IsEmpty());
   EXPECT_EQ(second.keep(), "");
   EXPECT_EQ(start_with({}, {}, "/robot2").parameters, second.parameters);
 }
