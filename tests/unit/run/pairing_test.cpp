@@ -15,6 +15,7 @@
 #include "config/explain_right.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
+#include "run/invitation_text.hpp"
 #include "run/pairing_folder.hpp"
 #include "unit/scratch.hpp"
 

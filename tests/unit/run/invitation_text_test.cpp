@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 
+#include "run/invitation_text.hpp"
 #include "run/pairing.hpp"
 #include "unit/scratch.hpp"
 
@@ -47,21 +48,18 @@ TEST(Invitation, ARefusedOneIsNotShownAgain) {
 
 // In a journal, or the log of a container, others would read the code.
 TEST(Invitation, IsPrintedToATerminalOnly) {
-  ::setenv("ROS_HOME", (test::scratch_folder() + "shown").c_str(), 1);
-  Start start;
-  start.folder.emplace("/robot");
-  ::unsetenv("ROS_HOME");
-  start.invitation = Invitation{"wss://robot.local/", "0011223344", "p"};
+  const Invitation invitation{"wss://robot.local/", "0011223344", "p"};
+  const std::string folder = test::scratch_folder() + "shown";
+  const std::string file = folder + "/invitation";
   std::string problem;
   const auto print = [&](bool terminal) {
-    return invitation_to_print(start, 9090, terminal, problem);
+    return invitation_to_print(invitation, 9090, terminal, file, problem);
   };
-  const std::string file = start.folder->invitation_file();
   EXPECT_THAT(print(true), HasSubstr("#0011223344."));
   EXPECT_EQ(print(false), "");
   EXPECT_THAT(problem, HasSubstr("the invitation cannot be written"));
   problem.clear();
-  ASSERT_EQ(start.folder->make(), "");
+  std::filesystem::create_directory(folder);
   EXPECT_THAT(print(false), AllOf(HasSubstr(file), Not(HasSubstr("0011223344"))));
   EXPECT_EQ(problem, "");
   EXPECT_THAT(test::content(file), HasSubstr("#0011223344."));
