@@ -269,6 +269,16 @@ std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
   return problem;
 }
 
+// As second_robot(), where the operator dials.
+std::string robot_of_same_names(const PairingFolder& folder, const std::string& prefix) {
+  const std::string other = folder.other_client(prefix);
+  if (other.empty()) return {};
+  return "a client is paired with another robot, in " + other +
+         ", and /scan of both would be one topic here. Give this one a name and a prefix, behind "
+         "the invitation: --ros-args -r __node:=robot2 -p prefix:=/robot2. If that robot is gone, "
+         "remove its folder";
+}
+
 void join(const Invitation& invitation, const Arguments& arguments, const PairingFolder& folder,
           Start& start) {
   if (!goes_by_pairing(start.parameters) || start.parameters.contains("robot")) {
@@ -294,12 +304,16 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
     paired.merge(own_rules ? rules_of(stored) : robot_rules(arguments.operates));
   }
   const std::string former = string_at(stored, "auth.token_file");
-  const std::string token = problem.empty() ? kept_token(file, problem) : "";
   const bool is_paired = former == file;  // by this invitation already
+  if (problem.empty() && !is_robot && !is_paired)
+    problem = robot_of_same_names(folder, string_at(filled(start.parameters, stored), "prefix"));
+  const std::string token = problem.empty() ? kept_token(file, problem) : "";
   if (problem.empty() && is_paired && arguments.operates &&
       !stored.contains("rule.operate.import_topics"))
     problem = "this robot has paired already, without --operate: add a rule to " +
               folder.parameter_file() + ", or pair it again, with another invitation";
+  const auto prefix = start.parameters.find("prefix");
+  if (prefix != start.parameters.end()) paired.insert(*prefix);
   if (!problem.empty()) return start.problems.push_back("pairing: " + problem);
   start.parameters = filled(start.parameters, is_paired ? stored : paired);
   if (is_paired) return;

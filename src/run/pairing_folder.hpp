@@ -68,6 +68,9 @@ class PairingFolder {
   // One folder has the rights of one kind: why those where `robot` is that end cannot be kept
   // beside its own parameters; empty: they can.
   [[nodiscard]] std::string other_kind(const ParameterMap& stored, Role robot) const;
+  // The folder of another client that has paired with a robot and has its names below the same
+  // prefix; empty: there is none.
+  [[nodiscard]] std::string other_client(const std::string& prefix) const;
   [[nodiscard]] std::string write_parameters(const ParameterMap& parameters) const;
 
  private:

@@ -163,6 +163,22 @@ TEST_F(PairingStart, WhoSaysMoreGoesByThatAlone) {
   EXPECT_TRUE(serve({}, rules).parameters.contains("tls.certificate"));
 }
 
+// Without a prefix /scan of both would be one topic at their operator.
+TEST_F(PairingStart, AnotherRobotOfAnOperatorNeedsAPrefix) {
+  const Start first = join({kLine});
+  ASSERT_EQ(first.joining->keep(), "");
+  const auto another = [](const ParameterMap& given, std::vector<std::string> words = {kLine}) {
+    return start_with(given, read_arguments(words, Role::kClient), "/robot2");
+  };
+  EXPECT_THAT(another({}).problems, ElementsAre(HasSubstr("-p prefix:=/robot2")));
+  EXPECT_FALSE(another({}).joining);
+  const Start apart = another({{"prefix", std::string{"/robot2"}}});
+  ASSERT_THAT(apart.problems, IsEmpty());
+  ASSERT_EQ(apart.joining->keep(), "");
+  EXPECT_EQ(another({}, {}).parameters.at("prefix"), ParameterValue{"/robot2"});
+  EXPECT_THAT(join({kLine}).problems, IsEmpty()) << "the first one has its own names";
+}
+
 TEST_F(PairingStart, AHostThatIsNoneIsRefused) {
   for (const char* host : {"ro bot", "robot/x#", "a@b"})
     EXPECT_THAT(serve({"--pair", host}).problems, ElementsAre(HasSubstr("expected a host")))
