@@ -68,6 +68,9 @@ class PairingFolder {
   // A folder holds the rights of one kind of pairing. Why the rights of a pairing in which `robot`
   // is the robot's end cannot be kept beside the stored parameters; empty: they can.
   [[nodiscard]] std::string other_kind(const ParameterMap& stored, Role robot) const;
+  // The folder of another client that has paired with a robot and has its names below the same
+  // prefix; empty: there is none.
+  [[nodiscard]] std::string other_client(const std::string& prefix) const;
   [[nodiscard]] std::string write_parameters(const ParameterMap& parameters) const;
 
  private:

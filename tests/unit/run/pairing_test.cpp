@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <pwd.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 #include "config/explain_right.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
+#include "run/invitation_text.hpp"
 #include "run/pairing_folder.hpp"
 #include "unit/run/pairing_start.hpp"
 #include "unit/scratch.hpp"
@@ -28,53 +28,6 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-TEST(Invitation, NamesThePortWhereTheServerListens) {
-  Invitation invitation{"wss://[::1]/connect", "c", "p"};
-  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("wss+pair://[::1]:9090/connect#"));
-  invitation.url = "wss://robot.example:443/";
-  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("'wss+pair://robot.example:443/#"));
-}
-
-TEST(Invitation, SaysWhenAnotherPortIsDialed) {
-  const auto text = [](const std::string& url) { return invitation_text({url, "c", "p"}, 9090); };
-  EXPECT_THAT(text("wss://robot.example:443/"),
-              HasSubstr("It dials robot.example:443, and this server listens on port 9090"));
-  for (const char* same : {"wss://robot.example/", "wss://robot.example:9090/", "wss://[::1]/"})
-    EXPECT_THAT(text(same), testing::Not(HasSubstr("It dials"))) << same;
-}
-
-// In a journal, or the log of a container, others would read the code.
-TEST_F(PairingStart, AnInvitationIsPrintedToATerminalOnly) {
-  const Start start = serve({"--pair"});
-  std::string problem;
-  const auto print = [&](bool terminal) {
-    return invitation_to_print(start, 9090, terminal, problem);
-  };
-  const std::string code = start.invitation->code;
-  const std::string file = start.folder->invitation_file();
-  EXPECT_THAT(print(true), HasSubstr(code));
-  EXPECT_FALSE(start.folder->has("invitation"));
-  EXPECT_THAT(print(false), testing::AllOf(HasSubstr(file), testing::Not(HasSubstr(code))));
-  EXPECT_THAT(test::content(file), HasSubstr(code));
-  EXPECT_EQ(std::filesystem::status(file).permissions(),
-            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-  EXPECT_EQ(problem, "");
-  std::filesystem::remove_all(start.folder->path());
-  EXPECT_EQ(print(false), "");
-  EXPECT_THAT(problem, HasSubstr("the invitation cannot be written"));
-}
-
-// The shell's history repeats it.
-TEST(Invitation, ARefusedOneIsNotShownAgain) {
-  Joining joining;
-  joining.made_by = "server --pair";
-  EXPECT_THAT(refused_invitation(joining, 4003),
-              testing::AllOf(HasSubstr("the server refused the invitation"),
-                             HasSubstr("'server --pair' makes another one there")));
-  for (const std::uint16_t code : {1001, 4004, 4012, 4013, 4015, 4016})
-    EXPECT_EQ(refused_invitation(joining, code), "") << code;
-  EXPECT_EQ(refused_invitation(joining, std::nullopt), "");
-}
 
 TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start first = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{9443}}});
@@ -188,6 +141,22 @@ TEST_F(PairingStart, WhoSaysMoreGoesByThatAlone) {
   EXPECT_TRUE(serve({}, rules).parameters.contains("tls.certificate"));
 }
 
+// Without a prefix /scan of both would be one topic at their operator.
+TEST_F(PairingStart, AnotherRobotOfAnOperatorNeedsAPrefix) {
+  const Start first = join({kLine});
+  ASSERT_EQ(first.joining->keep(), "");
+  const auto another = [](const ParameterMap& given, std::vector<std::string> words = {kLine}) {
+    return start_with(given, read_arguments(words, Role::kClient), "/robot2");
+  };
+  EXPECT_THAT(another({}).problems, ElementsAre(HasSubstr("-p prefix:=/robot2")));
+  EXPECT_FALSE(another({}).joining);
+  const Start apart = another({{"prefix", std::string{"/robot2"}}});
+  ASSERT_THAT(apart.problems, IsEmpty());
+  ASSERT_EQ(apart.joining->keep(), "");
+  EXPECT_EQ(another({}, {}).parameters.at("prefix"), ParameterValue{"/robot2"});
+  EXPECT_THAT(join({kLine}).problems, IsEmpty()) << "the first one has its own names";
+}
+
 TEST_F(PairingStart, AHostThatIsNoneIsRefused) {
   for (const char* host : {"ro bot", "robot/x#", "a@b"})
     EXPECT_THAT(serve({"--pair", host}).problems, ElementsAre(HasSubstr("expected a host")))
@@ -293,15 +262,6 @@ TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   EXPECT_THAT(serve({}, lax).problems, IsEmpty());
   EXPECT_THAT(serve({"--pair"}, lax).problems, IsEmpty());
   ::chmod(folder.path().c_str(), 0700);
-}
-
-TEST(PairingFolder, IsInTheHomeOfTheUserWhateverTheEnvironmentSays) {
-  const char* const home = ::getenv("HOME");
-  const std::string before = home ? home : "";
-  ::unsetenv("HOME");
-  const std::string path = PairingFolder("/robot").path();
-  if (home) ::setenv("HOME", before.c_str(), 1);
-  EXPECT_EQ(path, std::string(::getpwuid(::geteuid())->pw_dir) + "/.ros/connect_bridge/robot");
 }
 
 // After a full disk or an editing mistake.
