@@ -30,6 +30,7 @@ ATTACKS = (
     "wrong_logins",
     "tls_handshakes",
     "bomb",
+    "large",
     "unfinished",
     "malformed",
     "never_reads",
@@ -41,7 +42,7 @@ ATTACKS = (
     "toggles",
     "frames",
 )
-WITH_NODES = ("bomb", "unfinished", "never_reads", "toggles")  # attack_nodes.py
+WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "toggles")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LOG_BYTES_PER_HOUR = 1 << 20
