@@ -5,8 +5,11 @@
 #include <sstream>
 #include <string>
 
+#include "apps/ctl_bugreport.hpp"
 #include "apps/ctl_certs.hpp"
+#include "apps/ctl_doctor.hpp"
 #include "apps/ctl_explain.hpp"
+#include "apps/ctl_ping.hpp"
 #include "apps/ctl_status.hpp"
 #include "apps/ctl_token.hpp"
 #include "config/document.hpp"
@@ -100,11 +103,26 @@ int main(int argc, char** argv) {
   StatusQuestion status_question;
   const auto* status = add_status_command(app, status_question);
 
+  DoctorOrder doctor_order;
+  const auto* doctor = add_doctor_command(app, doctor_order);
+
+  BugreportOrder report_order;
+  const auto* report = add_bugreport_command(app, report_order);
+
+  PingOrder ping_order;
+  const auto* ping = add_ping_command(app, ping_order);
+  BenchOrder bench_order;
+  const auto* bench = add_bench_command(app, bench_order);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& wrong) {
     return app.exit(wrong) == 0 ? 0 : connect_bridge::kExitConfiguration;
   }
+  if (*doctor) return run_doctor(doctor_order);
+  if (*report) return run_bugreport(report_order);
+  if (*ping) return run_ping(ping_order);
+  if (*bench) return run_bench(bench_order);
   if (*status) return run_status(status_question);
   if (*explain) return run_explain(question);
   if (*certs) return connect_bridge::run_certs(order);

@@ -3,85 +3,28 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
-#include <istream>
-#include <iterator>
 #include <limits>
-#include <memory>
-#include <optional>
 #include <vector>
 
+#include "apps/ctl_asked.hpp"
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
-#include "core/wire/text.hpp"
 #include "run/exit_codes.hpp"
-#include "run/runtime_folder.hpp"
 #include "run/status_screen.hpp"
 
 namespace {
 
 using connect_bridge::Json;
 
-constexpr auto kAnswerTime = std::chrono::seconds(10);
 constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
-constexpr std::size_t kProblemBytesMax = 200;
 constexpr int kNobodyAnswers = 1;
 
 int complain_of(const std::string& where, const std::string& problem) {
   std::fprintf(stderr, "%s: %s\n", where.c_str(), problem.c_str());
   return kNobodyAnswers;
 }
-
-// The answer to one question, as a stream that reading goes on in.
-class Asked {
- public:
-  Asked(const std::string& where, const std::string& path) {
-    if (where.find('/') != std::string::npos) {
-      file_.expires_after(kAnswerTime);
-      file_.connect(boost::asio::local::stream_protocol::endpoint(where));
-      stream_ = &file_;
-    } else {
-      const auto at = connect_bridge::syntax::parse_status_address(where);
-      tcp_.expires_after(kAnswerTime);
-      tcp_.connect(at->host, std::to_string(at->port));
-      stream_ = &tcp_;
-    }
-    *stream_ << "GET " << path << " HTTP/1.1\r\nHost: localhost\r\n\r\n" << std::flush;
-    std::string line;
-    std::getline(*stream_, line);
-    if (line.empty()) {
-      problem_ = "nobody answers";
-    } else if (line.rfind("HTTP/1.1 200", 0) != 0) {
-      problem_ = connect_bridge::to_text(line.substr(0, line.find('\r')), kProblemBytesMax);
-    }
-    while (std::getline(*stream_, line) && line != "\r") {
-    }
-  }
-
-  [[nodiscard]] const std::string& problem() const { return problem_; }
-  [[nodiscard]] std::string rest() {
-    return {std::istreambuf_iterator<char>(*stream_), std::istreambuf_iterator<char>()};
-  }
-  // Null: there is none.
-  [[nodiscard]] Json next_event() {
-    file_.expires_after(kAnswerTime);
-    tcp_.expires_after(kAnswerTime);
-    constexpr std::string_view kData = "data: ";
-    std::string line;
-    while (std::getline(*stream_, line))
-      if (line.rfind(kData, 0) == 0) return Json::parse(line.substr(kData.size()), nullptr, false);
-    return nullptr;
-  }
-
- private:
-  boost::asio::local::stream_protocol::iostream file_;
-  boost::asio::ip::tcp::iostream tcp_;
-  std::iostream* stream_ = nullptr;
-  std::string problem_;
-};
 
 std::size_t rows_of_screen() {
   winsize size{};

@@ -52,4 +52,7 @@ class CheckedValues {
   std::set<std::string, std::less<>> rules_;
 };
 
+// The value of a key without what may be secret; of a key that is not known, nothing.
+[[nodiscard]] std::string shown_to_others(std::string_view key, const ParameterValue& value);
+
 }  // namespace connect_bridge

@@ -41,8 +41,9 @@ struct Config {
   std::string prefix;  // or kByIdentity
   PeerNames::Words identity_names;
   std::vector<NameMap::Pair> remap;
-  bool reached_by_others = false;  // by other machines, or through a proxy
-  std::string status_file;         // empty: none is written
+  bool reached_by_others = false;     // by other machines, or through a proxy
+  std::optional<LogLevel> log_level;  // none: as the arguments say
+  std::string status_file;            // empty: none is written
   StatusOptions status;
   AuditOptions audit;
   bool carries_types_not_installed = true;
@@ -76,15 +77,16 @@ struct Parsed {
 [[nodiscard]] Parsed parse_config(const ParameterMap& parameters, Role role,
                                   const Surroundings& surroundings);
 
-// The same for a file that is read again, less strict in the point that apply_change() is.
+// As parse_config(), for a file that is read again; less strict in the same point as
+// apply_change().
 [[nodiscard]] Parsed parse_again(const ParameterMap& parameters, Role role,
                                  const Surroundings& surroundings);
 
 // A change at run time (the token in the environment counts as at start: a program may have
-// scrubbed it). All or nothing; only changeable keys. Apply the result
-// by giving PolicyChanged{config->policy} to the Side: nothing else of it differs. Less strict than
-// at start in one point, so that rules can be changed one parameter at a time: a rule that is
-// defined and not listed in `rules` is a warning.
+// scrubbed it): the whole configuration that it makes is judged, and taken or refused. Only keys
+// that are `changeable` differ in it (key_table.hpp); LiveParameters tells its owner, who applies
+// them. Less strict than at start in one point, so that rules can be changed one parameter at a
+// time: a rule that is defined and not listed in `rules` is a warning.
 [[nodiscard]] Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,
                                   const Surroundings& surroundings);
 

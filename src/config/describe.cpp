@@ -11,6 +11,7 @@ ParameterDescriptor descriptor(const KeySpec& spec, std::string_view key) {
   made.type = spec.type;
   made.description = spec.help;
   if (!spec.unit.empty()) made.description += " Unit: " + spec.unit + ".";
+  if (!spec.changeable) made.description += " A change needs a restart.";
   made.constraints = expected_of(spec);
   made.range = spec.range;
   made.read_only = !spec.changeable;

@@ -32,7 +32,7 @@ struct KeySpec {
   std::vector<std::string> words{};          // strings: the allowed ones; empty: see `syntax`
   Syntax syntax = nullptr;
   UsedBy used_by = UsedBy::kBoth;
-  bool changeable = false;  // at run time
+  bool changeable = false;  // while the program runs
   bool secret = false;      // never shown: no descriptor, no value in any text
   std::string unit{};       // "s", "bytes", "Hz" or empty
   std::string help{};       // one sentence

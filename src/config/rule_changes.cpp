@@ -62,6 +62,19 @@ std::string to_text(const RuleChanges& changes) {
   return text.substr(2);
 }
 
+std::vector<std::string> settings_changed(const Config& before, const Config& after) {
+  std::vector<std::string> changed;
+  for (const KeySpec& spec : key_table()) {
+    if (!spec.changeable || !rule_of(spec.key).empty() || spec.key == "rules") continue;
+    const auto in = [&](const Config& config) {
+      const auto found = config.given.find(spec.key);
+      return found == config.given.end() ? spec.fallback : found->second;
+    };
+    if (in(before) != in(after)) changed.push_back(spec.key);
+  }
+  return changed;
+}
+
 FileChanges file_changes(const Config& current, const ParameterMap& file,
                          const Surroundings& surroundings) {
   FileChanges found;
@@ -79,11 +92,15 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
     const auto known = current.given.find(key);
     const auto before = known == current.given.end() ? std::nullopt : std::optional(known->second);
     if (spec == nullptr || before == value) return;
-    if (spec->changeable) {
+    const ParameterValue otherwise = spec->fallback.value_or(ParameterValue{});
+    const bool differs = before.value_or(otherwise) != value.value_or(otherwise);
+    if (!spec->changeable) {
+      if (differs) found.fixed.push_back(key);
+    } else if (!rule_of(key).empty() || key == "rules") {
       found.changes.push_back({key, std::move(value)});
-    } else if (before.value_or(spec->fallback.value_or(ParameterValue{})) !=
-               value.value_or(spec->fallback.value_or(ParameterValue{}))) {
-      found.fixed.push_back(key);
+    } else if (differs) {
+      // It stays among the node's parameters, which show what is in use.
+      found.changes.push_back({key, value ? std::move(value) : spec->fallback});
     }
   };
   for (const auto& [key, value] : now) compare(key, value);

@@ -1,4 +1,4 @@
-// What a change of the configuration means for the rules.
+// What a change of the configuration means.
 #pragma once
 
 #include <string>
@@ -18,6 +18,8 @@ struct RuleChanges {
 };
 
 [[nodiscard]] RuleChanges rule_changes(const Config& before, const Config& after);
+// Which keys beside the rules have another value.
+[[nodiscard]] std::vector<std::string> settings_changed(const Config& before, const Config& after);
 // "1 added (watch), 2 changed (a, b)", "none changed"; for log lines.
 [[nodiscard]] std::string to_text(const RuleChanges& changes);
 

@@ -94,6 +94,13 @@ void Gateway::apply(const DropInvocation& action) {
   if (auto* client = services_.clients.find(action.client)) client->drop(action.invocation);
 }
 
+std::string Gateway::open_diagnostics() {
+  const auto refusal = diagnostics_.open();
+  if (refusal) return refusal->reason;
+  graph_.refresh(kDiagnosticsTopic);  // a reading before it was known to be shown has left it out
+  return {};
+}
+
 GatewayCounters Gateway::counters() const {
   GatewayCounters counters = shared_.counters;
   counters.graph_readings = graph_.readings();

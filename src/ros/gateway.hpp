@@ -5,11 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include "core/base/time.hpp"
 #include "ros/entities/entities.hpp"
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/services/services.hpp"
+#include "ros/topics/diagnostics_topic.hpp"
 #include "ros/topics/large_samples.hpp"
 #include "ros/topics/mirror.hpp"
 #include "ros/topics/subscription.hpp"
@@ -22,8 +24,8 @@ struct GatewayOptions {
   // Types whose packages are not installed are carried too, where the middleware can do that.
   bool types_not_installed = true;
   int steps_per_wake_max = 64;  // per drain(), so that sockets get their turn
-  // The same in bytes: no more than the first packet takes, so that the next hop works on it while
-  // this side takes the rest, and while it is in the caches.
+  // As steps_per_wake_max, in bytes: no more than the first packet takes. So the next hop works on
+  // that packet while this side takes the rest, and its bytes are still in the caches.
   std::size_t bytes_per_wake_max = 64U << 10;
   Duration graph_pause = std::chrono::milliseconds(20);  // at least between two readings
 };
@@ -62,6 +64,13 @@ class Gateway {
   // Whether Node::ros_now() follows /clock, also where the core does not ask for it.
   void set_use_sim_time(bool on) { time_.set(on); }
 
+  // /diagnostics of this process, which samples that are serialized already are given to. Once;
+  // returns why there is none, or nothing.
+  [[nodiscard]] std::string open_diagnostics();
+  // Whether somebody listens.
+  [[nodiscard]] bool diagnostics_wanted() const { return diagnostics_.wanted(); }
+  void publish_diagnostics(ByteView sample) { diagnostics_.publish(sample); }
+
   [[nodiscard]] GatewayCounters counters() const;
 
  private:
@@ -74,6 +83,7 @@ class Gateway {
   Entities<Mirror> mirrors_{shared_};
   Services services_{shared_, graph_};
   TimeSource time_{shared_};
+  DiagnosticsTopic diagnostics_{shared_};
   GraphWatcher graph_;  // these are last, so their threads end first
   LargeSamples large_{[this] { shared_.ready.wake(); }};
 };

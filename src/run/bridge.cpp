@@ -10,6 +10,7 @@
 #include "core/base/overloaded.hpp"
 #include "net/certified.hpp"
 #include "run/audit_json.hpp"
+#include "run/diagnostics.hpp"
 #include "run/exit_codes.hpp"
 #include "run/status_json.hpp"
 #include "run/system_now.hpp"
@@ -44,7 +45,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       gateway_(node, gateway_options(parts_),
                [this] { boost::asio::post(io_, [this] { on_wake(); }); }),
       parameters_(io_, node, std::move(parts_.config), std::move(parts_.folder),
-                  {[this](const Policy& policy) { loop_.feed(PolicyChanged{policy}); },
+                  {[this](const Config& now) { apply(now); },
                    [this](bool on) { gateway_.set_use_sim_time(on); },
                    [this](AuditEvent event, const std::string& what) { note(event, what); }}),
       network_(io_,
@@ -97,11 +98,14 @@ std::string Bridge::open() {
     node_.log(LogLevel::kWarn, "this host refuses socket options: " + refused +
                                    "; the bridge runs, but urgent messages may be slower "
                                    "(TCP_NOTSENT_LOWAT, congestion_control)");
+  if (const auto level = parameters_.config().log_level) node_.set_log_level(level);
   std::string problem = open_audit_log();
   if (problem.empty()) problem = status_site_.open();
   const bool server = parts_.side.role == Role::kServer;
   if (problem.empty()) problem = server ? listen() : network_.dial_problem(parts_.dial);
   if (problem.empty()) note(AuditEvent::kStarted);
+  if (const std::string none = gateway_.open_diagnostics(); !none.empty())
+    node_.log(LogLevel::kWarn, "nothing is told on /diagnostics: " + none);
   return problem;
 }
 
@@ -120,6 +124,15 @@ std::string Bridge::open_audit_log() {
   return {};
 }
 
+// What differs from the configuration before is only what may change while this runs; what is
+// read where it is needed (audit.required, status_file) needs nothing here.
+void Bridge::apply(const Config& now) {
+  loop_.feed(PolicyChanged{now.policy});
+  loop_.feed(LimitsChanged{now.limits.outbox.bytes_per_second_max, now.limits.resume_for,
+                           now.limits.resume_bytes_max});
+  node_.set_log_level(now.log_level);
+}
+
 void Bridge::note(AuditEvent event, std::string reason) {
   if (!audit_log_) return;
   Audit line;
@@ -135,7 +148,7 @@ std::string Bridge::listen() {
     const std::string scheme = parts_.listen.tls ? "wss://" : "ws://";
     std::string urls;
     for (const std::string& address : network_.listen_addresses())
-      urls += (urls.empty() ? "" : ", ") + scheme + address + parts_.listen.path;
+      urls += (urls.empty() ? "" : ", ") + scheme + address + "/";
     node_.log(LogLevel::kInfo, "listening on " + urls);
   }
   return problem;
@@ -151,6 +164,8 @@ void Bridge::run() {
   if (const std::string& file = parameters_.config().status_file; !file.empty())
     status_file_.write(file, std::make_shared<StatusPicture>(
                                  StatusPicture{side_.status(loop_.now()), run_status(0, false)}));
+  if (const std::string problem = status_file_.end(); !problem.empty())
+    node_.log(LogLevel::kWarn, problem);
 }
 
 // Each counts as a move of the loop: with a middleware that waits a second for every entity that it
@@ -296,7 +311,8 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
 }
 
 void Bridge::take_status(double lag_ms) {
-  if (taking_ || (parameters_.config().status_file.empty() && !status_site_.wanted())) return;
+  const bool wanted = status_site_.wanted() || gateway_.diagnostics_wanted();
+  if (taking_ || (parameters_.config().status_file.empty() && !wanted)) return;
   taking_ = Taking{
       std::make_shared<StatusPicture>(StatusPicture{side_.own_status(), run_status(lag_ms, true)}),
       side_.links()};
@@ -308,6 +324,7 @@ void Bridge::take_status_of_next() {
   auto& [picture, left] = *taking_;
   if (left.empty()) {
     if (status_site_.wanted()) status_site_.publish(picture);
+    if (gateway_.diagnostics_wanted()) publish_diagnostics(*picture);
     if (const std::string& file = parameters_.config().status_file; !file.empty())
       status_file_.write(file, picture);
     return taking_.reset();
@@ -316,6 +333,13 @@ void Bridge::take_status_of_next() {
     picture->side.links.push_back(*std::move(link));
   left.pop_back();
   boost::asio::post(io_, [this] { take_status_of_next(); });
+}
+
+void Bridge::publish_diagnostics(const StatusPicture& picture) {
+  link_places_.follow(picture.side.links);
+  const auto all = diagnostics_of(picture, link_places_, system_now());
+  const Payload message = diagnostic_array(all, node_.facts().full_name, node_.ros_now());
+  gateway_.publish_diagnostics(message.view());
 }
 
 void Bridge::stop() {

@@ -17,6 +17,7 @@
 #include "ros/gateway.hpp"
 #include "run/audit_log.hpp"
 #include "run/heap.hpp"
+#include "run/link_places.hpp"
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
 #include "run/loop.hpp"
@@ -66,6 +67,7 @@ class Bridge {
  private:
   [[nodiscard]] std::string open_audit_log();
   [[nodiscard]] std::string listen();
+  void apply(const Config& now);
   void note(AuditEvent event, std::string reason = {});
   // Whether that was in the middleware.
   bool carry_out(Action&& action);
@@ -85,6 +87,7 @@ class Bridge {
   // The status is taken now, link by link in turns, and then written.
   void take_status(double lag_ms);
   void take_status_of_next();
+  void publish_diagnostics(const StatusPicture& picture);
   void stop();
 
   boost::asio::io_context io_{1};
@@ -99,12 +102,14 @@ class Bridge {
   Network network_;
   std::optional<AuditLog> audit_log_;
   StatusFile status_file_;
-  // That is being taken: of the links that are left, the next one is the last.
+  // The status picture that is being taken, link by link. `left`: the links that are still missing;
+  // the last one is next.
   struct Taking {
     std::shared_ptr<StatusPicture> picture;
     std::vector<LinkId> left;
   };
   std::optional<Taking> taking_;
+  LinkPlaces link_places_;  // of /diagnostics
   HeapTrim heap_;
   Supervisor supervisor_;
   LogLimit lags_;

@@ -96,16 +96,19 @@ ros::SetResult LiveParameters::set(const std::vector<Parameter>& parameters) {
     return {false, std::move(reason)};
   }
   for (const auto& warning : parsed.config->warnings) node_.log(LogLevel::kWarn, warning);
-  const std::string what = to_text(rule_changes(config_, *parsed.config));
+  const RuleChanges rules = rule_changes(config_, *parsed.config);
+  const auto others = settings_changed(config_, *parsed.config);
+  std::string what = others.empty() || !rules.none() ? "rules: " + to_text(rules) : "";
+  if (!others.empty()) what += (what.empty() ? "" : "; ") + ("changed: " + joined(others));
   config_ = std::move(*parsed.config);
-  changes_.policy(config_.policy);
-  node_.log(LogLevel::kInfo, "rules: " + what);
+  changes_.config(config_);
+  node_.log(LogLevel::kInfo, what);
   changes_.audit(AuditEvent::kRulesChanged, what);
   return {};
 }
 
 void LiveParameters::refuse(const std::string& why) {
-  node_.log(LogLevel::kError, "the rules stay as they were: " + why);
+  node_.log(LogLevel::kError, "the parameters stay as they were: " + why);
   changes_.audit(AuditEvent::kRulesRefused, why);
 }
 
@@ -180,7 +183,7 @@ void LiveParameters::reload(bool changed) {
     node_.log(LogLevel::kWarn,
               joined(found.fixed) + ": changed in the parameter file; this needs a restart");
   if (found.changes.empty())
-    return node_.log(LogLevel::kInfo, "the parameter file was read again; rules: none changed");
+    return node_.log(LogLevel::kInfo, "the parameter file was read again; none changed");
   if (const auto result = server_.set(std::move(found.changes)); !result.successful)
     node_.log(LogLevel::kError, "the parameter file was not applied: " + result.reason);
 }

@@ -20,9 +20,10 @@ namespace connect_bridge {
 class LiveParameters {
  public:
   struct Changes {
-    std::function<void(const Policy&)> policy;
+    // The configuration in use is another one: of keys that may change.
+    std::function<void(const Config& now)> config;
     std::function<void(bool on)> use_sim_time;
-    // For the audit log: rules were changed, or a change was refused.
+    // For the audit log: what was changed, or a change was refused.
     std::function<void(AuditEvent event, const std::string& what)> audit;
   };
 
@@ -34,19 +35,19 @@ class LiveParameters {
   // Reads the parameter files again if one of them has changed and is not being written, and once
   // after the start, quietly if they are as they were then. Blocks as long as the disk does.
   void check_files();
-  // Reads them in any case. Rules change as a whole or not at all; the log says which rules
+  // Reads them in any case. What may change does, as a whole or not at all; the log says what
   // changed, what is wrong, and what else has changed and needs a restart.
   void reload() { reload(false); }
 
  private:
   [[nodiscard]] ros::ParameterServerOptions server_options();
-  // `changed`: only because the files have changed. What is wrong is told once then.
+  // Reads the files again. `changed`: because they have changed; then a problem is logged once.
   void reload(bool changed);
   ros::SetResult set(const std::vector<Parameter>& parameters);
   void answer();
   void refuse(const std::string& why);
-  // Those of the node's files and arguments, and of the pairing. `problem`: why they cannot be
-  // read.
+  // The parameters of the node's files and arguments, and of the pairing. `problem`: why they
+  // cannot be read.
   [[nodiscard]] ParameterMap read_again(std::string& problem) const;
   // Says which file has nothing for this node any longer, if keys in use are gone.
   [[nodiscard]] std::string emptied_file(const ParameterMap& again) const;
@@ -61,7 +62,7 @@ class LiveParameters {
   const std::optional<PairingFolder> folder_;
   std::vector<FileWatch> files_;
   ParameterMap added_;  // what the pairing has added at the start to files and -p
-  // Those that had something for this node when they were last used; before that is known, all.
+  // The files that had something for this node when they were last used; at first all files.
   std::vector<std::string> speaking_;
   bool has_looked_ = false;  // whether a change since the program read them was looked for
 };

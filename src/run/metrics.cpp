@@ -1,18 +1,13 @@
 #include "run/metrics.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string_view>
 #include <utility>
 
+#include "core/base/metrics_text.hpp"
+
 namespace connect_bridge {
 namespace {
-
-struct MetricHelp {
-  const char* name;  // a counter's without _total
-  const char* help;
-};
 
 // Everything that is counted or measured for a topic, a service or a link.
 constexpr MetricHelp kCounters[] = {
@@ -41,53 +36,6 @@ constexpr MetricHelp kGauges[] = {
     {"link_memory_bytes", "Memory that is held because of the peer"},
 };
 
-std::string metric_label(std::string_view name, std::string_view value) {
-  std::string text{name};
-  text += "=\"";
-  for (const char c : value) {
-    if (c == '\\' || c == '"') text += '\\';
-    text += c == '\n' ? std::string{"\\n"} : std::string{c};
-  }
-  return text + '"';
-}
-
-class MetricsText {
- public:
-  explicit MetricsText(bool open) : open_(open) {}
-
-  void family(std::string_view name, bool counter, std::string_view help) {
-    name_ = fmt::format("connect_bridge_{}", name);
-    const std::string sample = counter ? name_ + "_total" : name_;
-    const std::string& shown = open_ ? name_ : sample;
-    text_ +=
-        fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", shown, help, counter ? "counter" : "gauge");
-    name_ = sample;
-  }
-  template <class Value>
-  void sample(Value value, const std::string& labels = {}) {
-    text_ += labels.empty() ? fmt::format("{} {}\n", name_, value)
-                            : fmt::format("{}{{{}}} {}\n", name_, labels, value);
-  }
-  template <class Value>
-  void one(std::string_view name, bool counter, std::string_view help, Value value) {
-    family(name, counter, help);
-    sample(value);
-  }
-  template <class Series>
-  void all_of(const MetricHelp& metric, bool counter, const Series& series) {
-    const auto found = series.find(metric.name);
-    if (found == series.end()) return;
-    family(metric.name, counter, metric.help);
-    for (const auto& [labels, value] : found->second) sample(value, labels);
-  }
-  [[nodiscard]] std::string take() { return std::move(text_) + (open_ ? "# EOF\n" : ""); }
-
- private:
-  const bool open_;
-  std::string name_;
-  std::string text_;
-};
-
 double in_seconds(Duration time) {
   return std::chrono::duration<double>(time).count();
 }
@@ -98,29 +46,13 @@ void Metrics::count(const StatusPicture& picture) {
   last_ = picture;
   now_.clear();
   of_links_.clear();
-  give_places(picture.side.links);
+  places_.follow(picture.side.links);
   for (const LinkStatus& link : picture.side.links) {
-    const auto place = std::find(places_.begin(), places_.end(), link.number);
-    add_link(static_cast<std::size_t>(place - places_.begin()), link);
+    add_link(places_.of(link), link);
     for (const auto& topic : link.topics) add_topic(link, topic);
     for (const auto& service : link.services) add_service(link, service);
   }
   before_ = std::exchange(next_, {});
-}
-
-// The lowest that is free: those of links that have ended serve again.
-void Metrics::give_places(const std::vector<LinkStatus>& links) {
-  const auto has = [](const auto& all, const auto& is) {
-    return std::any_of(all.begin(), all.end(), is);
-  };
-  for (auto& place : places_)
-    if (!has(links, [&](const LinkStatus& link) { return link.number == place; })) place = 0;
-  for (const LinkStatus& link : links) {
-    if (has(places_, [&](std::uint64_t place) { return place == link.number; })) continue;
-    auto free = std::find(places_.begin(), places_.end(), 0U);
-    if (free == places_.end()) free = places_.insert(free, 0);
-    *free = link.number;
-  }
 }
 
 std::string Metrics::labels_of(const std::string& kind, const std::string& name, bool exported) {
@@ -173,7 +105,7 @@ void Metrics::add_service(const LinkStatus& link, const ServiceStatus& service) 
 }
 
 void Metrics::add_link(std::size_t place, const LinkStatus& link) {
-  const std::string labels = metric_label("link", std::to_string(place + 1));
+  const std::string labels = metric_label("link", std::to_string(place));
   of_links_["link_sent_bytes"][labels] = link.sent_bytes;
   of_links_["link_received_bytes"][labels] = link.received_bytes;
   of_links_["link_connects"][labels] = link.connects;

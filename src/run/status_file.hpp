@@ -14,8 +14,9 @@
 
 namespace connect_bridge {
 
-// Replaces the file in one step; returns what went wrong, or nothing. `lasting`: what was written
-// is on the disk before the file is replaced, so a loss of power leaves the old or the new text.
+// Replaces the file in one step; returns what went wrong, or nothing. It keeps its mode; a new one
+// is its owner's alone. `lasting`: what was written is on the disk before the file is replaced, so
+// a loss of power leaves the old or the new text.
 std::string write_atomically(const std::string& file, const std::string& text,
                              bool lasting = false);
 
@@ -23,15 +24,18 @@ std::string write_atomically(const std::string& file, const std::string& text,
 // takes time of the loop.
 class StatusFile {
  public:
-  // `tell`: a problem has begun. Called by the thread.
+  // `tell` is called, on the thread of the file, when a problem begins.
   explicit StatusFile(std::function<void(const std::string& problem)> tell);
-  // What was given last is written first.
+  // As end().
   ~StatusFile();
   StatusFile(const StatusFile&) = delete;
   StatusFile& operator=(const StatusFile&) = delete;
 
   // In place of what waits, if the one before is still being written. Thread: the loop's.
   void write(const std::string& file, std::shared_ptr<const StatusPicture> picture);
+  // What was given last is written first; nothing is afterwards. Returns what is wrong with that,
+  // or nothing.
+  [[nodiscard]] std::string end();
 
  private:
   using Waiting = std::pair<std::string, std::shared_ptr<const StatusPicture>>;
@@ -42,7 +46,8 @@ class StatusFile {
   std::condition_variable changed_;
   std::optional<Waiting> waits_;
   bool ending_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::string last_problem_;  // of the thread; and of end(), when that has ended
+  std::thread thread_;        // last: it uses the others
 };
 
 }  // namespace connect_bridge

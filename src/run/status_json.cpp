@@ -59,6 +59,8 @@ OrderedJson to_value(const TopicStatus& topic) {
     json["keep"] = word_of(kKeepWords, topic.keep);
     json["keep_because"] = topic.keep_because;
   }
+  if (!topic.rule.empty()) json["rule"] = topic.rule;
+  if (!topic.misfit.empty()) json["misfit"] = topic.misfit;
   if (topic.latency_ms) json["latency_ms"] = *topic.latency_ms;
   if (!topic.declined.empty()) json["declined"] = topic.declined;
   return json;
@@ -80,11 +82,25 @@ OrderedJson to_value(const ServiceStatus& service) {
                       {"duplicates", service.duplicates},
                       {"request_bytes", service.request_bytes},
                       {"response_bytes", service.response_bytes}};
+  if (!service.rule.empty()) json["rule"] = service.rule;
   if (!service.declined.empty()) json["declined"] = service.declined;
   return json;
 }
 
-OrderedJson to_value(const LinkStatus& link, Names names) {
+OrderedJson to_value(const MissingName& missing) {
+  OrderedJson json = {{"kind", word_of(kKindWords, missing.kind)},
+                      {"name", missing.name},
+                      {"type", missing.type},
+                      {"direction", missing.exported ? "export" : "import"},
+                      {"reason", word_of(kMissingWords, missing.reason)},
+                      {"text", missing.text}};
+  if (!missing.rule.empty()) json["rule"] = missing.rule;
+  return json;
+}
+
+}  // namespace
+
+OrderedJson facts_of(const LinkStatus& link, Names names) {
   OrderedJson json = {
       {"link", link.number},
       {"peer", link.peer},
@@ -105,10 +121,21 @@ OrderedJson to_value(const LinkStatus& link, Names names) {
     json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
                      {"round_trip_ms", milliseconds(link.clock.round_trip)},
                      {"error_bound_ms", milliseconds(link.clock.error_bound)}};
+  if (link.login_end != 0) json["login_valid_until"] = rfc3339_of(link.login_end);
+  return json;
+}
+
+namespace {
+
+OrderedJson to_value(const LinkStatus& link, Names names) {
+  OrderedJson json = facts_of(link, names);
   json["topics"] = OrderedJson::array();
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
   json["services"] = OrderedJson::array();
   for (const auto& service : link.services) json["services"].push_back(to_value(service));
+  json["missing"] = OrderedJson::array();
+  for (const auto& missing : link.missing) json["missing"].push_back(to_value(missing));
+  if (link.further_missing > 0) json["further_missing"] = {{"count", link.further_missing}};
   if (link.further_topics > 0)
     json["further_topics"] = {
         {"count", link.further_topics},  {"messages", link.further.messages},
@@ -120,7 +147,7 @@ OrderedJson to_value(const LinkStatus& link, Names names) {
 
 }  // namespace
 
-std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
+OrderedJson facts_of(const StatusPicture& picture, Names names) {
   const Status& status = picture.side;
   const RunStatus& run = picture.run;
   // That of a client is about its server.
@@ -149,8 +176,13 @@ std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
   if (run.role == Role::kServer) json["strangers"] = to_value(status.strangers, run.network);
+  return json;
+}
+
+std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
+  OrderedJson json = facts_of(picture, names);
   json["links"] = OrderedJson::array();
-  for (const auto& link : status.links) json["links"].push_back(to_value(link, names));
+  for (const auto& link : picture.side.links) json["links"].push_back(to_value(link, names));
   return json.dump(in_lines ? 1 : -1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/json.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/status.hpp"
 #include "net/network.hpp"
@@ -34,11 +35,15 @@ struct StatusPicture {
   RunStatus run;
 };
 
-// Of what to_json() writes: another one when a member goes or means something else.
+// The version of what to_json() writes. It changes when a member is removed or changes its meaning.
 inline constexpr int kStatusSchema = 1;
 
 // Whether it says who the people on the links are.
 enum class Names : std::uint8_t { kShown, kHidden };
+
+// The members of the side, and of one link, without what is in lists of their own.
+[[nodiscard]] OrderedJson facts_of(const StatusPicture& picture, Names names);
+[[nodiscard]] OrderedJson facts_of(const LinkStatus& link, Names names);
 
 // For people with line ends, else in one line.
 std::string to_json(const StatusPicture& picture, Names names = Names::kShown,

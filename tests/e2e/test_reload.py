@@ -9,7 +9,8 @@ import time
 
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rclpy.parameter import Parameter as RosParameter
 from std_msgs.msg import String
 
 from calls import Caller
@@ -77,17 +78,18 @@ def test_a_file_that_others_may_change_changes_nothing(make_pair):
     )
     pair.server.parameters_file.chmod(0o666)
     pair.server.set_parameters(with_rules(pair, AFTER))
-    pair.server.wait_for(r"the rules stay as they were: .* every user .* may change", 10)
+    pair.server.wait_for(r"the parameters stay as they were: .* every user .* may change", 10)
     pair.server.parameters_file.chmod(0o600)
     pair.server.wait_for(r"rules: 1 added \(more\), 1 changed \(see\)", 10)
 
 
 def test_a_wrong_file_changes_nothing(world):
     world.server.parameters_file.write_text("connect_server: {ros__parameters: [", encoding="ascii")
-    world.server.wait_for(r"the rules stay as they were: .*params\.yaml", 10)
+    world.server.wait_for(r"the parameters stay as they were: .*params\.yaml", 10)
     wrong = {"rules": ["see"], "rule": {"see": {"export_topic": ["/t/c"], "max_rate": -1.0}}}
     world.server.set_parameters(with_rules(world, wrong))
-    world.server.wait_for(r"the rules stay as they were: in the parameter file: .*export_topic", 10)
+    why = r"the parameters stay as they were: in the parameter file: .*export_topic"
+    world.server.wait_for(why, 10)
     world.server.wait_for(r"rule\.see\.max_rate: -1")
     world.server.parameters_file.unlink()
     time.sleep(3)
@@ -112,7 +114,8 @@ def test_a_file_without_anything_for_the_node_changes_nothing(domains, make_side
     side.start()
     until(lambda: side.status_file.exists(), "it runs", 20)
     side.parameters_file.write_text(left, encoding="ascii")
-    side.wait_for(r"the rules stay as they were: .* has nothing for /connect_client any longer", 10)
+    why = r"the parameters stay as they were: .* has nothing for /connect_client any longer"
+    side.wait_for(why, 10)
     side.process.send_signal(signal.SIGHUP)
     until(lambda: side.text().count("any longer") == 2, "it says so again", 10)
     assert "rules: 1" not in side.text()
@@ -143,9 +146,9 @@ def test_a_change_while_it_starts_is_noticed(domains, make_side):
 def test_what_needs_a_restart_is_named_and_rules_change(world):
     port = world.server.parameters["listen"]["port"]
     moved = with_rules(world, AFTER, listen={"address": "127.0.0.1", "port": port + 1})
-    world.server.set_parameters({**moved, "latched_depth": 7})
+    world.server.set_parameters({**moved, "dead_after": 4.0})
     said = world.server.wait_for(r"(.*): changed in the parameter file; this needs a restart", 10)
-    assert "latched_depth" in said.group(1) and "listen.port" in said.group(1)
+    assert "dead_after" in said.group(1) and "listen.port" in said.group(1)
     assert "auth.token" not in said.group(1)
     expect(world, ["a", "c"])
     check_links_stay(world)
@@ -153,7 +156,7 @@ def test_what_needs_a_restart_is_named_and_rules_change(world):
 
 def test_by_sighup_and_by_parameters(world):
     world.server.process.send_signal(signal.SIGHUP)
-    world.server.wait_for("the parameter file was read again; rules: none changed")
+    world.server.wait_for("the parameter file was read again; none changed")
     node = world.server.node
     caller = Caller(world.robot, f"/{node}/set_parameters", SetParameters).wait_ready()
 
@@ -167,11 +170,53 @@ def test_by_sighup_and_by_parameters(world):
     expect(world, ["c"])
     refused = set_list("rules", ["see", "nobody"])
     assert not refused.successful and "nobody" in refused.reason
-    world.server.wait_for("the rules stay as they were: .*nobody")
+    world.server.wait_for("the parameters stay as they were: .*nobody")
     # The file's values are in use.
     world.server.process.send_signal(signal.SIGHUP)
     expect(world, ["a", "b"])
     check_links_stay(world)
+
+
+def test_settings_that_may_change_do(world):
+    """Log level, cap and status file: by a parameter and by the file, without a restart."""
+    node = world.server.node
+    caller = Caller(world.robot, f"/{node}/set_parameters_atomically", SetParametersAtomically)
+    caller.wait_ready()
+
+    def set_all(**values):
+        request = SetParametersAtomically.Request(
+            parameters=[RosParameter(name.replace("__", "."), value=value).to_parameter_msg()
+                        for name, value in values.items()]
+        )
+        return caller.call(request).result
+
+    refused = set_all(log_level="debug", link__bytes_per_second=-1)
+    assert not refused.successful and "link.bytes_per_second" in refused.reason
+    assert set_all(log_level="debug", link__bytes_per_second=50_000).successful
+    world.server.wait_for("changed: log_level, link.bytes_per_second")
+    publisher = world.robot.publisher(String, "/t/a")
+    collector = world.operator.collector(String, "/t/a")
+    connect(publisher, collector, String(data="x"))
+    begin = time.monotonic()
+    publisher.publish(String(data=os.urandom(100_000).hex()))
+    collector.wait_for(lambda m: len(m.data) == 200_000)
+    assert time.monotonic() - begin > 1, "the link that is open has the cap"
+    refused = set_all(log_level="warn", dead_after=1.0)
+    assert not refused.successful and "read-only" in refused.reason
+    moved = world.server.status_file.with_name("moved.json")
+    world.server.set_parameters(
+        with_rules(world, AFTER, status_file=str(moved), log_level="warn", dead_after=4.0)
+    )
+    world.server.wait_for("dead_after: changed in the parameter file; this needs a restart")
+    until(moved.exists, "the status is in its new file", 10)
+    expect(world, ["a", "c"])
+    said = world.server.text().count("rules:")
+    world.server.set_parameters(
+        with_rules(world, BEFORE, status_file=str(moved), log_level="warn", dead_after=4.0)
+    )
+    expect(world, ["a", "b"])
+    assert world.server.text().count("rules:") == said, "what is below the level is not logged"
+    assert world.client.text().count("link open with") == 1
 
 
 def test_a_terminal_that_closes_ends_it(tmp_path, domains, make_side):
@@ -192,7 +237,7 @@ def test_a_terminal_that_closes_ends_it(tmp_path, domains, make_side):
     try:
         until(lambda: b"listening on" in side.log.read_bytes(), "it listens", 20)
         process.send_signal(signal.SIGHUP)
-        until(lambda: b"rules: none changed" in side.log.read_bytes(), "it reads again", 10)
+        until(lambda: b"none changed" in side.log.read_bytes(), "it reads again", 10)
         os.close(terminal)
         assert process.wait(10) == 0
         assert b"stopping" in side.log.read_bytes()

@@ -5,6 +5,8 @@ import json
 import pathlib
 import re
 import ssl
+import subprocess
+import tarfile
 import time
 
 import pytest
@@ -12,6 +14,7 @@ from rclpy.parameter_client import AsyncParameterClient
 
 from graph import WAIT, until
 from harness.domains import free_port
+from harness.programs import build_dir
 from test_login_methods import SECRET, HttpsServer, base64url, jwt, plugin_in, write
 
 TOKEN = "correct-horse-battery-staple"
@@ -43,6 +46,12 @@ class Case:
         self.secrets, self.sees = [QUERY], "link open with "
         self.cleanup = lambda: None
 
+    def home(self, sides):
+        """Where secrets may be."""
+        given = self.folder / "given"
+        return [*given.rglob("*"), *self.authority.glob("*.key"),
+                *(side.parameters_file for side in sides.values())]
+
     def given(self, name, text):
         """A file that is allowed to contain secrets."""
         (self.folder / "given").mkdir(exist_ok=True)
@@ -56,7 +65,6 @@ class Case:
             "jwt_keys": self.given("keys.json", json.dumps({"keys": [key]})),
             "jwt_issuer": "tests",
             "jwt_audience": "robot",
-            "jwt_algorithms": ["HS256"],
         }
         own = {"certificate": "server.pem", "private_key": "server.key"}
         tls = {name: str(self.authority / file) for name, file in own.items()}
@@ -158,6 +166,37 @@ def of_page(case):
     return f"{answer.headers} {answer.read()}"
 
 
+def of_report(folder, sides, case):
+    """What `ctl bugreport` gathers of programs that run, with what somebody might have logged."""
+    logs = folder / "ros_log"
+    logs.mkdir()
+    # What is in no file is known to nobody but the program: it would stand beside its name.
+    home = "".join(file.read_text() for file in case.home(sides) if file.is_file())
+    planted = "\n".join(
+        secret if secret in home else f"CONNECT_BRIDGE_TOKEN={secret}"
+        for secret in case.secrets
+        if secret in home or " " not in secret
+    )
+    (logs / "server_1_1.log").write_text(f"a line\n{planted}\nthe last line\n")
+    report = folder / "report.tar.gz"
+    env = {**sides["client"].env, "ROS_LOG_DIR": str(logs)}
+    subprocess.run([build_dir() / "ctl", "bugreport", "--output", report], env=env, check=True,
+                   capture_output=True, timeout=60)
+    assert report.stat().st_mode & 0o777 == 0o600
+    with tarfile.open(report) as packed:
+        found = {f"report/{name.partition('/')[2]}": packed.extractfile(name).read().decode()
+                 for name in packed.getnames()}
+    report.unlink()
+    (logs / "server_1_1.log").unlink()
+    assert "the last line" in found["report/logs/server_1_1.log"]
+    configurations = "".join(text for name, text in found.items() if "/config/" in name)
+    for side in sides.values():
+        assert str(side.parameters_file) in configurations
+        assert f"report/status/{side.node}-{side.pid}.json" in found
+    assert "net/core/rmem_max" in found["report/system.txt"]
+    return found
+
+
 @pytest.mark.parametrize("kind", ["jwt", "service", "plugin", "refused", "proxy"])
 def test_no_secret_is_anywhere(kind, tmp_path, authority, domains, make_side, make_graph):
     case = Case(tmp_path, authority)
@@ -176,6 +215,7 @@ def test_no_secret_is_anywhere(kind, tmp_path, authority, domains, make_side, ma
             until(side.status, "a status")
             places[f"parameters of the {role}"] = of_parameters(graphs[role], role)
             places.update(of_process(side.pid))
+        places.update(of_report(tmp_path, sides, case))
         for side in sides.values():
             assert side.stop() == 0
     finally:

@@ -62,7 +62,7 @@ class Outbox {
   // Queues a message; what the channel's policy displaces is dropped and counted. For a channel
   // that does not exist (any more) it does nothing.
   void push(ChannelId channel, OutMessage message, const Now& now);
-  // The same, where add_channel() has found the queue.
+  // As above, with the queue that add_channel() has returned.
   void push(ChannelQueue& queue, OutMessage message, const Now& now);
   // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
   [[nodiscard]] bool push_control(std::string text) {
@@ -134,6 +134,8 @@ class Outbox {
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
   // Estimated bytes per second that path and cap let pass; 0: not known.
   [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
+  // In place of OutboxOptions::bytes_per_second_max.
+  void set_cap(std::uint64_t bytes_per_second) { cap_ = LinkCap(bytes_per_second); }
   // A packet has arrived: its acknowledgements count against the cap.
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 

@@ -119,7 +119,7 @@ class Appearing {
     Line* next = nullptr;
     for (Line* const line : lines_)
       if (line->pace_.free_at() <= now.steady &&
-          (!next || line->payer_->used(now.steady) < next->payer_->used(now.steady)))
+          (!next || line->payer_->rank() < next->payer_->rank()))
         next = line;
     if (!next) return;
     if (packets.come_before(*next->payer_, next->since_, now.steady)) {  // mutant: appear_later

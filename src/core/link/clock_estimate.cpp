@@ -21,7 +21,8 @@ void ClockEstimate::add(const TimeReply& reply, Stamp t4) {
   // The true offset is within half a round trip of each sample. If that cannot be, one of the
   // clocks was set between the two, and what was measured before is of no use.
   if (known() && !agree(best(), sample)) count_ = next_ = 0;
-  samples_[next_] = sample;
+  samples_[next_] = last_ = sample;
+  ++total_;
   next_ = (next_ + 1) % kSamples;
   count_ = std::min(count_ + 1, kSamples);
 }

@@ -25,7 +25,9 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
       login_answered_by_(now.steady + options_.login_timeout),
       login_deadline_(now.steady + options_.login_within.value_or(options_.login_timeout)),
       last_heard_(now.steady),
-      time_period_(options_.dead_after / 3),
+      time_period_(options_.time_period > Duration::zero()
+                       ? std::min(options_.time_period, options_.dead_after / 3)
+                       : options_.dead_after / 3),
       outbox_(options_.outbox),
       reassembly_(options_.reassembly) {
   peer_.address = std::move(address);

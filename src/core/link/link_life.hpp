@@ -18,6 +18,8 @@ class LinkLife {
  public:
   // `resume_for`: how long what a lost connection loses is kept; zero: not at all.
   explicit LinkLife(Duration resume_for) : resume_for_(resume_for) {}
+  // For breaks that begin from now on.
+  void set_resume_for(Duration resume_for) { resume_for_ = resume_for; }
 
   // ---- transitions
   void opened(const Now& now);
@@ -66,7 +68,7 @@ class LinkLife {
   // offered on the one before and not again by then ends.
   static constexpr Duration kOffersTime = std::chrono::seconds(30);
 
-  const Duration resume_for_;
+  Duration resume_for_;
   std::uint64_t connects_ = 0;
   TimePoint opened_at_{};
   std::optional<TimePoint> offers_end_at_;  // open

@@ -10,15 +10,17 @@ Result<Nothing> LinkLogin::admit_renewal(const Now& now) {
   return Nothing{};
 }
 
+Stamp LinkLogin::end(Stamp certificate) const {
+  const Stamp login = identity_.expires;
+  return certificate != 0 && (login == 0 || certificate < login) ? certificate : login;
+}
+
 LinkLogin::Expired LinkLogin::check_expiry(Stamp certificate, const Now& now) {
   expires_at_.reset();
-  // Whatever the login method says, who has shown a certificate is nobody without it.
-  const Stamp login = identity_.expires;
-  const bool is_sooner = certificate != 0 && (login == 0 || certificate < login);
-  const Stamp expires = is_sooner ? certificate : login;
+  const Stamp expires = end(certificate);
   if (expires == 0) return Expired::kNothing;
-  if (now.system >= expires)
-    return is_sooner ? Expired::kCertificate : Expired::kLogin;  // mutant: login_expiry
+  if (now.system >= expires)  // mutant: login_expiry
+    return expires == identity_.expires ? Expired::kLogin : Expired::kCertificate;
   // By the steady clock; when the other one was set, it is found out at the next look.
   expires_at_ = now.steady + Duration(expires - now.system);
   return Expired::kNothing;

@@ -54,6 +54,9 @@ class LinkLogin {
   bool end_renewal() { return std::exchange(renewing_, false); }
 
   // ---- expiry
+  // When the login ends, by the system clock: with the certificate, if that ends before it.
+  // Whatever the login method says, who has shown a certificate is nobody without it. 0: never.
+  [[nodiscard]] Stamp end(Stamp certificate) const;
   // What has expired; if nothing has, deadline() is when to look again. `certificate`: when the
   // peer's does, by the system clock; 0: never.
   [[nodiscard]] Expired check_expiry(Stamp certificate, const Now& now);

@@ -43,6 +43,7 @@ ConnectionOptions Links::connection_options() const {
   o.credential = renewal_.credential();
   o.login_timeout = options_.login_timeout;
   o.dead_after = options_.dead_after;
+  o.time_period = options_.time_period;
   o.outbox = options_.outbox;
   o.reassembly = options_.reassembly;
   if (!o.server && !links_.empty()) o.session = links_.begin()->second.login.session();

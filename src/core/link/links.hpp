@@ -42,6 +42,9 @@ class Links {
   void on(Authenticated& input, const Now& now);
   void on(IdentitiesChanged& input, const Now& now);
   void on(CredentialChanged& input, const Now& now);
+  void on(const LimitsChanged& input) {
+    for (auto& [id, link] : links_) link.limit(input);
+  }
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
   // Looks at the links that the input concerned, to be called after each: closes the connections
@@ -100,7 +103,7 @@ class Links {
   }
   // What a connection before its login has come to by the last input.
   void look_at(Connection& stranger, const Now& now);
-  // The log says why; the peer is told the same, or only `told`.
+  // The log gets the reason; the peer gets the same words, or only `told`.
   void refuse(ConnectionId stranger, const Error& why, const Now& now,
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);

@@ -58,10 +58,18 @@ struct ServiceState {
   bool operator==(const ServiceState&) const = default;
 };
 
+// A service that somebody has a client of and nobody serves.
+struct CalledService {
+  std::string name;  // fully qualified
+  std::string type;
+  auto operator<=>(const CalledService&) const = default;
+};
+
 // The whole graph, without the endpoints this process made itself. Hidden names are included.
 struct GraphChanged {
   std::vector<TopicState> topics;
-  std::vector<ServiceState> services = {};  // with a server; clients alone make none
+  std::vector<ServiceState> services = {};  // with a server
+  std::vector<CalledService> called = {};   // without one
   bool operator==(const GraphChanged&) const = default;
 };
 
@@ -103,7 +111,8 @@ struct DefinitionDiffers {
 };
 using TypeDiffers = DefinitionDiffers<MirrorId>;
 using ServiceTypeDiffers = DefinitionDiffers<ServiceMirrorId>;
-// The id of a mirror in the graph. Not given where the middleware does not tell it.
+// The id of a mirror in the graph. There is no such input where the middleware does not give the
+// id.
 struct MirrorMade {
   MirrorId mirror;
   Gid gid;
@@ -225,17 +234,23 @@ struct JobDone {
 struct PolicyChanged {
   Policy policy;
 };
+// Of links that there are, too.
+struct LimitsChanged {
+  std::uint64_t link_bytes_per_second_max = 0;  // OutboxOptions::bytes_per_second_max
+  Duration resume_for{};                        // of a break that begins from now on
+  std::uint64_t resume_bytes_max = 0;           // the same
+};
 // Close everything orderly; the actions end with Stopped when all connections have been closed.
 struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input =
-    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
-                 MirrorFailed, TypeDiffers, PublishFailed, QosIncompatible, RequestTaken,
-                 CallersGone, ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
-                 ServiceTypeDiffers, ServiceClientFailed, ConnectionOpened, DialFailed,
-                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
-                 CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
+using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                           MirrorFailed, TypeDiffers, PublishFailed, QosIncompatible, RequestTaken,
+                           CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
+                           ServiceMirrorFailed, ServiceTypeDiffers, ServiceClientFailed,
+                           ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed,
+                           NetworkChanged, Authenticated, IdentitiesChanged, CredentialChanged,
+                           JobDone, PolicyChanged, LimitsChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

@@ -248,7 +248,7 @@ void MirroredService::on_policy() {
     remove_feed(link.id);
     if (!channel) continue;
     link.let_go(channel);
-    link.send(Decline{channel, why.code, why.reason});
+    link.decline(channel, InterfaceKind::kService, key_, why);
   }
 }
 
@@ -309,7 +309,9 @@ void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
                                   "cannot mirror " +
                                       shown(InterfaceKind::kService, key_.first, key_.second) +
                                       ": " + failed.reason);
-    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+    if (feed->is_offered())
+      feed->link().decline(feed->channel(), InterfaceKind::kService, key_,
+                           {failed.reason, failed.code});
   }
   close();
   // Another link may offer the definition that is here.

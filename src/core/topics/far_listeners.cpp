@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 #include "core/offers/export_right.hpp"
 #include "core/policy/interface.hpp"
@@ -224,9 +223,23 @@ const FarListeners::Topic* FarListeners::counting(const TopicKey& topic) const {
   return known != topics_.end() && known->second.counts ? &known->second : nullptr;
 }
 
+std::vector<TopicKey> FarListeners::told_by(LinkId link) const {
+  std::vector<TopicKey> keys;
+  if (const auto at = links_.find(link); at != links_.end())
+    for (const auto& [key, told] : at->second.topics) keys.push_back(key);
+  return keys;
+}
+
 bool FarListeners::listens(const TopicKey& topic, LinkId link) const {
   const Topic* const known = counting(topic);
   return known && known->links.contains(link);
+}
+
+std::vector<LinkId> FarListeners::links_of(const TopicKey& topic) const {
+  std::vector<LinkId> links;
+  if (const Topic* const known = counting(topic))
+    for (const auto& [link, told] : known->links) links.push_back(link);
+  return links;
 }
 
 std::string FarListeners::type_hash_of(const TopicKey& topic) const {

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
@@ -44,6 +45,10 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return counting(topic) != nullptr; }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
+  // The links that listen to it.
+  [[nodiscard]] std::vector<LinkId> links_of(const TopicKey& topic) const;
+  // All that this peer listens to, whether our rules allow it or not; local names.
+  [[nodiscard]] std::vector<TopicKey> told_by(LinkId link) const;
   // The weakest of what our rules require for those links that listen and `count`: reliability and
   // durability.
   [[nodiscard]] QosOverride rules_of(const TopicKey& topic,
@@ -55,7 +60,7 @@ class FarListeners {
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 
  private:
-  // A topic, as one peer has told it.
+  // A topic as one peer has named it.
   struct Told {
     std::uint32_t listeners = 0;
     std::string type_hash;
@@ -92,7 +97,6 @@ class FarListeners {
   [[nodiscard]] bool take_place(const TopicKey& key, Topic& topic, const OfLink& payer);
   void give_back(Topic& topic);
   void count(const TopicKey& key, Topic& topic, bool counts);
-  void stop_waiting(const TopicKey& key, const Topic& topic);
   // Gives places to the topics of this link that wait, as far as there are any.
   void serve(OfLink& of_link, const Now& now);
   [[nodiscard]] const Topic* counting(const TopicKey& topic) const;

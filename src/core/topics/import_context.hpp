@@ -23,7 +23,7 @@ struct ImportContext : SideView {
   Timers<OfferedTopic*> held{};  // messages that a rate holds back
   // When topics look again whether there are mirrors for origins that they have left out.
   std::optional<TimePoint> looks_again_at{};
-  std::set<LinkId> demands_changed{};  // whose peers are to be told
+  std::set<LinkId> demands_changed{};  // links on which demands are to be sent
   // The mirrors that exist in the graph, and their ids there; all zero: not told, or not needed by
   // others.
   struct Made {
@@ -64,6 +64,9 @@ struct ImportContext : SideView {
   // grows stale, so it is made again without. They get the origin's last samples.
   void forget_kept(const std::map<OriginId, Mirror*>& origins, const OfferedTopic& feeder,
                    const Now& now) const;
+  // What some subscriber here requests and none of these mirrors offers; empty: nothing.
+  [[nodiscard]] std::string misfit(const TopicKey& topic,
+                                   const std::map<OriginId, Mirror*>& origins) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
 };

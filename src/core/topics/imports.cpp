@@ -177,6 +177,13 @@ void Imports::add_mirrored(Claim& claim, const Now& now) {
   std::unique_copy(named_.begin(), named_.end(), std::back_inserter(claim.mirrors));
 }
 
+bool Imports::has_mirror(const TopicKey& key) const {
+  for (auto it = context_.mirrors.lower_bound({key, Gid{}});
+       it != context_.mirrors.end() && it->first.first == key; ++it)
+    if (it->second.id()) return true;
+  return false;
+}
+
 void Imports::add_status(const Link& link, LinkStatus& status) const {
   if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.add_status(status);
 }

@@ -54,6 +54,8 @@ class Imports {
     return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
                     context_.looks_again_at);
   }
+  // Whether some peer's publisher of this topic is mirrored here.
+  [[nodiscard]] bool has_mirror(const TopicKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
 

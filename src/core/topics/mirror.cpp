@@ -111,9 +111,9 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
 }
 
 void Mirror::lose_link(LinkId link) {
-  auto& arrived = candidate(link)->link->arrived;
-  if (candidates_.size() > 1) return static_cast<void>(arrived.erase(key_.first));
-  note_end(arrived, key_.first, key_.second);
+  Link& lost = *candidate(link)->link;
+  if (candidates_.size() > 1) return static_cast<void>(lost.arrived.erase(key_.first));
+  note_end(lost.arrived, key_.first, key_.second, lost.memory);
   vanish();
 }
 
@@ -260,7 +260,8 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
     declined = declined || of_type;
     offered->update_demand(now);
     if (!std::exchange(told, true))
-      link->send(Decline{offered->number(), failed.code, failed.reason});
+      link->decline(offered->number(), InterfaceKind::kTopic, key_.first,
+                    {failed.reason, failed.code});
   }
   update(now);  // one with another definition may feed it
 }

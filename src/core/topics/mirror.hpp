@@ -45,9 +45,10 @@ auto* find_candidate(Candidates& candidates, LinkId link) {
   return it == candidates.end() ? nullptr : &*it;
 }
 
-// The same origin may be offered by several links (two clients in one graph): these are its
-// candidates, and the first one feeds it. It is in the graph while a candidate is left, unless the
-// origin is in the graph itself, or another bridge mirrors it. Single-threaded.
+// The publisher in this graph that stands for an origin. Several links may offer the same origin
+// (two clients in one graph): they are its candidates, and the first one feeds it. The mirror is in
+// the graph while a candidate is left, unless the origin itself is in this graph or another bridge
+// mirrors it. Single-threaded.
 class Mirror final : private Appearing::Waiting {
  public:
   Mirror(ImportContext& context, MirrorKey key);
@@ -77,12 +78,14 @@ class Mirror final : private Appearing::Waiting {
   // Chooses the feeding link, creates or destroys the publisher. True: the link that feeds it now
   // has not sent the origin's last samples to it.
   bool refresh(const Now& now);
-  // The same, and asks for these samples, but not `sends`, whose exporter sends them anyway.
+  // As refresh(), and asks the feeding link for these samples, unless it is the link of `sends`:
+  // that exporter sends them anyway.
   void update(const Now& now, const OfferedTopic* sends = nullptr);
   // A rule may require another QoS now. True: the publisher was created again.
   bool adopt(const OfferedTopic& offered, const Now& now);
   void destroy();
-  // What waits for its publisher to be found is not published, and may come again.
+  // The messages that wait until subscribers have found the mirror are not published; they may come
+  // again.
   void drop_first();
   // The origin's last samples are asked for again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
@@ -102,7 +105,7 @@ class Mirror final : private Appearing::Waiting {
   void expect_subscriber(const Now& now);
 
   // ---- data
-  // Why messages from this link are not published; nullopt: they are.
+  // Why the mirror publishes no messages from this link; nullopt: it publishes them.
   [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
   // Publishes, or returns why not: it was published before, or exceeds what may be kept for late
   // subscribers. If fewer samples of its size may be kept than now, the publisher is created again
@@ -114,11 +117,12 @@ class Mirror final : private Appearing::Waiting {
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
   }
-  // Something waits for its publisher to be found.
+  // Whether messages wait until subscribers have found the mirror.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
+  [[nodiscard]] const Qos& qos() const { return qos_; }  // of the publisher
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
@@ -143,7 +147,7 @@ class Mirror final : private Appearing::Waiting {
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
-  // True: what the feeding link offers is not what the publisher is for.
+  // Whether the publisher does not fit what the feeding link offers now.
   bool follow_feeder();
   [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }

@@ -58,8 +58,10 @@ class TopicReading {
     endpoint.node_namespace = info.node_namespace;
     // A node with our name is another bridge, or the remains of a killed one: none of its endpoints
     // is a user's. Only its claims are of interest, and a killed one cannot send them.
-    note_bridge(endpoint, endpoints == &TopicState::publishers);
-    if (is_namesake(endpoint) && !is_claims_) return;
+    if (!node_.own().shows(endpoint.gid)) {
+      note_bridge(endpoint, endpoints == &TopicState::publishers);
+      if (is_namesake(endpoint) && !is_claims_) return;
+    }
     if (endpoint.node_name == "_NODE_NAME_UNKNOWN_") unknown_names = true;
     endpoint.qos = from_rmw(info.qos_profile);
     TopicState& state = state_of(info);
@@ -158,12 +160,13 @@ std::optional<GraphChanged> GraphReading::read(const std::set<std::string>& watc
   if (!read_topics(bridges, leave_to_others)) return std::nullopt;
   auto services = read_services(node_, watched, bridges, leave_to_others);
   if (!services) return std::nullopt;
+  auto called = read_called(node_, *services, leave_to_others);
   std::vector<TopicState> topics;
   for (const auto& [name, states] : topics_)
     topics.insert(topics.end(), states.begin(), states.end());
   attribute(topics, bridges);
   bridges_ = std::move(bridges);
-  return GraphChanged{std::move(topics), std::move(*services)};
+  return GraphChanged{std::move(topics), std::move(*services), std::move(called)};
 }
 
 bool GraphReading::read_topics(BridgeParticipants& bridges, const std::function<void()>& between) {

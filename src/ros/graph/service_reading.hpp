@@ -38,4 +38,10 @@ std::optional<std::vector<ServiceState>> read_services(
     const Node& node, const std::set<std::string>& watched, const BridgeParticipants& bridges,
     const std::function<void()>& between = [] {});
 
+// The services that a node of others has a client of and that nobody serves: neither `served`,
+// which are all that others serve, nor this process. At most some hundred. `between` is called
+// before each long question. None if the middleware fails.
+std::vector<CalledService> read_called(const Node& node, const std::vector<ServiceState>& served,
+                                       const std::function<void()>& between);
+
 }  // namespace connect_bridge::ros

@@ -10,6 +10,7 @@
 #include <rcl/node.h>
 #include <rcl/node_options.h>
 #include <rcl/publisher.h>
+#include <rcl/remap.h>
 #include <rcl/time.h>
 #include <rcl_interfaces/msg/parameter_event.h>
 #include <rcutils/logging.h>
@@ -17,6 +18,7 @@
 #include <rmw/qos_profiles.h>
 #include <rmw/rmw.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -45,6 +47,12 @@ void read_overrides(const rcl_arguments_t& arguments, const std::string& full_na
       others.push_back(std::move(section.node));
     }
   }
+}
+
+int severity_of(LogLevel level) {
+  constexpr int kSeverities[] = {RCUTILS_LOG_SEVERITY_DEBUG, RCUTILS_LOG_SEVERITY_INFO,
+                                 RCUTILS_LOG_SEVERITY_WARN, RCUTILS_LOG_SEVERITY_ERROR};
+  return kSeverities[static_cast<std::size_t>(level)];
 }
 
 // The arguments of main() at these places.
@@ -76,6 +84,25 @@ std::vector<std::string> parameter_files_of(const rcl_arguments_t& arguments) {
   return names;
 }
 
+// What a node of this name will be called, with what remaps it.
+std::string future_name(const rcl_arguments_t& arguments, const std::string& name) {
+  auto allocator = rcl_get_default_allocator();
+  const auto text_or = [&](char* text, const std::string& otherwise) {
+    if (text == nullptr) return otherwise;
+    std::string copy(text);
+    allocator.deallocate(text, allocator.state);
+    return copy;
+  };
+  char* output = nullptr;
+  ignore_error(rcl_remap_node_name(nullptr, &arguments, name.c_str(), allocator, &output));
+  const std::string last = text_or(output, name);
+  output = nullptr;
+  ignore_error(rcl_remap_node_namespace(nullptr, &arguments, name.c_str(), allocator, &output));
+  std::string space = text_or(output, "/");
+  if (space.empty() || space.front() != '/') space.insert(space.begin(), '/');
+  return space + (space.back() == '/' ? "" : "/") + last;
+}
+
 }  // namespace
 
 struct Node::State {
@@ -86,18 +113,20 @@ struct Node::State {
   OwnEndpoints own{middleware().participant_bytes};
   std::optional<PublisherIds> publisher_ids;
   bool logging = false;
-  std::vector<std::string> warnings;       // of the start, for the log
+  int first_severity = RCUTILS_LOG_SEVERITY_UNSET;  // of our own logger, by the arguments
+  std::vector<std::string> warnings;                // of the start, for the log
   std::vector<std::string> all_arguments;  // as they were: main() may scrub secrets in its own
   NodeFacts facts;
 
   void open(const NodeOptions& options);
   void open_context(const NodeOptions& options);
   void read_arguments(const NodeOptions& options);
+  void read_parameters();
   std::size_t domain();
   void open_publisher_ids();
   void open_parameter_events();
-  // nullopt: the id that it has in the graph is not known.
-  std::optional<Gid> add_own(const rcl_publisher_t& publisher);
+  // The id that it has in the graph; nullopt: not known.
+  std::optional<Gid> id_of(const rcl_publisher_t& publisher);
   ~State();
 };
 
@@ -129,11 +158,13 @@ void Node::State::read_arguments(const NodeOptions& options) {
 void Node::State::open(const NodeOptions& options) {
   const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // else rcl says why
   ask_for_whole_graph(is_loaded);
-  const FastDdsProfile profile(is_loaded,
-                               options.publishes_images ? FastDdsProfile::kLargeSegment : 0);
-  warnings = profile.problems();
   open_context(options);
   read_arguments(options);
+  facts.full_name = future_name(context.global_arguments, options.name);
+  read_parameters();
+  const bool publishes_images = options.publishes_images && options.publishes_images(facts);
+  const FastDdsProfile profile(is_loaded, publishes_images ? FastDdsProfile::kLargeSegment : 0);
+  warnings = profile.problems();
   all_arguments.assign(options.argv, options.argv + options.argc);
   const std::string no_file = begin_log(context.global_arguments, all_arguments);
   logging = true;
@@ -155,10 +186,14 @@ void Node::State::open(const NodeOptions& options) {
   require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot create a clock");
   open_publisher_ids();
   open_parameter_events();
+  first_severity = std::max(0, rcutils_logging_get_logger_level(rcl_node_get_logger_name(&node)));
   facts.name = rcl_node_get_name(&node);
   facts.name_space = rcl_node_get_namespace(&node);
   facts.full_name = rcl_node_get_fully_qualified_name(&node);
   own.settle_node(facts.full_name);
+}
+
+void Node::State::read_parameters() {
   read_overrides(context.global_arguments, facts.full_name, facts.parameter_overrides,
                  facts.others_with_parameters);
   facts.parameter_files = parameter_files_of(context.global_arguments);
@@ -179,7 +214,7 @@ void Node::State::open_publisher_ids() {
   publisher_ids.emplace([publishers] { return publishers->changes(); });
 }
 
-std::optional<Gid> Node::State::add_own(const rcl_publisher_t& publisher) {
+std::optional<Gid> Node::State::id_of(const rcl_publisher_t& publisher) {
   const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(&publisher);
   rmw_gid_t told{};
   if (handle == nullptr || rmw_get_gid_for_publisher(handle, &told) != RMW_RET_OK) {
@@ -191,7 +226,6 @@ std::optional<Gid> Node::State::add_own(const rcl_publisher_t& publisher) {
   const bool unknown = middleware().publisher_told == Middleware::PublisherTold::kHandle &&
                        (id == gid || id == Gid{});
   if (unknown) return std::nullopt;
-  own.add(id);
   return id;
 }
 
@@ -204,7 +238,9 @@ void Node::State::open_parameter_events() {
                                 "/parameter_events", &options),
              "cannot publish on /parameter_events");
   // Without it our own endpoints would be bridged like those of others.
-  if (!add_own(parameter_events) && middleware().participant_bytes > 0)
+  const auto id = id_of(parameter_events);
+  if (id) own.add(*id);
+  if (!id && middleware().participant_bytes > 0)
     throw RosError("the middleware does not report the id of this node's own publisher");
 }
 
@@ -263,10 +299,15 @@ Stamp Node::ros_now() const {
   return now;
 }
 
+void Node::set_log_level(std::optional<LogLevel> level) const {
+  const std::lock_guard lock(log_mutex());
+  ignore_error(
+      rcutils_logging_set_logger_level(rcl_node_get_logger_name(&state_->node),
+                                       level ? severity_of(*level) : state_->first_severity));
+}
+
 void Node::log(LogLevel level, const std::string& text) const {
-  constexpr int kSeverities[] = {RCUTILS_LOG_SEVERITY_DEBUG, RCUTILS_LOG_SEVERITY_INFO,
-                                 RCUTILS_LOG_SEVERITY_WARN, RCUTILS_LOG_SEVERITY_ERROR};
-  const int severity = kSeverities[static_cast<std::size_t>(level)];
+  const int severity = severity_of(level);
   const char* logger = rcl_node_get_logger_name(&state_->node);
   // Reading the level may store it for the next time.
   const std::lock_guard lock(log_mutex());
@@ -308,7 +349,12 @@ PublisherIds& Node::publisher_ids() const {
   return *state_->publisher_ids;
 }
 std::optional<Gid> Node::add_own(const rcl_publisher_s& publisher) const {
-  return state_->add_own(publisher);
+  const auto id = state_->id_of(publisher);
+  if (id) state_->own.add(*id);
+  return id;
+}
+void Node::show(const rcl_publisher_s& publisher) const {
+  if (const auto id = state_->id_of(publisher)) state_->own.show(*id);
 }
 
 }  // namespace connect_bridge::ros

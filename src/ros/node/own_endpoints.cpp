@@ -27,6 +27,7 @@ void OwnEndpoints::remove(const Gid& gid) {
 
 bool OwnEndpoints::is_known(const Gid& gid) const {
   const std::lock_guard lock(mutex_);
+  if (shown_.contains(gid)) return false;
   if (prefix_size_ == 0) return ids_.contains(gid) || ended_.contains(gid);
   return prefix_known_ &&
          std::equal(gid.bytes.begin(), gid.bytes.begin() + prefix_size_, prefix_.bytes.begin());
@@ -37,6 +38,16 @@ bool OwnEndpoints::contains(const Gid& gid) const {
   if (prefix_size_ > 0) return false;
   const std::lock_guard made(making_);
   return is_known(gid);
+}
+
+void OwnEndpoints::show(const Gid& gid) {
+  const std::lock_guard lock(mutex_);
+  shown_.insert(gid);
+}
+
+bool OwnEndpoints::shows(const Gid& gid) const {
+  const std::lock_guard lock(mutex_);
+  return shown_.contains(gid);
 }
 
 void OwnEndpoints::announce_node(const std::string& full_name) {

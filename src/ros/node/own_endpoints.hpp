@@ -28,6 +28,9 @@ class OwnEndpoints {
   void add(const Gid& gid);
   void remove(const Gid& gid);
   [[nodiscard]] bool contains(const Gid& gid) const;
+  // This one of ours is to be seen as anybody's: it is not contained.
+  void show(const Gid& gid);
+  [[nodiscard]] bool shows(const Gid& gid) const;
   // A node of ours with this name is about to enter or leave the graph; is in it; has left it.
   void announce_node(const std::string& full_name);
   void settle_node(const std::string& full_name);
@@ -57,6 +60,7 @@ class OwnEndpoints {
   std::unordered_set<Gid> ids_;
   std::unordered_set<Gid> ended_;
   std::deque<Gid> ended_order_;
+  std::unordered_set<Gid> shown_;
   std::map<std::string, std::uint64_t> nodes_;
   std::uint64_t last_settled_ = kUnsettled;
   std::map<std::string, std::size_t> servers_;

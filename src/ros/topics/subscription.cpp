@@ -12,6 +12,7 @@
 #include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/topics/diagnostics_topic.hpp"
 #include "ros/topics/topic_types.hpp"
 
 namespace connect_bridge::ros {
@@ -52,7 +53,7 @@ std::optional<Refusal> Subscription::open() {
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
   options.qos = to_rmw(create_.qos);
   options.rmw_subscription_options.ignore_local_publications =
-      ignore_local_ && middleware().ignoring_local_is_safe;
+      ignore_local_ && middleware().ignoring_local_is_safe && create_.topic != kDiagnosticsTopic;
   rcl_ret_t result = rcl_subscription_init(&subscription_, node_.get(), type_.handle.get(),
                                            create_.topic.c_str(), &options);
   std::optional<Refusal> refusal;

@@ -29,7 +29,10 @@ rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
   EXPECT_EQ(found.at("listen.port").range.value().max, 65535);
   EXPECT_TRUE(found.at("listen.port").read_only);
   EXPECT_EQ(found.at("rule.drive.max_age").value, ParameterValue{0.3});
+  EXPECT_THAT(found.at("listen.port").description, HasSubstr("A change needs a restart."));
   EXPECT_FALSE(found.at("rule.drive.max_age").read_only);
+  EXPECT_FALSE(found.at("log_level").read_only);
+  EXPECT_THAT(found.at("log_level").description, Not(HasSubstr("restart")));
   EXPECT_THAT(found.at("rule.drive.priority").constraints, "one of urgent, high, normal, bulk");
   EXPECT_TRUE(describe_parameter("rule.new.types", Role::kClient));
   EXPECT_FALSE(describe_parameter("auth.token", Role::kClient));
@@ -39,7 +42,7 @@ rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
 TEST(ConfigDocument, HasEveryKeyAsTheTableHasIt) {
   const std::string document = test::source_text("docs/config.md");
   for (const KeySpec& spec : key_table()) {
-    EXPECT_THAT(document, HasSubstr("| `" + spec.key + "` |"));
+    EXPECT_THAT(document, HasSubstr("| `" + spec.key + (spec.changeable ? "` * |" : "` |")));
     EXPECT_THAT(spec.help, Not(IsEmpty())) << spec.key;
   }
   EXPECT_THAT(document, HasSubstr(config_tables()))

@@ -83,6 +83,34 @@ rule: {a: {export_topics: [/z]}}
   EXPECT_EQ(parsed.config->policy.rules().size(), 1U);
 }
 
+TEST(RuleChanges, SettingsThatMayChangeDo) {
+  const std::string rules = "rules: [a]\nrule: {a: {export_topics: [/a]}}\n";
+  const Config before =
+      config_of(yaml(rules + "log_level: warn\nresume.seconds: 5"), Role::kServer);
+  ASSERT_EQ(before.log_level, LogLevel::kWarn);
+  const Config now = after(before, rules + "link.bytes_per_second: 5000\nresume.seconds: 7\n");
+  EXPECT_EQ(now.limits.outbox.bytes_per_second_max, 5000U);
+  EXPECT_EQ(now.limits.resume_for, std::chrono::seconds(7));
+  EXPECT_EQ(now.log_level, std::nullopt);
+  EXPECT_THAT(settings_changed(before, now),
+              ElementsAre("log_level", "resume.seconds", "link.bytes_per_second"));
+  EXPECT_TRUE(rule_changes(before, now).none());
+  const Config again = after(now, rules);
+  EXPECT_EQ(again.limits.outbox.bytes_per_second_max, 0U);
+  EXPECT_EQ(again.limits.resume_for, std::chrono::seconds(60));
+  EXPECT_THAT(file_changes(again, yaml(rules), {}).changes, IsEmpty()) << "once is enough";
+}
+
+// All or nothing, whichever of them is wrong.
+TEST(RuleChanges, AWrongSettingKeepsTheRulesToo) {
+  const Config before = config_of(yaml(kBefore), Role::kServer);
+  const FileChanges found = file_changes(
+      before, yaml("rules: [a]\nrule: {a: {export_topics: [/z]}}\nlog_level: loud"), {});
+  EXPECT_THAT(found.changes, IsEmpty());
+  ASSERT_EQ(found.problems.size(), 1U);
+  EXPECT_THAT(to_text(found.problems[0]), HasSubstr("one of debug, info, warn, error"));
+}
+
 TEST(RuleChanges, AWrongFileChangesNothing) {
   const Config before = config_of(yaml(kBefore), Role::kServer);
   const FileChanges found = file_changes(before, yaml(R"(

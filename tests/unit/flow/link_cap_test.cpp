@@ -117,5 +117,18 @@ TEST(OutboxCap, IsTheRateThatOthersReckonWith) {
   EXPECT_EQ(Outbox(OutboxOptions{}).assumed_rate(), 0);
 }
 
+// Of a connection that is open, as when the operator sets it while a link is up.
+TEST(LinkCap, IsSetWhileItSends) {
+  OutboxOptions free = capped();
+  free.bytes_per_second_max = 0;
+  Outbox outbox(free);
+  outbox.add_channel({1}, {});
+  fill(outbox, {1}, 200, 10'000, 0);
+  outbox.set_cap(kCap);
+  EXPECT_LT(pulled(outbox, 1, 1001), kCap + kCap / 4);
+  outbox.set_cap(0);
+  EXPECT_GT(pulled(outbox, 1001, 1010), 3 * kCap);
+}
+
 }  // namespace
 }  // namespace connect_bridge::flow_test

@@ -133,43 +133,6 @@ TEST(Shares, ServicesTakePlaces) {
   EXPECT_EQ(count(s.did(), "mirror_service "), 1);
 }
 
-// Each change costs the exporter a subscription, and what is kept for late ones.
-TEST(Shares, DemandThatIsSwitchedWithoutEndEndsTheLink) {
-  Script s(server({everything()}));
-  s.graph({topic("/a").pub(1)});
-  s.join(1);
-  const auto ended = [&] { return s.did().find("close 1 4006") != std::string::npos; };
-  for (int n = 0; n < 12'000; ++n) {
-    s.demand(1, 1, true);
-    s.demand(1, 1, false);
-  }
-  EXPECT_FALSE(ended());
-  s.demand(1, 1, true);
-  s.demand(1, 1, false);
-  EXPECT_TRUE(ended());
-}
-
-// With each list of what its peer accepts all that is here is compared again.
-TEST(Shares, WhoLogsInAgainIsLookedAtNoSooner) {
-  Script s(server());
-  s.graph({topic("/a").pub(1)});
-  const Accepts all{{{{"/**"}, {}}}, {}};
-  for (std::uint32_t n = 1; n <= 8; ++n) {
-    s.login(n, {}, called("busy"));
-    for (int i = 0; i < 20; ++i) s.say(n, all);
-  }
-  s.login(9, {}, called("busy"));
-  s.said(9);
-  s.say(9, all);
-  EXPECT_EQ(s.said(9), "");
-  s.login(10, {}, called("calm"));
-  s.said(10);
-  s.say(10, all);
-  EXPECT_NE(s.said(10).find("offer 1/a"), std::string::npos);
-  s.pass(1100);
-  EXPECT_NE(s.said(9).find("offer 1/a"), std::string::npos);
-}
-
 // Nor do the lines that its peer's words make fill what is told once of others.
 TEST(Shares, WhoHasOddNamesSilencesNobody) {
   SideOptions options = server();

@@ -1,0 +1,168 @@
+#include "apps/ctl_ping.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+
+#include "config/syntax.hpp"
+#include "core/policy/pattern.hpp"
+#include "core/wire/text.hpp"
+#include "ros/parameters/parameter_file.hpp"
+#include "run/assembly.hpp"
+#include "run/exit_codes.hpp"
+#include "run/pairing.hpp"
+#include "run/probe_report.hpp"
+
+namespace {
+
+using namespace connect_bridge;
+
+constexpr int kNoLink = 1;
+constexpr auto kPatience = std::chrono::seconds(15);
+constexpr auto kOffers = std::chrono::seconds(2);  // until the server has offered its topics
+
+int complain(const std::vector<std::string>& problems, int code) {
+  for (const auto& problem : problems)
+    std::fprintf(stderr, "%s\n", to_text(problem, problem.size()).c_str());
+  return code;
+}
+
+Duration seconds_of(double seconds) {
+  return syntax::from_seconds(seconds);
+}
+
+// What a client would start with.
+Start client_start(const std::string& file) {
+  constexpr char kNode[] = "/connect_client";
+  if (file.empty()) return start_with({}, {}, kNode);
+  Start start;
+  const auto read = ros::read_parameter_file(file);
+  start.problems = read.problems;
+  for (const auto& section : read.sections)
+    if (ros::node_name_matches(section.node, kNode) || read.sections.size() == 1)
+      for (const auto& [key, value] : section.parameters)
+        start.parameters.insert_or_assign(key, value);
+  return start;
+}
+
+std::optional<BridgeParts> client_parts(const std::string& file, const char* node,
+                                        std::vector<std::string>& problems) {
+  const Start start = client_start(file);
+  problems = start.problems;
+  if (!problems.empty()) return std::nullopt;
+  const Parsed parsed = parse_config(start.parameters, Role::kClient, surroundings());
+  for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
+  if (!parsed.config) return std::nullopt;
+  Assembly assembly = assemble(*parsed.config, node, start);
+  problems = assembly.problems;
+  return std::move(assembly.parts);
+}
+
+void add_file(CLI::App& command, std::string& file) {
+  command.footer(
+      "It logs in as the client does, as one more client, and gets no more than the server's rules "
+      "give that login. Exit code: 0 if it was measured, 1 if there is no link, or it was lost, 2 "
+      "if the file is wrong.");
+  command.add_option("file", file,
+                     "A client's parameter file. Without it: what this user's client was paired "
+                     "with");
+}
+
+bool write_file(const std::string& file, const std::string& text) {
+  std::ofstream out(file);
+  if (out << text << std::flush) return true;
+  std::fprintf(stderr, "%s: cannot be written\n", file.c_str());
+  return false;
+}
+
+}  // namespace
+
+CLI::App* add_ping_command(CLI::App& app, PingOrder& order) {
+  auto* ping = app.add_subcommand(
+      "ping", "Measure round trip, jitter and clock of the way to a server, over time");
+  add_file(*ping, order.file);
+  ping->add_option("--seconds", order.seconds, "How long")->check(CLI::Range(1.0, 3600.0));
+  ping->add_option("--interval", order.interval, "Seconds between two questions")
+      ->check(CLI::Range(0.02, 10.0));
+  ping->add_flag("--json", order.json, "As JSON, at the end");
+  return ping;
+}
+
+CLI::App* add_bench_command(CLI::App& app, BenchOrder& order) {
+  auto* bench = app.add_subcommand(
+      "bench", "Measure how good the link to a server is: idle, while sending, while receiving");
+  add_file(*bench, order.file);
+  bench->add_option("--seconds", order.seconds, "How long each part takes")
+      ->check(CLI::Range(1.0, 60.0));
+  bench
+      ->add_option("--rate", order.rate,
+                   "The most bytes per second that it sends. Other links share the way: a robot "
+                   "that is being driven feels it")
+      ->check(CLI::Range(std::uint64_t{1000}, std::uint64_t{125'000'000}));
+  bench->add_option("--topic", order.topics,
+                    "A topic to receive for the load from the server, as the server calls it, or "
+                    "a pattern; several times. Without one nothing is received");
+  bench->add_flag("--json", order.json, "As JSON");
+  bench->add_option("--svg", order.svg, "Also a picture, into this file");
+  return bench;
+}
+
+int run_ping(const PingOrder& order) {
+  std::signal(SIGPIPE, SIG_IGN);
+  std::vector<std::string> problems;
+  auto parts = client_parts(order.file, "/ctl_ping", problems);
+  if (!parts) return complain(problems, kExitConfiguration);
+  Probe probe(std::move(*parts), {seconds_of(order.interval), {}});
+  if (const std::string problem = probe.open(kPatience); !problem.empty())
+    return complain({problem}, kNoLink);
+  const auto print = [](const ProbeSpan::Sample& sample) {
+    const std::chrono::duration<double> at = sample.at;
+    const std::chrono::duration<double, std::milli> round_trip = sample.round_trip;
+    std::printf("%7.2f s  %8.2f ms\n", at.count(), round_trip.count());
+    std::fflush(stdout);
+  };
+  const ProbeSpan span =
+      probe.measure(seconds_of(order.seconds), {},
+                    order.json ? std::function<void(const ProbeSpan::Sample&)>{} : print);
+  std::fputs((order.json ? probe_json({{"idle", span}}) : ping_text(span)).c_str(), stdout);
+  probe.close();
+  return span.ended.empty() ? 0 : kNoLink;
+}
+
+int run_bench(const BenchOrder& order) {
+  std::signal(SIGPIPE, SIG_IGN);
+  std::vector<std::string> problems;
+  for (const auto& topic : order.topics)
+    if (!is_pattern(topic)) problems.push_back(topic + ": this is no name or pattern of topics");
+  if (!problems.empty()) return complain(problems, kExitConfiguration);
+  auto parts = client_parts(order.file, "/ctl_bench", problems);
+  if (!parts) return complain(problems, kExitConfiguration);
+  Probe probe(std::move(*parts),
+              {std::chrono::milliseconds(100), syntax::parse_patterns(order.topics)});
+  if (const std::string problem = probe.open(kPatience); !problem.empty())
+    return complain({problem}, kNoLink);
+  if (!order.topics.empty()) static_cast<void>(probe.measure(kOffers, {}));
+  if (!order.topics.empty() && probe.topics() == 0)
+    complain({"the server offers none of the topics to this login: nothing is received"}, 0);
+  struct Part {
+    const char* name;
+    Probe::Load load;
+  };
+  std::vector<Part> plan{{"idle", {}}, {"sending", {order.rate, false}}};
+  if (probe.topics() > 0) {
+    plan.push_back({"receiving", {0, true}});
+    plan.push_back({"sending, receiving", {order.rate, true}});
+  }
+  std::vector<NamedSpan> spans;
+  for (const auto& [name, load] : plan) {
+    if (!order.json) std::fprintf(stderr, "%s ...\n", name);
+    spans.push_back({name, probe.measure(seconds_of(order.seconds), load)});
+    if (!spans.back().span.ended.empty()) break;
+  }
+  const bool whole = spans.back().span.ended.empty();
+  if (whole) probe.close();
+  std::fputs((order.json ? probe_json(spans) : bench_text(spans)).c_str(), stdout);
+  if (!order.svg.empty() && !write_file(order.svg, bench_svg(spans))) return kExitConfiguration;
+  return whole ? 0 : kNoLink;
+}

@@ -1,0 +1,127 @@
+#include "run/diagnostics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/base/cdr.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Level = Diagnostic::Level;
+
+constexpr double kLagWorthTelling = 500;  // ms, as the log has it
+constexpr double kMemoryShareWorthTelling = 0.9;
+constexpr Duration kQueueWorthTelling = std::chrono::seconds(1);
+constexpr Stamp kDay = 24 * 3600 * kStampSecond;
+constexpr Stamp kCertificateDays = 30;  // as the log has it (CertificateEnd)
+constexpr Stamp kLoginDays = 7;
+
+std::string shown_value(const OrderedJson& value) {
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+// Lists are none of them; what is within another member is named with a dot.
+void add_values(Diagnostic& to, const OrderedJson& facts, const std::string& before = {}) {
+  for (const auto& [name, value] : facts.items()) {
+    if (value.is_object()) {
+      add_values(to, value, before + name + ".");
+    } else if (!value.is_array()) {
+      to.values.emplace_back(before + name, shown_value(value));
+    }
+  }
+}
+
+void add_end(Diagnostic& to, const char* what, Stamp end, Stamp days_worth_telling, Stamp now) {
+  const Stamp days = (end - now) / kDay;
+  to.values.emplace_back(fmt::format("{}_valid_days", what), std::to_string(days));
+  if (end <= now) {
+    to.add(Level::kError, fmt::format("the {} has ended", what));
+  } else if (days < days_worth_telling) {
+    to.add(Level::kWarn, fmt::format("the {} ends in {} days", what, days));
+  }
+}
+
+// The node without the namespace's first slash, as updaters write it.
+std::string named_at(const StatusPicture& picture, const std::string& what) {
+  const std::string& node = picture.run.node;
+  return node.substr(node.starts_with('/') ? 1 : 0) + ": " + what;
+}
+
+Diagnostic of_side(const StatusPicture& picture, Stamp now) {
+  const RunStatus& run = picture.run;
+  const Status& side = picture.side;
+  Diagnostic made{Level::kOk, named_at(picture, "bridge"), {}, {}};
+  OrderedJson facts = facts_of(picture, Names::kHidden);
+  facts.erase("last_failure");
+  add_values(made, facts);
+  if (run.loop_lag_ms > kLagWorthTelling)
+    made.add(Level::kWarn, fmt::format("this process was held up for {:.0f} ms", run.loop_lag_ms));
+  const auto used = static_cast<double>(side.shared_bytes);
+  if (used > kMemoryShareWorthTelling * static_cast<double>(side.shared_bytes_max))
+    made.add(Level::kWarn, "the memory that peers may use is nearly full (memory_max)");
+  if (run.audit && !run.audit->problem.empty())
+    made.add(Level::kError, "the audit log cannot be written: " + run.audit->problem);
+  if (run.certificate_end != 0)
+    add_end(made, "certificate", run.certificate_end, kCertificateDays, now);
+  const auto& links = side.links;
+  const bool linked =
+      std::any_of(links.begin(), links.end(), [](const LinkStatus& link) { return link.open; });
+  if (run.role == Role::kClient && !linked)
+    made.add(Level::kError,
+             "no link to the server" +
+                 (side.last_failure.empty() ? std::string{} : ": " + side.last_failure));
+  if (made.message.empty()) made.message = "runs";
+  return made;
+}
+
+Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, std::size_t place,
+                   Stamp now) {
+  Diagnostic made{Level::kOk, named_at(picture, "link " + std::to_string(place)), {}, {}};
+  OrderedJson facts = facts_of(link, Names::kHidden);
+  facts.erase("peer");
+  facts.erase("identity");
+  add_values(made, facts);
+  if (link.login_end != 0) add_end(made, "login", link.login_end, kLoginDays, now);
+  if (!link.open) {
+    made.add(Level::kWarn, "lost, may return");
+  } else if (link.path_queue > kQueueWorthTelling) {
+    made.add(Level::kWarn, fmt::format("packets wait {:.1f} s on the path",
+                                       std::chrono::duration<double>(link.path_queue).count()));
+  }
+  if (made.message.empty()) made.message = "open";
+  return made;
+}
+
+}  // namespace
+
+void Diagnostic::add(Level worse, const std::string& text) {
+  level = std::max(level, worse);
+  message += (message.empty() ? "" : "; ") + text;
+}
+
+std::vector<Diagnostic> diagnostics_of(const StatusPicture& picture, const LinkPlaces& places,
+                                       Stamp now) {
+  std::vector<Diagnostic> all{of_side(picture, now)};
+  for (const LinkStatus& link : picture.side.links)
+    all.push_back(of_link(picture, link, places.of(link), now));
+  return all;
+}
+
+Payload diagnostic_array(const std::vector<Diagnostic>& all, const std::string& hardware_id,
+                         Stamp now) {
+  CdrWriter to;
+  to.u32(static_cast<std::uint32_t>(now / kStampSecond));
+  to.u32(static_cast<std::uint32_t>(now % kStampSecond));
+  to.string("");  // frame_id
+  to.u32(static_cast<std::uint32_t>(all.size()));
+  for (const Diagnostic& one : all) {
+    to.u8(static_cast<std::uint8_t>(one.level)).string(one.name).string(one.message);
+    to.string(hardware_id).u32(static_cast<std::uint32_t>(one.values.size()));
+    for (const auto& [key, value] : one.values) to.string(key).string(value);
+  }
+  return to.take();
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,13 @@
+// What of this machine matters when the bridge is slow or silent.
+#pragma once
+
+#include <string>
+
+namespace connect_bridge {
+
+// Lines "name: value": system, memory, kernel settings of sockets and fragments, shared memory,
+// network interfaces with their MTU, limits of this process, variables that ROS reads. No address
+// of an interface, no name of the machine.
+[[nodiscard]] std::string system_facts();
+
+}  // namespace connect_bridge
