@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "apps/ctl_asked.hpp"
+#include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/text.hpp"
 #include "run/assembly.hpp"
@@ -20,13 +21,12 @@
 #include "run/diagnosis.hpp"
 #include "run/exit_codes.hpp"
 #include "run/probe.hpp"
-#include "run/runtime_folder.hpp"
 
 namespace {
 
 using namespace connect_bridge;
 
-constexpr auto kPatience = std::chrono::seconds(15);
+constexpr auto kPatienceOfDoctor = std::chrono::seconds(15);
 constexpr int kSomethingWrong = 1;
 constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
                                       "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
@@ -86,7 +86,7 @@ std::vector<Found> look_through_link(const Config& config) {
   Assembly assembly = assemble(config, "/ctl_doctor");
   if (!assembly.parts) return {};  // its problems are told as those of the file
   Probe probe(std::move(*assembly.parts), {});
-  const std::string failure = probe.open(kPatience);
+  const std::string failure = probe.open(kPatienceOfDoctor);
   if (failure.empty()) {
     probe.close();
     return {};
@@ -151,7 +151,7 @@ bool is_socket(const std::string& what) {
   return ::stat(what.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode);
 }
 
-int complain_of(const std::string& what, const std::string& problem) {
+int no_answers_about(const std::string& what, const std::string& problem) {
   std::fprintf(stderr, "%s: %s\n", to_text(what, what.size()).c_str(),
                to_text(problem, problem.size()).c_str());
   return kExitConfiguration;
@@ -198,11 +198,11 @@ int run_doctor(const DoctorOrder& order) {
   } else if (what.starts_with("ws://") || what.starts_with("wss://")) {
     std::vector<std::string> wrong;
     found = look_at_url(order, wrong);
-    if (!wrong.empty()) return complain_of(what, wrong.front());
+    if (!wrong.empty()) return no_answers_about(what, wrong.front());
   } else if (is_socket(what) || syntax::parse_status_address(what)) {
     bool answers = false;
     found = look_at_side(what, answers);
-    if (!answers) return complain_of(what, "nobody answers");
+    if (!answers) return no_answers_about(what, "nobody answers");
   } else {
     found = look_at_file(order);
   }

@@ -21,7 +21,6 @@ namespace connect_bridge::syntax {
 
 inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
     {ToldBy::kXForwardedFor, "x_forwarded_for"},
-    {ToldBy::kForwarded, "forwarded"},
     {ToldBy::kProxyProtocol, "proxy_protocol"},
 }};
 
@@ -58,7 +57,7 @@ inline constexpr std::array<Word<LogLevel>, 4> kLogLevelWords{{
     std::string_view text);
 // In place of a prefix: each identity's own.
 inline constexpr std::string_view kByIdentity = "by_identity";
-// Those that are patterns.
+// The patterns among these texts; texts that are no patterns are left out.
 [[nodiscard]] std::vector<Pattern> parse_patterns(const std::vector<std::string>& texts);
 // Seconds as written by an operator, to the nearest nanosecond.
 [[nodiscard]] Duration from_seconds(double seconds);
@@ -75,7 +74,6 @@ Complaint check_url(std::string_view text);
 Complaint check_relay_url(std::string_view text);
 Complaint check_http_url(std::string_view text);
 Complaint check_file_or_http_url(std::string_view text);
-Complaint check_path(std::string_view text);
 Complaint check_compression(std::string_view text);
 Complaint check_remap(std::string_view text);
 Complaint check_prefix(std::string_view text);

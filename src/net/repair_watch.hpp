@@ -9,8 +9,9 @@
 
 namespace connect_bridge {
 
-// Of its own segments TCP tells which are missing, of the peer's only how many have come before a
-// missing one: that is open from then on until something can be read.
+// Watches TCP's repairs of lost segments. TCP reports which of our own segments are missing. Of the
+// peer's segments it reports only how many came out of order: the gap is open from then on until
+// something can be read.
 class RepairWatch {
  public:
   // A round trip is hardly shorter than this where anything is lost.
@@ -24,7 +25,8 @@ class RepairWatch {
   }
   // A segment of the peer is missing.
   [[nodiscard]] bool misses() const { return losses_.too_early != too_early_read_; }
-  // Something came in order, and so did what had come too early, as far as the kernel tells now.
+  // Data was read in order: by these counts of the kernel, what came out of order before is
+  // complete.
   void has_read(const TcpLosses& losses) {
     losses_ = losses;
     too_early_read_ = losses.too_early;

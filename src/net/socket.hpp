@@ -24,7 +24,7 @@ struct Certified;  // net/certified.hpp
 struct WebSocket;
 
 struct SocketSetup {
-  ConnectionOpened opened;                 // what the loop is told
+  ConnectionOpened opened;                 // what the loop gets
   std::shared_ptr<WebSocket> socket;       // after its handshake
   NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
   std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object
@@ -106,7 +106,6 @@ class Socket : public std::enable_shared_from_this<Socket> {
   std::uint64_t received_bytes_ = 0;
   std::uint64_t messages_ = 0;
   Throttle packet_rate_;
-  Throttle byte_rate_;
   boost::asio::steady_timer read_at_;
   Gate gate_;
   ExtraFrames extra_frames_;

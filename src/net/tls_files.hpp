@@ -29,13 +29,13 @@ class TlsFiles {
   // and what is wrong with it.
   TlsContext get(std::string& problem);
 
-  // The same of the files as they are now: when one has changed they are read again, and while they
-  // cannot be used there is no context.
+  // A context of the files as they are now: when one has changed they are read again, and while
+  // they cannot be used there is no context.
   TlsContext get_fresh(std::string& problem);
 
   // Looks at the files, which costs a system call for each; call it once a second. What has changed
   // is read at the second look that finds it so: certificate and key are written one after the
-  // other. What cannot be used is told once and tried at each look: the reason may pass.
+  // other. Files that cannot be used are reported once and tried at each look: the reason may pass.
   std::optional<News> check();
 
   // The end of our own certificate, as it is in use.

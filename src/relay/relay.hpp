@@ -11,33 +11,39 @@
 #include <unordered_set>
 #include <vector>
 
-#include "auth/authenticator.hpp"
 #include "core/base/address_paces.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/admission.hpp"
+#include "net/proxy_header.hpp"
+#include "net/tcp_doors.hpp"
 #include "net/tls_files.hpp"
 #include "net/tls_lines.hpp"
-#include "relay/client_hello.hpp"
 #include "relay/joint.hpp"
+#include "relay/relay_arrival.hpp"
+#include "relay/relay_status.hpp"
+#include "relay/robot_names.hpp"
 
 namespace connect_bridge {
 
 struct RelaySetup {
-  std::vector<std::string> addresses;     // as ListenOptions::addresses
-  std::uint16_t port = 0;                 // 0: any free one
-  TlsOptions tls;                         // of the control connections
-  std::unique_ptr<Authenticator> robots;  // identities are the robots' names
+  std::vector<std::string> addresses;  // as ListenOptions::addresses
+  std::uint16_t port = 0;              // 0: any free one
+  TlsOptions tls;                      // of the control connections
+  RobotNames names;
   SocketOptions sockets;
+  // Who begins with a header of the PROXY protocol, with the address of whom it connects for.
+  AddressRanges proxies;
   // Control handshakes and visitors of one address, beyond: dropped, or refused.
   int address_calls_at_once = 30;
   Duration address_call_period = std::chrono::milliseconds(100);
 };
 
-// Of what it passes on it reads the ClientHello; it dials nowhere. All that strangers can use up
-// here is bounded. Thread: that of the io_context.
+// Joins each visitor to the robot that it asks for. Of the bytes that it passes on it reads only
+// the ClientHello, and it dials nowhere. Everything that strangers can use up here has a limit.
+// Thread: that of the io_context.
 class Relay : public std::enable_shared_from_this<Relay> {
  public:
   using Log = std::function<void(LogLevel, const std::string&)>;
@@ -45,11 +51,13 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Relay(asio::io_context& io, RelaySetup setup, Log log);
   // Once. Empty, or what is wrong.
   [[nodiscard]] std::string open();
-  // Of the first address.
-  [[nodiscard]] std::uint16_t port() const;
-  // Call it once a second: files that have changed are read again, and whose token is no longer
-  // valid has to go.
+  // The port of the first address.
+  [[nodiscard]] std::uint16_t port() const { return doors_->port(); }
+  // Call it once a second: files that have changed are read again, whose token is no longer valid
+  // has to go, and so have pairs of which an end is gone.
   void every_second();
+  // Without times and version.
+  [[nodiscard]] RelayStatus status() const;
   // Cuts everything at once.
   void close();
 
@@ -57,15 +65,16 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // A connection that is in no pair: first its ClientHello is read, then it waits for its login or
   // for the robot.
   struct Caller {
-    explicit Caller(TcpSocket of) : socket(std::move(of)), limit(socket.get_executor()) {}
-    TcpSocket socket;
+    explicit Caller(TcpSocket socket)
+        : arrival(std::move(socket)), limit(arrival.socket().get_executor()) {}
+    RelayArrival arrival;
     asio::ip::tcp::endpoint from;
-    Bytes hello;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;
     std::shared_ptr<Admission::Pending> place_at_robot;
     std::string robot;
     std::string ticket;  // the key in waiting_; empty: it does not wait there
+    std::string call;    // what the robot is told of it
   };
   using CallerPtr = std::shared_ptr<Caller>;
 
@@ -74,35 +83,30 @@ class Relay : public std::enable_shared_from_this<Relay> {
     explicit Robot(asio::io_context& io) : limit(io) {}
     std::string name;
     std::string peer;
+    TimePoint since{};  // its login
     std::shared_ptr<TlsLines> lines;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;  // until its login
-    Bytes credential;
+    std::string token;
   };
   using RobotPtr = std::shared_ptr<Robot>;
 
-  struct Door {
-    explicit Door(asio::io_context& io) : acceptor(io), retry(io) {}
-    asio::ip::tcp::acceptor acceptor;
-    asio::steady_timer retry;
-  };
-
-  std::string bind(const std::string& address, std::uint16_t port);
-  void accept(const std::shared_ptr<Door>& door);
   void admit(TcpSocket socket);
-  void read_hello(const CallerPtr& caller);
-  void on_hello(const CallerPtr& caller, const ClientHello& hello);
+  void on_arrived(const CallerPtr& caller, RelayArrival::State state);
   // Closes it, and forgets it wherever it is.
   void drop(const CallerPtr& caller);
-  // The same, with a word to who expects TLS.
-  void refuse(const CallerPtr& caller);
+  void drop(const CallerPtr& caller, RelayRefusal why);
+  // As drop(), but first sends a TLS alert to the caller, who expects TLS.
+  void refuse(const CallerPtr& caller, RelayRefusal why);
+  void count(RelayRefusal why) { ++refusals_[static_cast<std::size_t>(why)]; }
 
   void on_control(const CallerPtr& caller);
   void on_shaken(const RobotPtr& robot, const ErrorCode& error);
   void on_line(const RobotPtr& robot, std::string_view line);
-  void on_login(const RobotPtr& robot, std::string_view token);
-  [[nodiscard]] bool is_its_name(const Robot& robot, const Bytes& credential);
+  void on_login(const RobotPtr& robot, std::string_view words);
   void limit(const RobotPtr& robot, std::chrono::seconds time);
+  // Forgets what has passed for a robot that is not here and has no pair.
+  void forget_use(const std::string& name);
   // A copy: the one that the caller has may be in a table that it leaves.
   void end(RobotPtr robot, const std::string& why);
 
@@ -113,7 +117,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   RelaySetup setup_;
   Log log_;
   TlsFiles tls_;
-  std::vector<std::shared_ptr<Door>> doors_;
+  std::shared_ptr<TcpDoors> doors_;
   Admission callers_;         // by address
   Admission visitors_;        // by robot
   AddressPaces paces_;        // of control handshakes and visitors, by address
@@ -124,8 +128,11 @@ class Relay : public std::enable_shared_from_this<Relay> {
   std::unordered_set<RobotPtr> strangers_;                          // without a login yet
   std::unordered_map<std::string, RobotPtr> robots_;
   std::unordered_set<std::shared_ptr<Joint>> joints_;
-  std::unordered_map<std::string, std::size_t> pairs_;  // by robot; none that is zero
-  LogLimit no_room_, refused_;
+  std::unordered_map<std::string, RelayUse> uses_;  // by robot; none that is not here and unpaired
+  RelayUse all_;
+  std::uint64_t accepted_ = 0;
+  std::array<std::uint64_t, kRelayRefusals> refusals_{};
+  LogLimit refused_;
   TimePoint judged_at_{};
 };
 

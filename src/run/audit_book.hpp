@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/address_paces.hpp"
 #include "core/base/pace.hpp"
 #include "core/base/time.hpp"
 #include "core/ports/audit.hpp"
@@ -26,8 +27,9 @@ enum class AuditRank : std::uint8_t {
 [[nodiscard]] AuditRank rank_of(const Audit& line);
 
 // Peers cause most lines, as often as they like. So each identity has a pace for each rank, and a
-// share of the room in which lines of that rank wait for the disk. Lines beyond that are left out
-// and counted. Pure; not thread-safe.
+// share of the room in which lines of that rank wait for the disk; strangers have one of all
+// together, of which an address gets half. Lines beyond that are left out and counted. Pure; not
+// thread-safe.
 class AuditBook {
  public:
   // Lines of a rank that wait: an identity has no more than it leaves free, so alone half of them,
@@ -45,9 +47,10 @@ class AuditBook {
     std::uint64_t left_out = 0;
     TimePoint told_at{};
   };
-  // Whose line waits now, until written(); null: it is left out, also where it may not wait.
+  // The account of a line that waits from now on, until written(). Null: the line is left out,
+  // because of its pace or because it may not wait.
   [[nodiscard]] Account* take(const Audit& line, TimePoint now, bool may_wait = true);
-  // One of its lines is in the file.
+  // One line of the account is in the file.
   void written(Account& account);
 
   struct LeftOut {
@@ -55,14 +58,16 @@ class AuditBook {
     AuditRank rank = AuditRank::kOwn;
     std::uint64_t lines = 0;
   };
-  // What was left out and not told yet; of each identity and rank at most once in kTellPeriod.
-  // `all`: sooner, too, at the end.
+  // How many lines were left out and not reported yet; each identity and rank at most once in
+  // kTellPeriod. `all`: also before that time, at the end.
   [[nodiscard]] std::vector<LeftOut> take_left_out(TimePoint now, bool all = false);
 
  private:
   using Key = std::pair<AuditRank, std::string>;  // of an identity
   [[nodiscard]] Account& account_of(const Audit& line);
+  [[nodiscard]] bool has_turn(Account& account, const Audit& line, TimePoint now);
 
+  AddressPaces strangers_{50, std::chrono::seconds(4)};
   std::map<Key, Account> accounts_;
   std::map<AuditRank, std::size_t> waiting_;  // lines
 };

@@ -25,7 +25,7 @@ constexpr double kBreaks = 10;       // in this time, at most
 constexpr double kBreaksSeconds = 600;
 constexpr double kDroppedShare = 0.05;
 constexpr std::uint64_t kSharedMemoryBytes = 64ULL << 20;
-constexpr double kCertificateDays = 14;
+constexpr double kCertificateDaysLeft = 14;
 
 // The first that stands in the text; narrower ones come first.
 struct Sign {
@@ -312,7 +312,7 @@ void Doctor::side(const Json& status) {
     constexpr double kDay = 86'400;
     if (*end <= *now)
       add("certificate_expired", {}, "on " + until);
-    else if (*end - *now < kCertificateDays * kDay)
+    else if (*end - *now < kCertificateDaysLeft * kDay)
       add("certificate_ends_soon", {}, "on " + until);
   }
   for (const Json& one : links) link(one, now && since ? *now - *since : 0);

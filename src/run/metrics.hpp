@@ -20,9 +20,9 @@ class Metrics {
  public:
   static constexpr std::size_t kNamesMax = 1000;
 
-  // To be given each picture, so that nothing of a link that ends is lost.
+  // Call it with each picture, so that the counts of a link that ends are not lost.
   void count(const StatusPicture& picture);
-  // Of the last picture. `open`: OpenMetrics 1.0, else the text format 0.0.4.
+  // The metrics of the last picture. `open`: in OpenMetrics 1.0, else in the text format 0.0.4.
   [[nodiscard]] std::string text(bool open) const;
 
  private:
@@ -37,7 +37,7 @@ class Metrics {
   // `kind` and `name` as labels, or "other" if there are too many names.
   [[nodiscard]] std::string labels_of(const std::string& kind, const std::string& name,
                                       bool exported);
-  // A counter of one link, which is added up over all of them. `own`: what tells it from others.
+  // Adds a counter of one link to the sum over all links. `own`: what identifies it on the link.
   void add(const LinkStatus& link, const std::string& own, const std::string& metric,
            const std::string& labels, std::uint64_t total);
 

@@ -222,9 +222,33 @@ std::string link_lines(const Json& link) {
   return text;
 }
 
+// Of a relay (src/relay/relay_status.hpp).
+std::string relay_screen(const Json& now, std::size_t rows) {
+  StatusTable robots({"ROBOT", "FROM", "HERE", "VISITORS", "ALL VISITORS", "SENT", "RECEIVED"});
+  for (const Json& robot : list_of(now, "robots"))
+    robots.add(
+        member<double>(robot, "sent_bytes") + member<double>(robot, "received_bytes"),
+        {member<std::string>(robot, "robot"), member<std::string>(robot, "peer"),
+         member<bool>(robot, "open") ? shown_span(member<std::int64_t>(robot, "open_seconds"))
+                                     : "gone",
+         std::to_string(member<std::uint64_t>(robot, "pairs")),
+         std::to_string(member<std::uint64_t>(robot, "visitors")),
+         shown_bytes(member<double>(robot, "sent_bytes")),
+         shown_bytes(member<double>(robot, "received_bytes"))});
+  std::string text =
+      fmt::format("relay  {} robots\nversion {}, since {}\n", robots.size(),
+                  member<std::string>(now, "version"), member<std::string>(now, "started"));
+  text += "who came: " + joined_counts(list_of(now, "strangers")) + "\n";
+  if (const auto refused = joined_counts(list_of(now, "refused")); !refused.empty())
+    text += "refused: " + refused + "\n";
+  if (robots.size() > 0) text += "\n" + robots.text(rows);
+  return text;
+}
+
 }  // namespace
 
 std::string status_screen(const Json& now, const Json& before, std::size_t rows) {
+  if (member<std::string>(now, "role") == "relay") return relay_screen(now, rows);
   const Json& links = list_of(now, "links");
   const auto open = std::count_if(links.begin(), links.end(),
                                   [](const Json& link) { return member<bool>(link, "open"); });

@@ -133,14 +133,6 @@ class Peer(Renewals, Listening, Asking, Calls):
             self.sent_bytes += len(data)
             self.socket.send(data)
 
-    def send_at_once(self, packets):
-        """The other end has the last while it still works on the first."""
-        with self._sending:
-            self.sent_bytes += sum(map(len, packets))
-            with self.socket.send_context():
-                for data in packets:
-                    self.socket.protocol.send_binary(data)
-
     def ask_time(self):
         t1 = time.time_ns()
         self._asked.add(t1)

@@ -2,6 +2,7 @@
 // due on each.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -12,20 +13,32 @@
 
 namespace connect_bridge {
 
-// A link marks itself when it may have come to something: it failed, has something to send, waits
-// for another time. Who owns the links looks at those that are marked, and at no others, so that an
-// input that concerns one link costs the same with a thousand of them. Single-threaded.
+// A link marks itself when it may have something to do: it has failed, has something to send, or
+// its deadline has changed. The owner of the links looks only at marked links, so an input that
+// concerns one link costs the same with a thousand links. Single-threaded.
 class DueLinks {
  public:
   using Timer = Timers<LinkId>::Timer;
 
   void mark(LinkId link) { marked_.insert(link); }
-  // The oldest of the links that are marked, once for all its marks.
+  // Takes the link that was marked first, with all its marks.
   std::optional<LinkId> take_marked() { return take(marked_); }
 
   // The connection has something to send.
   void ready(ConnectionId connection) { ready_.insert(connection); }
-  void gone(ConnectionId connection) { ready_.erase(connection); }
+  void gone(ConnectionId connection) {
+    ready_.erase(connection);
+    later_.erase(connection);
+  }
+  // What it has to send waits for what others do: it is ready again after the next input. Since
+  // when it waits.
+  TimePoint later(ConnectionId connection, TimePoint now) {
+    return later_.try_emplace(connection, now).first->second;
+  }
+  void not_later(ConnectionId connection) { later_.erase(connection); }
+  void look_again() {
+    for (const auto& [connection, since] : later_) ready_.insert(connection);
+  }
   std::optional<ConnectionId> take_ready() { return take(ready_); }
 
   // Lets the timer of a link wait for its deadline, which may have changed; it may not outlive
@@ -47,6 +60,7 @@ class DueLinks {
 
   std::set<LinkId> marked_;
   std::set<ConnectionId> ready_;
+  std::map<ConnectionId, TimePoint> later_;
   Timers<LinkId> timers_;
 };
 

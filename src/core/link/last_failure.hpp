@@ -11,11 +11,11 @@
 
 namespace connect_bridge {
 
-// A client dials again and again, for as long as it takes. The log has a line about it when the
-// reason is another one, and while it stays the same, or two take turns: after the first minute,
-// then every ten minutes. After
-// kNews others, as of a proxy whose answers have numbers, it has a line every ten minutes only, and
-// when a reason comes twice in a row. Single-threaded; owned by Links.
+// A client dials again until it is connected. The log gets a line for each new reason. While the
+// reason stays the same, or two reasons take turns, it gets one after the first minute and then
+// every ten minutes. After kNews different reasons (the answers of a proxy may contain numbers) it
+// gets one only every ten minutes, and when a reason comes twice in a row. Single-threaded; owned
+// by Links.
 class LastFailure {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(10);
@@ -35,7 +35,7 @@ class LastFailure {
 
   // Empty: a link is open.
   [[nodiscard]] const std::string& reason() const { return reason_; }
-  // A link was lost or refused here; the log has been told of that.
+  // A link was lost or refused here, and the log says so already.
   void set(std::string reason, const Now& now);
   // A client's: a dial failed, or the server did not welcome it.
   void tell(Line line, const Now& now);
@@ -53,7 +53,7 @@ class LastFailure {
   std::string before_;              // another one, the last before
   TimePoint before_until_{};        // until then it takes turns
   std::optional<TimePoint> since_;  // since then no link is open
-  TimePoint next_{};                // until then the same reason is not told again
+  TimePoint next_{};                // until then the same reason is not logged again
   int news_ = 0;                    // told, since a reason has stayed
   bool told_ = true;                // the last one was
 };

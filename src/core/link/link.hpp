@@ -109,19 +109,19 @@ class Link final : public ConnectionUser {
   }
   // What is due on the connection; what the peer accepts now is looked at.
   void on_time(const Now& now);
-  // Of that, and of its life and its login.
+  // When on_time() must be called, also for the link's life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
   // From now on.
   void limit(const LimitsChanged& limits);
-  // To be called wherever it may have come to something: it failed, has something to send, waits
-  // for another time. What is called here for sending and failing does so itself.
+  // Call it where the link may have something to do now: it has failed, has something to send, or
+  // its deadline has changed. The functions here that send or fail call it themselves.
   void mark() const {
     if (due_) due_->mark(id);
   }
-  // Of its owner: waits for deadline().
+  // Belongs to the owner of the links, who waits for deadline() with it.
   DueLinks::Timer timer;
 
-  // What our rules let through of a publisher on a topic (name, type). Null: there is no limit.
+  // The rate limit that our rules set for a publisher on a topic (name, type). Null: there is none.
   // Valid until the next call.
   [[nodiscard]] RateLimit* rate_of(const std::pair<std::string, std::string>& topic,
                                    const Gid& publisher, const Treatment& treatment,
@@ -160,7 +160,7 @@ class Link final : public ConnectionUser {
   }
   // The channel has ended here. What the peer still sends on it is dropped, until it withdraws it.
   void let_go(ChannelId number);
-  // It goes on behind this sequence of the connection before.
+  // The channel goes on behind this sequence, the last one of the connection before.
   void resume_incoming(ChannelId number, std::uint32_t sequence);
   // The peer will not send on it any more.
   void forget(ChannelId number);
@@ -188,7 +188,7 @@ class Link final : public ConnectionUser {
     return number;
   }
   void close_channel(ChannelId number) { outgoing_.erase(number); }
-  // The same, with its queue, and the peer is told.
+  // As close_channel(), but it also removes the queue and sends `withdraw` to the peer.
   void withdraw(ChannelId number, const Ending& why = {});
   // A peer takes so many channels at least, and may end the connection for more.
   [[nodiscard]] bool may_offer() const { return outgoing_.size() < kOfferedMax; }
@@ -249,9 +249,17 @@ class Link final : public ConnectionUser {
   std::uint32_t last_channel_ = 0;  // on which this side has sent
   // What our rules have let through, by topic, type and publisher: a peer that offers a topic again
   // gets no more.
-  std::map<std::pair<std::pair<std::string, std::string>, Gid>, RateLimit> rates_;
+  struct Rate {
+    RateLimit limit;
+    Budget::Hold held;
+  };
+  std::map<std::pair<std::pair<std::string, std::string>, Gid>, Rate> rates_;
   // What was counted on earlier connections, by exported, topic and type.
-  std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
+  struct Past {
+    TopicStatus counts;  // without names
+    Budget::Hold held;
+  };
+  std::map<std::tuple<bool, std::string, std::string>, Past> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and
   // go.
   Pace withdrawals_{account->withdrawals};

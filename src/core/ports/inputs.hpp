@@ -111,7 +111,8 @@ struct DefinitionDiffers {
 };
 using TypeDiffers = DefinitionDiffers<MirrorId>;
 using ServiceTypeDiffers = DefinitionDiffers<ServiceMirrorId>;
-// The id of a mirror in the graph. Not given where the middleware does not tell it.
+// The id of a mirror in the graph. There is no such input where the middleware does not give the
+// id.
 struct MirrorMade {
   MirrorId mirror;
   Gid gid;

@@ -64,8 +64,8 @@ class Side final : private LinksUser {
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
   [[nodiscard]] Status status(const Now& now) const;
-  // The same in parts, none of which takes long: all but the links, and each of them; nullopt: it
-  // is gone.
+  // The status in parts, each of which takes little time: everything but the links, and each link.
+  // status_of(): nullopt if the link is gone.
   [[nodiscard]] Status own_status() const;
   [[nodiscard]] std::vector<LinkId> links() const;
   [[nodiscard]] std::optional<LinkStatus> status_of(LinkId link, const Now& now) const;
@@ -90,7 +90,7 @@ class Side final : private LinksUser {
   void on(LimitsChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
-  // Of connections and logins.
+  // Inputs about connections and logins.
   void on(ConnectionOpened& input, const Now& now) { links_.on(input, now); }
   void on(DialFailed& input, const Now& now) { links_.on(input, now); }
   void on(PacketReceived& input, const Now& now) { links_.on(input, now); }
@@ -99,7 +99,7 @@ class Side final : private LinksUser {
   void on(Authenticated& input, const Now& now) { links_.on(input, now); }
   void on(IdentitiesChanged& input, const Now& now) { links_.on(input, now); }
   void on(CredentialChanged& input, const Now& now) { links_.on(input, now); }
-  // Of clients of real services.
+  // Inputs about clients of real services.
   void on(ServiceReady& input, const Now& now) { service_exports_.on(input, now); }
   void on(ResponseTaken& input, const Now& now) { service_exports_.on(input, now); }
   void on(InvocationFailed& input, const Now& now) { service_exports_.on(input, now); }

@@ -68,7 +68,7 @@ class Exports {
   void update_listened(const Now& now);
   // Returns its name, for update_subscriptions().
   std::string erase(std::map<TopicKey, ExportedTopic>::iterator topic);
-  // Of all types.
+  // For the topics of these names, with all their types.
   void update_subscriptions(const std::set<std::string>& names, const Now& now);
   void update_subscriptions(const std::string& name, const Now& now);
   // Null: the subscription has ended.

@@ -1,8 +1,10 @@
 // The peers' topics that exist here.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,8 +66,9 @@ class Imports {
   [[nodiscard]] bool is_permitted_as_before(const Mirror& mirror) const;
 
   ImportContext context_;
-  // The mirrors' ids that claims have named, and since when one has not been there any longer.
-  std::map<Gid, std::optional<TimePoint>> named_;
+  // The mirrors' ids that claims name, and the last of them: not there any longer, since when.
+  std::multiset<Gid> named_;
+  std::deque<std::pair<TimePoint, Gid>> leaving_;
   std::map<LinkId, PeerTopics> peers_;
 };
 

@@ -198,7 +198,7 @@ struct Renewed {
 using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
                              Attached, Refuse, Forget, Renew, Renewed, Listeners, Ask, Answered>;
 
-// Of all lists of an `accepts` together.
+// The size of all lists of an `accepts` together.
 struct AcceptsSize {
   std::size_t entries = 0;         // patterns and types
   std::size_t wildcards = 0;       // patterns with a star

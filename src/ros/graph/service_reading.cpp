@@ -24,18 +24,12 @@ struct Nodes {
 
 // The nodes of others.
 std::optional<Nodes> read_nodes(const Node& node) {
-  auto allocator = rcl_get_default_allocator();
-  auto names = rcutils_get_zero_initialized_string_array();
-  auto name_spaces = rcutils_get_zero_initialized_string_array();
   const auto ours_before = node.own().nodes();
-  if (!ignore_error(rcl_get_node_names(node.handle(), allocator, &names, &name_spaces))) {
-    return std::nullopt;
-  }
+  const auto names = names_of_nodes(node);
+  if (!names) return std::nullopt;
   const auto ours_after = node.own().nodes();
   std::map<NodeName, std::size_t> counts;
-  for (std::size_t i = 0; i < names.size; ++i) ++counts[{name_spaces.data[i], names.data[i]}];
-  ignore_error(rcutils_string_array_fini(&names));
-  ignore_error(rcutils_string_array_fini(&name_spaces));
+  for (const NodeName& name : *names) ++counts[name];
 
   std::optional<Nodes> nodes{std::in_place};
   for (const auto& [found, count] : counts) {
@@ -250,6 +244,20 @@ bool BridgeParticipants::attribute(const Gid& gid, std::string& name_space,
     name = bridge->second.name;
   }
   return true;
+}
+
+std::optional<std::vector<NodeName>> names_of_nodes(const Node& node) {
+  auto names = rcutils_get_zero_initialized_string_array();
+  auto name_spaces = rcutils_get_zero_initialized_string_array();
+  if (!ignore_error(
+          rcl_get_node_names(node.handle(), rcl_get_default_allocator(), &names, &name_spaces)))
+    return std::nullopt;
+  std::optional<std::vector<NodeName>> found{std::in_place};
+  for (std::size_t i = 0; i < names.size; ++i)
+    found->push_back({name_spaces.data[i], names.data[i]});
+  ignore_error(rcutils_string_array_fini(&names));
+  ignore_error(rcutils_string_array_fini(&name_spaces));
+  return found;
 }
 
 std::optional<std::vector<ServiceState>> read_services(const Node& node,

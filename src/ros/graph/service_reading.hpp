@@ -29,6 +29,9 @@ struct BridgeParticipants {
   [[nodiscard]] bool attribute(const Gid& gid, std::string& name_space, std::string& name) const;
 };
 
+// All nodes, also those of one name; nullopt: the middleware failed.
+std::optional<std::vector<NodeName>> names_of_nodes(const Node& node);
+
 // All services with the servers of others; nullopt: the middleware failed. The servers of `watched`
 // services have their ids. `between` is called before each long question.
 std::optional<std::vector<ServiceState>> read_services(

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pwd.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
 #include "run/pairing_folder.hpp"
+#include "unit/run/pairing_start.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -25,30 +27,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
-
-constexpr char kRelayLine[] =
-    "wss+relay://robot7@relay.example:443/"
-    "#aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa."
-    "47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
-constexpr char kLine[] =
-    "wss+pair://robot.local:9090/"
-    "#00112233445566778899aabbccddeeff.47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
-
-class PairingStart : public testing::Test {
- protected:
-  PairingStart() {
-    static int number = 0;
-    ::setenv("ROS_HOME", (test::scratch_folder() + "home" + std::to_string(++number)).c_str(), 1);
-  }
-  ~PairingStart() override { ::unsetenv("ROS_HOME"); }
-
-  static Start serve(const std::vector<std::string>& words, const ParameterMap& given = {}) {
-    return start_with(given, read_arguments(words, Role::kServer), "/connect_server");
-  }
-  static Start join(const std::vector<std::string>& words, const ParameterMap& given = {}) {
-    return start_with(given, read_arguments(words, Role::kClient), "/robot1/connect_client");
-  }
-};
 
 TEST(Invitation, NamesThePortWhereTheServerListens) {
   Invitation invitation{"wss://[::1]/connect", "c", "p"};
@@ -65,7 +43,28 @@ TEST(Invitation, SaysWhenAnotherPortIsDialed) {
     EXPECT_THAT(text(same), testing::Not(HasSubstr("It dials"))) << same;
 }
 
-// Each further try costs the server one of ten.
+// In a journal, or the log of a container, others would read the code.
+TEST_F(PairingStart, AnInvitationIsPrintedToATerminalOnly) {
+  const Start start = serve({"--pair"});
+  std::string problem;
+  const auto print = [&](bool terminal) {
+    return invitation_to_print(start, 9090, terminal, problem);
+  };
+  const std::string code = start.invitation->code;
+  const std::string file = start.folder->invitation_file();
+  EXPECT_THAT(print(true), HasSubstr(code));
+  EXPECT_FALSE(start.folder->has("invitation"));
+  EXPECT_THAT(print(false), testing::AllOf(HasSubstr(file), testing::Not(HasSubstr(code))));
+  EXPECT_THAT(test::content(file), HasSubstr(code));
+  EXPECT_EQ(std::filesystem::status(file).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  EXPECT_EQ(problem, "");
+  std::filesystem::remove_all(start.folder->path());
+  EXPECT_EQ(print(false), "");
+  EXPECT_THAT(problem, HasSubstr("the invitation cannot be written"));
+}
+
+// The shell's history repeats it.
 TEST(Invitation, ARefusedOneIsNotShownAgain) {
   Joining joining;
   joining.made_by = "server --pair";
@@ -85,6 +84,8 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   EXPECT_THAT(parse_config(first.parameters, Role::kServer, {}).problems, IsEmpty());
   EXPECT_THAT(serve({}).parameters, IsEmpty());  // nothing stays of what may not even start
   EXPECT_EQ(first.keep(), "");
+  EXPECT_TRUE(first.folder->has("server.key"));
+  EXPECT_FALSE(first.folder->has("ca.key")) << "it signs whatever it is asked to";
   const Start later = serve({});
   EXPECT_THAT(later.problems, IsEmpty());
   EXPECT_EQ(later.parameters, first.parameters);
@@ -282,94 +283,6 @@ TEST_F(PairingStart, RulesThatTheOwnerHasChangedStay) {
   EXPECT_FALSE(next.parameters.contains("rule.operate.import_topics"));
 }
 
-// The robot dials, and its rules are there: by them an operator may look, or operate it.
-TEST_F(PairingStart, ARobotThatDialsSaysWhatItsOperatorMayDo) {
-  const Start server = serve({"--pair", "--drive", "desk.local"});
-  EXPECT_THAT(server.problems, IsEmpty());
-  const Parsed desk = parse_config(server.parameters, Role::kServer, {});
-  ASSERT_THAT(desk.problems, IsEmpty());
-  EXPECT_FALSE(desk.config->is_robot());
-  EXPECT_TRUE(desk.config->default_rules);
-  EXPECT_EQ(server.keep(), "");
-  EXPECT_EQ(serve({}).parameters, server.parameters);
-  const std::string line = to_text(*server.invitation);
-  EXPECT_THAT(invitation_text(*server.invitation, 9090),
-              HasSubstr("client --robot 'wss+pair://desk.local:9090/#"));
-
-  for (const bool operates : {false, true}) {
-    const Start robot = operates ? join({"--robot", "--operate", line}) : join({"--robot", line});
-    ASSERT_THAT(robot.problems, IsEmpty());
-    EXPECT_THAT(robot.news.back(), HasSubstr(operates ? "set parameters" : "nothing"));
-    const Parsed parsed = parse_config(robot.parameters, Role::kClient, {});
-    ASSERT_THAT(parsed.problems, IsEmpty());
-    EXPECT_TRUE(parsed.config->is_robot());
-    RightQuestion question;
-    const auto allows = [&](OpenedBy what, const char* name, Direction direction) {
-      question = {what, name, {}, direction, {}};
-      return explain_right(*parsed.config, question).allowed;
-    };
-    EXPECT_TRUE(allows(OpenedBy::kTopics, "/scan", Direction::kExport));
-    EXPECT_FALSE(allows(OpenedBy::kTopics, "/rosout", Direction::kExport));
-    EXPECT_FALSE(allows(OpenedBy::kTopics, "/rosout", Direction::kImport));
-    for (const OpenedBy what : {OpenedBy::kServices, OpenedBy::kActions, OpenedBy::kParameters}) {
-      EXPECT_EQ(allows(what, "/a", Direction::kExport), operates);
-      EXPECT_FALSE(allows(what, "/a", Direction::kImport));
-    }
-    EXPECT_EQ(allows(OpenedBy::kTopics, "/cmd_vel", Direction::kImport), operates);
-  }
-
-  // What its owner changes stays, and one more word opens nothing by itself.
-  const Start first = join({"--robot", line});
-  EXPECT_EQ(first.joining->keep(), "");
-  EXPECT_EQ(join({}).parameters, first.parameters);
-  EXPECT_EQ(join({"--robot", line}).parameters, first.parameters);
-  EXPECT_THAT(join({"--robot", "--operate", line}).problems,
-              ElementsAre(HasSubstr("has paired already, without --operate")));
-}
-
-TEST_F(PairingStart, TwoOfAKindAreRefused) {
-  const std::string for_robot = kLine + std::string{".robot"};
-  EXPECT_THAT(join({for_robot}).problems, ElementsAre(HasSubstr("with client --robot")));
-  EXPECT_THAT(join({"--robot", kLine}).problems, ElementsAre(HasSubstr("leave out --robot")));
-  // A folder stays what it was.
-  ASSERT_EQ(join({kLine}).joining->keep(), "");
-  EXPECT_THAT(join({"--robot", for_robot}).problems,
-              ElementsAre(HasSubstr("is one where the robot is the server: give this one a name")));
-  ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
-  EXPECT_THAT(serve({"--pair"}).problems,
-              ElementsAre(HasSubstr("is one where the robot is the client: give this one a name")));
-  EXPECT_THAT(serve({"--pair"}, {{"robot", std::string{"client"}}}).problems,
-              ElementsAre(HasSubstr("--drive says which end is the robot")));
-}
-
-// Its names would be those of the first.
-TEST_F(PairingStart, ASecondRobotNeedsAServerOfItsOwn) {
-  ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
-  EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());  // nobody has paired yet
-  const PairingFolder folder("/connect_server");
-  TokenEntry robot;
-  robot.identity = "paired/robot1";
-  ASSERT_EQ(append_token_entry(folder.file("tokens.yaml"), robot), "");
-  EXPECT_THAT(serve({"--pair", "--drive"}).problems,
-              ElementsAre(HasSubstr("this server has a robot already")));
-  EXPECT_THAT(serve({}).problems, IsEmpty());
-  const Start second = start_with({{"prefix", std::string{"/robot2"}}},
-                                  read_arguments({"--pair", "--drive"}, Role::kServer), "/robot2");
-  EXPECT_THAT(second.problems, IsEmpty());
-  EXPECT_EQ(second.keep(), "");
-  EXPECT_EQ(start_with({}, {}, "/robot2").parameters, second.parameters);
-}
-
-TEST_F(PairingStart, ADriversServerIsReachedByARelayToo) {
-  const Start first = serve({"--pair", "--drive", "--via", kRelayLine});
-  ASSERT_THAT(first.problems, IsEmpty());
-  const Start robot = join({"--robot", to_text(*first.invitation)});
-  EXPECT_THAT(robot.problems, IsEmpty());
-  const Parsed parsed = parse_config(robot.parameters, Role::kClient, {});
-  ASSERT_THAT(parsed.problems, IsEmpty());
-  EXPECT_EQ(parsed.config->dial.url.robot, "robot7");
-}
-
 TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   const PairingFolder folder("/connect_server");
   ASSERT_EQ(serve({"--pair"}).keep(), "");
@@ -380,6 +293,15 @@ TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   EXPECT_THAT(serve({}, lax).problems, IsEmpty());
   EXPECT_THAT(serve({"--pair"}, lax).problems, IsEmpty());
   ::chmod(folder.path().c_str(), 0700);
+}
+
+TEST(PairingFolder, IsInTheHomeOfTheUserWhateverTheEnvironmentSays) {
+  const char* const home = ::getenv("HOME");
+  const std::string before = home ? home : "";
+  ::unsetenv("HOME");
+  const std::string path = PairingFolder("/robot").path();
+  if (home) ::setenv("HOME", before.c_str(), 1);
+  EXPECT_EQ(path, std::string(::getpwuid(::geteuid())->pw_dir) + "/.ros/connect_bridge/robot");
 }
 
 // After a full disk or an editing mistake.

@@ -180,6 +180,12 @@ TEST(StatusJson, TheFileIsReplacedInOneStep) {
   text << std::ifstream(file).rdbuf();
   EXPECT_EQ(text.str(), "{2}\n");
   EXPECT_FALSE(std::filesystem::exists(file + ".part"));
+  using std::filesystem::perms;
+  const perms alone = perms::owner_read | perms::owner_write;
+  EXPECT_EQ(std::filesystem::status(file).permissions(), alone);
+  std::filesystem::permissions(file, alone | perms::group_read);
+  EXPECT_EQ(write_atomically(file, "{3}"), "");
+  EXPECT_EQ(std::filesystem::status(file).permissions(), alone | perms::group_read);
   EXPECT_EQ(write_atomically(folder / "nowhere" / "x", "{}").find("cannot write"), 0U);
   std::filesystem::create_directories(folder / "taken" / "x");
   EXPECT_EQ(write_atomically(folder / "taken", "{}").find("cannot replace"), 0U);
