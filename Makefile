@@ -27,7 +27,7 @@ asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DC
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
-.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build all test sim bench bench-wan fuzz tls-scan deb deb-root demo format check asan asan-e2e tsan clang jazzy clean
+.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build all test sim bench bench-wan fuzz tls-scan deb deb-root container arm64 demo format check asan asan-e2e tsan clang jazzy clean
 
 help: ## this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -84,6 +84,12 @@ deb: ## Debian packages of the last commit for this ROS 2, and lintian's opinion
 
 deb-root: ## install these packages in a clean root and start them there (as root)
 	@tools/setup/deb_root.sh "$(BUILD)-deb"
+
+container: ## the container image from these packages, tried with podman (as root, after deb-root)
+	@$(in_env) tools/setup/container.sh "$(BUILD)-deb"
+
+arm64: ## core tests, SEEDS= of the simulator (20) and the relay for arm64, by a cross compiler and under qemu
+	@tools/setup/arm64.sh "$(BUILD)-arm64" "1..$(or $(SEEDS),20)"
 
 demo: programs = server client
 demo: build ## a robot, an operator, and the bridge between them

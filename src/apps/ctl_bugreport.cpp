@@ -15,11 +15,11 @@
 #include <sstream>
 
 #include "apps/ctl_asked.hpp"
+#include "auth/runtime_folder.hpp"
 #include "config/document.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/exit_codes.hpp"
 #include "run/pairing_folder.hpp"
-#include "run/runtime_folder.hpp"
 #include "run/scrub.hpp"
 #include "run/system_facts.hpp"
 #include "run/tar_gz.hpp"

@@ -12,7 +12,6 @@
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
 #include "run/exit_codes.hpp"
-#include "run/runtime_folder.hpp"
 #include "run/status_screen.hpp"
 
 namespace {

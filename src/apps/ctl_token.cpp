@@ -58,7 +58,8 @@ int make_token(const TokenRequest& request) {
   } else {
     const auto wrong = connect_bridge::append_token_entry(request.file, entry);
     if (!wrong.empty()) return refuse(wrong);
-    std::fprintf(stderr, "%s: one more entry, of %s. The token is shown this once:\n",
+    std::fprintf(stderr,
+                 "%s: one more entry, of %s. Its token goes to standard output, this once.\n",
                  request.file.c_str(), request.identity.c_str());
   }
   std::printf("%s\n", token.c_str());

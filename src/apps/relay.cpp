@@ -14,10 +14,12 @@
 #include <string>
 
 #include "auth/file_trust.hpp"
+#include "auth/token_table.hpp"
 #include "config/document.hpp"
 #include "config/syntax.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
+#include "relay/relay_site.hpp"
 #include "relay/robot_line.hpp"
 
 namespace connect_bridge {
@@ -60,13 +62,34 @@ void each_second(boost::asio::steady_timer& timer, const std::function<void()>& 
   });
 }
 
-int run(RelaySetup setup) {
+Stamp system_time() {
+  return static_cast<Stamp>(std::time(nullptr)) * kStampSecond;
+}
+
+int run(RelaySetup setup, const StatusOptions& status_at) {
+  const std::string started = date_text(system_time());
   boost::asio::io_context io(1);
   const auto relay = std::make_shared<Relay>(io, std::move(setup), &log_line);
-  if (const std::string problem = relay->open(); !problem.empty()) return refuse({problem});
+  const auto status = [&] {
+    RelayStatus now = relay->status();
+    now.time = date_text(system_time());
+    now.started = started;
+    now.version = version_text();
+    return now;
+  };
+  RelaySite site(io, status, &log_line);
+  std::string problem = relay->open();
+  if (problem.empty()) problem = site.open(status_at);
+  if (!problem.empty()) return refuse({problem});
   log_line(LogLevel::kInfo, "the relay listens on port " + std::to_string(relay->port()));
+  if (site.port() != 0)
+    log_line(LogLevel::kInfo, "the status is at http://" +
+                                  host_and_port(status_at.address, site.port()) + "/api/status");
   boost::asio::steady_timer seconds(io);
-  each_second(seconds, [&relay] { relay->every_second(); });
+  each_second(seconds, [&] {
+    relay->every_second();
+    site.tell();
+  });
   boost::asio::signal_set stop(io, SIGINT, SIGTERM);
   stop.async_wait([&](const boost::system::error_code&, int) {
     relay->close();
@@ -85,8 +108,8 @@ int start(const std::string& name, bool only_checks) {
   around.distrusted = &who_else_may_change;
   const RelayFile read = read_relay_file(text.str(), around);
   if (!read.config) return refuse(read.problems);
-  AuthSetup robots = make_authenticator({read.config->auth, std::nullopt},
-                                        static_cast<Stamp>(std::time(nullptr)) * kStampSecond);
+  const AuthOptions login{read.config->auth, std::nullopt};
+  AuthSetup robots = make_authenticator(login, system_time());
   if (!robots.authenticator) return refuse(robots.problems);
   std::string problem;
   TlsOptions tls = read.config->tls;
@@ -98,8 +121,17 @@ int start(const std::string& name, bool only_checks) {
   setup.addresses = read.config->listen.addresses;
   setup.port = read.config->listen.port;
   setup.tls = tls;
+  for (const std::string& range : read.config->listen.trusted_proxies)
+    if (const auto parsed = AddressRange::parse(range)) setup.proxies.push_back(*parsed);
   setup.robots = std::move(robots.authenticator);
-  return run(std::move(setup));
+  setup.hand_over = [login](const std::string& robot, const Digest& token, std::string& wrong) {
+    AuthSetup next;
+    wrong = hand_over(login.token_file, robot, token, system_time());
+    if (wrong.empty()) next = make_authenticator(login, system_time());
+    if (!next.problems.empty()) wrong = next.problems.front();
+    return std::move(next.authenticator);
+  };
+  return run(std::move(setup), read.config->status);
 }
 
 // `file`: empty: the relay's own, which is made if it is missing.
@@ -116,9 +148,10 @@ int print_robot_line(const std::string& file, const std::string& robot) {
     line = add_robot(file.empty() ? folder + "/relay.yaml" : file, *url, problem);
   if (!problem.empty()) return refuse({problem});
   std::printf(
-      "\nTo pair a client with %s, start there (who has this line can be %s here):\n\n"
+      "\nTo pair a client with %s, start there (this works once; then the name is that "
+      "robot's):\n\n"
       "  ros2 run connect_bridge server --pair --via '%s'\n\n",
-      url->robot.c_str(), url->robot.c_str(), line.c_str());
+      url->robot.c_str(), line.c_str());
   return 0;
 }
 

@@ -55,6 +55,9 @@ struct PairingOptions {
   std::string file;  // in a folder that only this process's user may write to
   std::chrono::steady_clock::duration lifetime = kPairingTime;  // of a code
   bool strict_modes = true;                                     // as in LoginOptions
+  // Who pairs is a robot: its identity can stand before names (is_prefix_word).
+  bool of_robots = false;
+  std::vector<std::string> taken = {};  // identities that nobody gets by pairing: of rules
 };
 
 struct AuthOptions : LoginOptions {

@@ -11,6 +11,7 @@
 
 #include "auth/token_file.hpp"
 #include "core/base/hex.hpp"
+#include "core/policy/names.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -72,7 +73,7 @@ void PairingLogin::take_invited() {
   if (::access(options_.file.c_str(), F_OK) != 0) return;
   std::string problem;
   const auto text = read_login_file(options_.file, options_.strict_modes, problem);
-  // One that stays would be taken again, with new tries.
+  // One that stays would be taken again, with new time.
   if (::unlink(options_.file.c_str()) != 0) {
     const std::string why = std::strerror(errno);
     if (!std::exchange(stays_, true))
@@ -105,12 +106,8 @@ Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   if (!invited_ || is_over()) return {std::nullopt, "no pairing is open"};  // mutant: pairing_end
   const Digest& code = invited_->code;
   // Compares digests, so that a partial match reveals nothing.
-  if (CRYPTO_memcmp(code.data(), shown->code.data(), code.size()) != 0) {
-    if (++invited_->tries >= kTriesMax)  // mutant: pairing_tries
-      end("the pairing has ended after " + std::to_string(kTriesMax) +
-          " wrong codes: another start with --pair makes one");
+  if (CRYPTO_memcmp(code.data(), shown->code.data(), code.size()) != 0)
     return {std::nullopt, "wrong code of a pairing"};
-  }
   const auto& paired = invited_->paired;
   if (!paired) return add(shown->token, shown->name, attempt, now);  // mutant: pairing_once
   if (*paired != shown->token) return {std::nullopt, "the code of the pairing is used up"};
@@ -122,10 +119,13 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
                             Stamp now) {
   TokenEntry entry;
   // The client chooses the name: it must not be one that a rule was written for.
-  const std::string own = kIdentityPrefix + name;
+  const std::string own = options_.of_robots ? prefix_word_of(name) : kIdentityPrefix + name;
+  const auto& taken = options_.taken;
   entry.identity = own;
-  for (int number = 2; tokens_->knows(entry.identity); ++number)
-    entry.identity = own + "-" + std::to_string(number);
+  for (int number = 2; tokens_->knows(entry.identity) ||
+                       std::find(taken.begin(), taken.end(), entry.identity) != taken.end();
+       ++number)
+    entry.identity = own + (options_.of_robots ? "_" : "-") + std::to_string(number);
   entry.groups = invited_->groups;
   entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
   entry.digest = token;

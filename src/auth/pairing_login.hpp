@@ -41,12 +41,10 @@ struct PairingCredential {
 // Logins of other methods go to the token login. An invitation is taken from its file, which is
 // removed, at a login and once a second, and replaces the one before. One client can pair with a
 // code: a second one is refused, but the same client may log in with it again until the pairing
-// ends, because the answer to its first login may have been lost. Ten wrong codes end the pairing.
-// One thread.
+// ends, because the answer to its first login may have been lost. Wrong codes end nothing: nobody
+// guesses 128 random bits, and whoever reaches the port could end a pairing. One thread.
 class PairingLogin : public Authenticator {
  public:
-  static constexpr unsigned kTriesMax = 10;
-
   // The token file, from which `tokens` was made, gets the new client's entry. An invitation that
   // is in its file already is one that no server has taken in time: it is removed.
   PairingLogin(PairingOptions options, std::string token_file, std::unique_ptr<TokenLogin> tokens);
@@ -62,7 +60,6 @@ class PairingLogin : public Authenticator {
     Digest code{};
     std::vector<std::string> groups;
     std::chrono::steady_clock::time_point until;
-    unsigned tries = 0;
     std::optional<Digest> paired;  // digest of the token of the client that has used the code
   };
 

@@ -28,7 +28,7 @@ void wipe(std::string& secret);
 // A small file's content. nullopt: `problem` says why, with the file's name.
 [[nodiscard]] std::optional<std::string> read_secret_file(const std::string& file,
                                                           std::string& problem);
-// The same of a file that decides who gets in: `strict_modes` as in LoginOptions.
+// As read_secret_file(), for a file that decides who may log in; `strict_modes` as in LoginOptions.
 [[nodiscard]] std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
                                                          std::string& problem);
 // Says that every user of this machine may read a secret, with the cure; empty: not every one may.

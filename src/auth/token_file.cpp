@@ -108,6 +108,26 @@ std::string without(const std::string& text, const std::string& identity) {
   return fmt::format("{}", fmt::join(lines, ""));
 }
 
+// Of this file. `removed`: how many entries are left out; `problem` is set if it cannot be done.
+std::string text_without(const std::string& file, const std::string& identity, std::size_t& removed,
+                         std::string& problem) {
+  const auto text = read_secret_file(file, problem);
+  if (!text) return {};
+  std::vector<std::string> problems, warnings;
+  TokenTable before, after;
+  before.read(*text, file, Stamp{0}, problems, warnings);
+  problem = fmt::format("{}", fmt::join(problems, "\n"));
+  removed = before.has_plain() ? 0 : before.of_identity(identity).count;
+  if (!problem.empty() || removed == 0) return *text;
+  std::string rest = without(*text, identity);
+  after.read(trim(rest).empty() ? "# No entries.\n" : rest, file, Stamp{0}, problems, warnings);
+  if (!problems.empty() || after.of_identity(identity).count != 0 ||
+      after.size() + removed != before.size())
+    problem = file + ": the entry of " + identity +
+              " does not stand on lines of its own: remove it by hand";
+  return rest;
+}
+
 }  // namespace
 
 std::string write_secret_file(const std::string& named, const std::string& text) {
@@ -171,28 +191,30 @@ std::string append_token_entry(const std::string& named, const TokenEntry& entry
   return problem.empty() ? write_secret_file(file, text) : problem;
 }
 
+std::string replace_token_entries(const std::string& named, const TokenEntry& entry) {
+  const std::string file = target_of(named);
+  const Folder folder(file);
+  folder.lock();
+  std::size_t removed = 0;
+  std::string problem;
+  std::string text = text_without(file, entry.identity, removed, problem);
+  if (!problem.empty()) return problem;
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  text += to_text(entry);
+  problem = token_entries_problem(text, file);
+  return problem.empty() ? write_secret_file(file, text) : problem;
+}
+
 std::string remove_token_entries(const std::string& named, const std::string& identity,
                                  std::size_t& removed) {
   const std::string file = target_of(named);
   const Folder folder(file);
   folder.lock();
   std::string problem;
-  const auto text = read_secret_file(file, problem);
-  if (!text) return problem;
-  std::vector<std::string> problems, warnings;
-  TokenTable before;
-  before.read(*text, file, Stamp{0}, problems, warnings);
-  if (!problems.empty()) return fmt::format("{}", fmt::join(problems, "\n"));
-  removed = before.has_plain() ? 0 : before.of_identity(identity).count;
+  std::string rest = text_without(file, identity, removed, problem);
+  if (!problem.empty()) return problem;
   if (removed == 0) return file + ": has no entry of " + identity;
-  std::string rest = without(*text, identity);
   if (trim(rest).empty()) rest = "# No entries.\n";
-  TokenTable after;
-  after.read(rest, file, Stamp{0}, problems, warnings);
-  if (!problems.empty() || after.of_identity(identity).count != 0 ||
-      after.size() + removed != before.size())
-    return file + ": the entry of " + identity +
-           " does not stand on lines of its own: remove it by hand";
   return write_secret_file(file, rest);
 }
 

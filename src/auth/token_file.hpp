@@ -33,6 +33,9 @@ struct TokenEntry {
 // what is wrong, empty if nothing; then the file is as it was.
 [[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry);
 
+// This one in place of all entries of its identity, in one step and with the same care.
+[[nodiscard]] std::string replace_token_entries(const std::string& file, const TokenEntry& entry);
+
 // Removes all entries of an identity, with the same care; comments stay. `removed`: how many. Only
 // entries that stand on lines of their own. Returns what is wrong, empty if nothing; then the file
 // is as it was.

@@ -43,8 +43,8 @@ class TokenTable {
     std::vector<std::string> groups;
   };
   [[nodiscard]] Tokens of_identity(const std::string& identity) const;
-  // Of each identity with a token that ends after `from`, but not after `to`: when the first one
-  // does. The earliest comes first.
+  // Each identity with a token that ends after `from` and not after `to`, and when its first such
+  // token ends. Sorted by that time, the earliest first.
   struct Ending {
     std::string identity;
     Stamp end = 0;

@@ -136,8 +136,6 @@ class ConfigMaker {
               "tls.pin, or tls.ca with an authority of your own and a certificate for '{}': "
               "through a relay a certificate of a public authority proves nothing",
               url.robot));
-    if (values_.given("tls.server_name"))
-      add("tls.server_name", "", "nothing: through a relay it is the robot's name in the url");
   }
 
   void read_dial() {
@@ -151,7 +149,7 @@ class ConfigMaker {
     config_.dial.proxy = read_http_proxy(values_, *url, around_.variable, parsed_.problems);
     if (!url->robot.empty()) check_dial_by_relay(*url);
     if (url->secure) return;
-    for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
+    for (const char* key : {"tls.ca", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
     }
     if (config_.reached_by_others) {  // mutant: plaintext_dialed
@@ -209,8 +207,6 @@ class ConfigMaker {
   // Limits that follow from those that are stored as they are.
   void derive_limits() {
     SideOptions& limits = config_.limits;
-    auto& all_mirrors = limits.account.mirrors_max;  // of which one that is alone has half
-    all_mirrors = std::max(all_mirrors, 2 * std::uint64_t{limits.mirrors_max});
     limits.account.offence_period =
         Duration(std::chrono::minutes(1)) / values_.whole("limits.offences_per_minute");
     limits.mirror_bytes_max = limits.account.memory_bytes_max / 2;

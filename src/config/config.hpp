@@ -77,7 +77,8 @@ struct Parsed {
 [[nodiscard]] Parsed parse_config(const ParameterMap& parameters, Role role,
                                   const Surroundings& surroundings);
 
-// The same for a file that is read again, less strict in the point that apply_change() is.
+// As parse_config(), for a file that is read again; less strict in the same point as
+// apply_change().
 [[nodiscard]] Parsed parse_again(const ParameterMap& parameters, Role role,
                                  const Surroundings& surroundings);
 

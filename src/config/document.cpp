@@ -70,7 +70,7 @@ With --pair it makes itself a certificate and a login and prints an invitation, 
 is started on another machine, once; HOST is what clients dial. With --via that is a relay: its line
 is what 'relay --robot' prints (docs/reach.md). Later both start without arguments.
 A paired client may receive all topics but /rosout, with --operate it may also publish and call
-everything.
+everything: as much as a shell on the robot, since some services load code.
 With --drive this end is the operator, and the robot dials: client --robot takes the invitation.
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:
@@ -95,7 +95,7 @@ of the server, as far as the rules of both sides allow. It dials again whenever 
 The invitation that 'server --pair' prints, in quotation marks, contains all that it needs; later it
 starts without arguments. With --robot this end is the robot, and the invitation is one of 'server
 --pair --drive': the operator may receive all topics but /rosout, with --operate also publish and
-call everything.
+call everything: as much as a shell on the robot, since some services load code.
 
 All settings are parameters of the ROS node, named connect_client. The most important ones:
 {}

@@ -61,8 +61,7 @@ std::string listen_text(const Config& config) {
                     word_of(syntax::kToldByWords, listen.told_by));
     if (listen.proxies_only) proxies += "; only these may connect";
   }
-  return fmt::format("listens: on {}, {}, path {}, {}; {}{}", where, port, listen.path, tls, reach,
-                     proxies);
+  return fmt::format("listens: on {}, {}, {}; {}{}", where, port, tls, reach, proxies);
 }
 
 std::string proxy_words(const std::optional<HttpProxy>& proxy) {
@@ -75,7 +74,6 @@ std::string dial_text(const Config& config) {
   const std::string url = syntax::url_to_show(string_at(config.given, "url"));
   if (!config.dial.url.secure)
     return fmt::format("dials: {}, without TLS{}", url, proxy_words(config.dial.proxy));
-  const std::string& name = config.tls.server_name;
   const Names& pins = config.tls.pins;
   std::string text = fmt::format("dials: {}, with TLS; the ", url);
   if (!pins.empty())
@@ -83,7 +81,7 @@ std::string dial_text(const Config& config) {
   if (!pins.empty() && !config.tls.ca_file.empty()) text += ", and the ";
   if (pins.empty() || !config.tls.ca_file.empty())
     text += fmt::format(
-        "certificate must be for {} and signed by {}", name.empty() ? config.dial.url.host : name,
+        "certificate must be for {} and signed by {}", config.dial.url.host,
         config.tls.ca_file.empty() ? "an authority the system trusts" : config.tls.ca_file);
   if (!config.tls.certificate_file.empty()) text += "; shows " + config.tls.certificate_file;
   return text + proxy_words(config.dial.proxy);
@@ -158,8 +156,6 @@ void add_qos(const QosOverride& qos, Names& parts) {
     parts.emplace_back(word_of(kDurabilityWords, *qos.durability));
   }
   if (qos.depth) parts.push_back(fmt::format("depth {}", *qos.depth));
-  if (qos.deadline) parts.push_back("deadline " + duration_text(*qos.deadline));
-  if (qos.lifespan) parts.push_back("lifespan " + duration_text(*qos.lifespan));
 }
 
 void add_treatment(const Treatment& treatment, Names& parts) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kDialed = "wss://";
 constexpr std::size_t kPinSize = 43;  // of 32 bytes, without the '=' at its end
-constexpr std::size_t kTokenSize = 64;
+constexpr std::size_t kLineCodeSize = 64;
 constexpr std::string_view kForRobot = ".robot";
 
 // Base64 of RFC 4648 section 4 to that of section 5, which a shell and a URL leave as it is.
@@ -98,11 +98,11 @@ std::string to_relay_line(const Invitation& line) {
 }
 
 Invitation parse_relay_line(const std::string& text, std::string& problem) {
-  Invitation parsed = read_line(text, kRelayLineScheme, kTokenSize);
+  Invitation parsed = read_line(text, kRelayLineScheme, kLineCodeSize);
   if (parsed.pin.empty() || syntax::check_relay_url(parsed.url))
     problem =
         "the relay's line is not complete: expected what 'relay --robot' prints, between "
-        "quotation marks, wss+relay://ROBOT@HOST:PORT/#TOKEN.PIN";
+        "quotation marks, wss+relay://ROBOT@HOST:PORT/#CODE.PIN";
   return parsed;
 }
 

@@ -26,9 +26,8 @@ inline constexpr char kInvitationScheme[] = "wss+pair://";
 // `is_robot`: whether the end that was started with it is said to be one.
 [[nodiscard]] std::string two_of_a_kind(const Invitation& invitation, bool is_robot);
 
-// "wss+relay://robot7@relay.example:443/#TOKEN.PIN": what a robot needs of its relay. `code` is the
-// robot's token there, 64 hexadecimal digits and valid until it is withdrawn; `pin` is of the
-// relay's key.
+// "wss+relay://robot7@relay.example:443/#CODE.PIN": what a robot needs of its relay. `code` has 64
+// hexadecimal digits and gives the name to one token, once; `pin` is of the relay's key.
 inline constexpr char kRelayLineScheme[] = "wss+relay://";
 [[nodiscard]] std::string to_relay_line(const Invitation& line);
 [[nodiscard]] Invitation parse_relay_line(const std::string& text, std::string& problem);

@@ -137,7 +137,7 @@ class RowAdder {
 inline auto row_adder(Rows& rows, const char* section) {
   return RowAdder(rows, section, [](KeySpec&) {});
 }
-// Of rows that only this role uses.
+// Adds rows that only this role uses.
 inline auto row_adder(Rows& rows, const char* section, UsedBy used_by) {
   return RowAdder(rows, section, [used_by](KeySpec& spec) { spec.used_by = used_by; });
 }

@@ -19,8 +19,6 @@ void add_listen(Rows& rows) {
       [](Config& c) { return &c.listen_address; });
   add("listen.port", {0, 65535}, "", "TCP port to listen on; 0 takes a free one and logs it.",
       [](Config& c) { return &c.listen.port; });
-  add({.key = "listen.path", .fallback = "/", .syntax = check_path, .help = "Path of the URL."},
-      [](Config& c) { return &c.listen.path; });
   add({.key = "listen.trusted_proxies",
        .syntax = check_address_range,
        .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are trusted to give "
@@ -28,9 +26,9 @@ void add_listen(Rows& rows) {
       [](Config& c) { return &c.listen.trusted_proxies; });
   add({.key = "listen.proxy_header",
        .fallback = "x_forwarded_for",
-       .help = "How they give it: in the header X-Forwarded-For, in the header Forwarded (RFC "
-               "7239), or by the PROXY protocol (1 or 2), with which each of their connections "
-               "must then begin."},
+       .help =
+           "How they give it: in the header X-Forwarded-For, or by the PROXY protocol (1 or 2), "
+           "with which each of their connections must then begin."},
       [](Config& c) { return &c.listen.told_by; });
   add({.key = "listen.relay.url",
        .syntax = check_relay_url,
@@ -109,11 +107,6 @@ void add_login_methods(Rows& rows) {
   add({.key = "auth.jwt_audience",
        .syntax = check_not_empty,
        .help = "What `aud` must be, or contain."});
-  add({.key = "auth.jwt_algorithms",
-       .fallback = Strings{"RS256", "ES256", "EdDSA"},
-       .words = {"RS256", "ES256", "EdDSA", "HS256"},
-       .help = "Algorithms that are taken. HS256 must be asked for: who can check such a token can "
-               "make one."});
   add({.key = "auth.jwt_groups_claim",
        .fallback = "groups",
        .syntax = check_not_empty,
@@ -160,11 +153,6 @@ void add_tls(Rows& rows) {
        .help = "File with the certificates to trust (PEM). Client: in place of the "
                "system's. Server: every client must show one that they signed."},
       [](Config& c) { return &c.tls.ca_file; });
-  add({.key = "tls.server_name",
-       .syntax = check_not_empty,
-       .used_by = UsedBy::kClient,
-       .help = "Name in the server's certificate, where it is not the host of the URL."},
-      [](Config& c) { return &c.tls.server_name; });
   add({.key = "tls.pin",
        .syntax = check_named_pin,
        .used_by = UsedBy::kClient,
@@ -265,10 +253,6 @@ void add_connection(Rows& rows) {
        .help = "How many bytes of them are kept for one peer; beyond that the topic with the most "
                "loses its oldest."},
       [](Config& c) { return &c.limits.resume_bytes_max; });
-  add("login_timeout", {1, 60}, "s",
-      "Server: time that a connection has to log in. Client: how long it waits for the answer: no "
-      "less than its server's.",
-      [](Config& c) { return &c.limits.login_timeout; });
   add({.key = "link.bytes_per_second",
        .range = NumberRange{0, 1e12},
        .changeable = true,
@@ -296,23 +280,10 @@ void add_limits(Rows& rows) {
       "(docs/security.md section 5). What does not fit is dropped (`memory` in the status) or "
       "refused.",
       [](Config& c) { return &c.limits.account.memory_bytes_max; });
-  add("latched_depth", {1, 100000}, "messages",
-      "Queue depth of a transient-local topic whose publishers show none in the graph.",
-      [](Config& c) { return &c.limits.latched_depth; });
-  add("mirrors_max", {1, 16384}, "",
-      "Publishers of one peer that may exist here, 25 kB each; further ones are left out and "
-      "logged.",
-      [](Config& c) { return &c.limits.mirrors_max; });
-  add("peer_bytes_per_second", {0, 1024 * kGiB}, "bytes",
-      "What is read from a peer; beyond that reading pauses (`reading_held` in the status). 4 "
-      "seconds' worth passes at once. 0: no limit.",
-      [](Config& c) { return &c.socket.receive_bytes_per_second; });
   of_server("connections_max", {1, 10000}, "",
-            "Clients at the same time, including lost ones that may return.",
+            "Clients at the same time, including lost ones that may return. One identity may have "
+            "half of them, but at least 8.",
             [](Config& c) { return &c.limits.links_max; });
-  of_server("connections_per_identity_max", {0, 10000}, "",
-            "The same for one identity. 0: half of connections_max, but at least 8.",
-            [](Config& c) { return &c.limits.identity_links_max; });
   const AccountOptions account;
   of_server({.key = "limits.offences_per_minute",
              .fallback = 60 * Duration(std::chrono::seconds(1)) / account.offence_period,

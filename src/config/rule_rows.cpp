@@ -105,12 +105,7 @@ void add_rule_clock(Rows& rows) {
        .fallback = "relay",
        .words = {"relay", "publish"},
        .help = "For a rule that imports /clock. `publish`: this side publishes the peer's ROS time "
-               "itself, evenly; of several peers that of one."});
-  add({.key = "rule.<name>.clock_rate",
-       .fallback = 50.0,
-       .range = NumberRange{1, 1000},
-       .unit = "Hz",
-       .help = "How often `clock: publish` publishes."});
+               "itself, evenly, 100 times a second; of several peers that of one."});
 }
 
 // After a break, and with another version of its package here.
@@ -151,10 +146,6 @@ void add_rule_qos(Rows& rows) {
       [](Rule& r) { return &r.treatment.qos.durability; });
   add("qos.depth", {1, 100000}, "messages", "Keep-last depth, of the queue too.",
       [](Rule& r) { return &r.treatment.qos.depth; });
-  add("qos.deadline", {0.001, 86400}, "s", "Longest time between two messages.",
-      [](Rule& r) { return &r.treatment.qos.deadline; });
-  add("qos.lifespan", {0.001, 86400}, "s", "Messages older than this are not delivered.",
-      [](Rule& r) { return &r.treatment.qos.lifespan; });
 }
 
 }  // namespace

@@ -288,11 +288,6 @@ Complaint check_file_or_http_url(std::string_view text) {
   return text.find("://") == std::string_view::npos ? check_not_empty(text) : check_http_url(text);
 }
 
-Complaint check_path(std::string_view text) {
-  return expect(is_target(text) && text.find('?') == std::string_view::npos,
-                "a path of a URL that begins with '/', e.g. /connect");
-}
-
 Complaint check_compression(std::string_view text) {
   return expect(parse_compression(text).has_value(),
                 "auto, none, lz4, zstd, or zstd with a level from 1 to 19, e.g. zstd:6");

@@ -21,7 +21,6 @@ namespace connect_bridge::syntax {
 
 inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
     {ToldBy::kXForwardedFor, "x_forwarded_for"},
-    {ToldBy::kForwarded, "forwarded"},
     {ToldBy::kProxyProtocol, "proxy_protocol"},
 }};
 
@@ -75,7 +74,6 @@ Complaint check_url(std::string_view text);
 Complaint check_relay_url(std::string_view text);
 Complaint check_http_url(std::string_view text);
 Complaint check_file_or_http_url(std::string_view text);
-Complaint check_path(std::string_view text);
 Complaint check_compression(std::string_view text);
 Complaint check_remap(std::string_view text);
 Complaint check_prefix(std::string_view text);

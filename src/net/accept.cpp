@@ -22,8 +22,7 @@ namespace {
 constexpr std::uint32_t kRequestHeaderBytesMax = 8192;
 constexpr std::chrono::milliseconds kRefusalTime{1000};
 constexpr char kServerName[] = "ROS2 Connect";
-constexpr char kXForwardedForHeader[] = "X-Forwarded-For";
-constexpr char kForwardedHeader[] = "Forwarded";
+constexpr char kForwardedHeader[] = "X-Forwarded-For";
 
 using UpgradeRequest = http::request<http::empty_body>;
 
@@ -50,12 +49,6 @@ std::optional<Refusal> refusal_of(const UpgradeRequest& request, const AcceptOpt
   const std::string here = "This is a ROS2 Connect server. ";
   if (request.method() != http::verb::get) {
     return Refusal{http::status::method_not_allowed, here + "It answers GET only."};
-  }
-  if (path != options.path) {
-    return Refusal{http::status::not_found,
-                   here +
-                       "Nothing at this path: the url of the client and listen.path of the "
-                       "server must be the same."};
   }
   if (!websocket::is_upgrade(request)) {
     return Refusal{http::status::upgrade_required,
@@ -145,27 +138,21 @@ bool Acceptance::identified(const std::optional<Source>& source) {
 bool Acceptance::read_forwarded() {
   if (!identify_) return notice_unheard(), true;
   if (options_->told_by == ToldBy::kProxyProtocol) return true;
-  const bool standard = options_->told_by == ToldBy::kForwarded;
-  const char* const name = standard ? kForwardedHeader : kXForwardedForHeader;
-  const auto fields = request_->parser.get().equal_range(name);
+  const auto fields = request_->parser.get().equal_range(kForwardedHeader);
   std::vector<std::string_view> lines;
   for (auto field = fields.first; field != fields.second; ++field)
     lines.emplace_back(field->value().data(), field->value().size());
-  const auto source = forwarded_source(
-      standard ? ForwardedBy::kForwarded : ForwardedBy::kXForwardedFor, lines, options_->proxies);
+  const auto source = forwarded_source(lines, options_->proxies);
   if (!source)
-    notice_ = std::string{"this trusted proxy does not say in "} + name +
+    notice_ = std::string{"this trusted proxy does not say in "} + kForwardedHeader +
               " for whom it connects: limits count its own address";
   return identified(source);
 }
 
 void Acceptance::notice_unheard() {
-  for (const char* name : {kXForwardedForHeader, kForwardedHeader}) {
-    if (request_->parser.get().count(name) == 0) continue;
-    notice_ =
-        std::string{"its "} + name +
-        " is ignored, since listen.trusted_proxies does not name it: limits count its address";
-  }
+  if (request_->parser.get().count(kForwardedHeader) == 0) return;
+  notice_ = std::string{"its "} + kForwardedHeader +
+            " is ignored, since listen.trusted_proxies does not name it: limits count its address";
 }
 
 void Acceptance::line_up() {

@@ -19,7 +19,6 @@ namespace connect_bridge {
 struct WebSocket;
 
 struct AcceptOptions {
-  std::string path;
   TlsContext tls;  // null: plain
   std::chrono::milliseconds timeout{};
   AddressRanges proxies;

@@ -40,7 +40,7 @@ class CertificateEnd {
   std::optional<TimePoint> next_;
 };
 
-// Of the certificate that is shown with this context, and of those that are shown with it.
+// The first end of validity in the chain that this context shows: its certificate and the others.
 [[nodiscard]] CertificateEnd end_of_certificate(asio::ssl::context& context);
 
 }  // namespace connect_bridge

@@ -30,7 +30,6 @@ Listener::Listener(asio::io_context& io, SocketOptions sockets, Events events)
 
 std::string Listener::open(const ListenOptions& options) {
   auto accept_options = std::make_shared<AcceptOptions>();
-  accept_options->path = options.path;
   accept_options->timeout = options.handshake_timeout;
   accept_options->told_by = options.told_by;
   for (const std::string& text : options.trusted_proxies) {
@@ -278,6 +277,7 @@ void Listener::admit_visitor(TcpSocket socket, const Source& source) {
   set_address(from, source.address);
   if (!take_handshake(from)) return drop(socket, from, "dropped, too many handshakes");
   visitor->slot = admission_->take_pending(from.address, from.share);
+  visitor->by_relay = true;
   start(std::move(socket), visitor, false);
 }
 
@@ -336,8 +336,12 @@ void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& v
   if (!accepted.notice.empty()) log_notice(visitor, accepted.notice);
   if (!accepted.socket) return note_refused(visitor.from, accepted.problem);
   if (!events_.arrived) return;
-  events_.arrived(
-      {std::move(accepted.socket), std::move(visitor.from), slot, std::move(accepted.slot)});
+  std::shared_ptr<void> place = std::move(accepted.slot);
+  if (place && visitor.by_relay)  // it lasts as long as the connection
+    place = {place.get(), [of = place, relay = std::weak_ptr{relay_}](void*) {
+               if (const auto door = relay.lock()) door->look();
+             }};
+  events_.arrived({std::move(accepted.socket), std::move(visitor.from), slot, std::move(place)});
 }
 
 void Listener::log_notice(const Visitor& visitor, const std::string& notice) {

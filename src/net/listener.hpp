@@ -52,7 +52,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
     if (const auto line = refusals_.take_line(now)) log(LogLevel::kInfo, *line);
   }
 
-  // Of the first address.
+  // The port of the first address.
   [[nodiscard]] std::uint16_t port() const;
   // "127.0.0.1:9090", "[::1]:9090"
   [[nodiscard]] std::vector<std::string> addresses() const;
@@ -64,6 +64,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   struct Visitor {
     ConnectionOpened from;
     std::shared_ptr<Admission::Pending> slot;
+    bool by_relay = false;
   };
   using Acceptor = asio::ip::tcp::acceptor;
   using Endpoint = asio::ip::tcp::endpoint;

@@ -112,7 +112,7 @@ class Network {
   // What of the socket options this host refuses, in words; empty: nothing. Every connection goes
   // without that.
   [[nodiscard]] std::string refused_options() const;
-  // Of all WebSockets since the start; a handshake that failed is not among them.
+  // The bytes of all WebSockets since the start, without handshakes that failed.
   [[nodiscard]] Traffic traffic() const;
 
  private:

@@ -118,33 +118,6 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
 }
 
-bool ends_in_quotes(std::string_view text) {
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '"') quoted = !quoted;
-    if (quoted && text[i] == '\\') ++i;
-  }
-  return quoted;
-}
-
-// The parts between separators that are outside quotes. If a client has left a quote open, what the
-// proxy has added after it is still a part of its own.
-std::vector<std::string_view> split(std::string_view text, char separator) {
-  const bool with_quotes = !ends_in_quotes(text);
-  std::vector<std::string_view> parts;
-  std::size_t begin = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (with_quotes && text[i] == '"') quoted = !quoted;
-    if (quoted && text[i] == '\\') ++i;
-    if (i >= text.size() || quoted || text[i] != separator) continue;
-    parts.push_back(trimmed(text.substr(begin, i - begin)));
-    begin = i + 1;
-  }
-  parts.push_back(trimmed(text.substr(begin)));
-  return parts;
-}
-
 // "192.0.2.1", "192.0.2.1:4711", "2001:db8::1", "[2001:db8::1]:4711"
 std::optional<Source> source_of(std::string_view text) {
   std::string_view port;
@@ -162,26 +135,7 @@ std::optional<Source> source_of(std::string_view text) {
   if (!address) return std::nullopt;
   if (port.empty()) return Source{*address, 0};
   const auto parsed = port.front() == ':' ? number<std::uint16_t>(port.substr(1)) : std::nullopt;
-  // An obfuscated port (RFC 7239 section 6.3) counts as not known.
   return Source{*address, parsed.value_or(0)};
-}
-
-bool is_for(std::string_view name) {
-  return name.size() == 3 && (name[0] | 0x20) == 'f' && (name[1] | 0x20) == 'o' &&
-         (name[2] | 0x20) == 'r';
-}
-
-// The value of "for" in one element of Forwarded, without its quotes.
-std::string_view for_of(std::string_view element) {
-  for (const std::string_view pair : split(element, ';')) {
-    const std::size_t equals = pair.find('=');
-    if (equals == std::string_view::npos || !is_for(pair.substr(0, equals))) continue;
-    std::string_view value = pair.substr(equals + 1);
-    if (value.size() >= 2 && value.front() == '"' && value.back() == '"')
-      value = value.substr(1, value.size() - 2);
-    return value;
-  }
-  return {};
 }
 
 }  // namespace
@@ -237,18 +191,20 @@ ProxyHeader read_proxy_header(ByteView bytes) {
   return may_be(kWord1) ? version1(text) : version2(bytes);
 }
 
-std::optional<Source> forwarded_source(ForwardedBy kind, const std::vector<std::string_view>& lines,
+std::optional<Source> forwarded_source(const std::vector<std::string_view>& lines,
                                        const AddressRanges& trusted) {
   std::optional<Source> known;
   std::size_t seen = 0;
   for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
-    const auto entries = split(*line, ',');
-    for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
-      const std::string_view text = kind == ForwardedBy::kForwarded ? for_of(*entry) : *entry;
-      const auto source = source_of(text);
+    for (std::string_view rest = *line;;) {
+      const std::size_t comma = rest.rfind(',');
+      const bool last = comma == std::string_view::npos;
+      const auto source = source_of(trimmed(last ? rest : rest.substr(comma + 1)));
       if (!source || ++seen > kEntriesMax) return known;
       known = source;
       if (!contain(trusted, source->address)) return known;  // mutant: proxy_trusted
+      if (last) break;
+      rest = rest.substr(0, comma);
     }
   }
   return known;

@@ -1,5 +1,5 @@
-// How a proxy gives the client's address: the PROXY protocol before the first byte, X-Forwarded-For
-// or Forwarded in the request. Pure; the caller checks that the proxy is trusted.
+// How a proxy gives the client's address: the PROXY protocol before the first byte, or
+// X-Forwarded-For in the request. Pure; the caller checks that the proxy is trusted.
 #pragma once
 
 #include <boost/asio/ip/address.hpp>
@@ -53,13 +53,11 @@ struct ProxyHeader {
 // Without any bytes it returns how many to read first. A header has at most 2064 bytes.
 [[nodiscard]] ProxyHeader read_proxy_header(ByteView bytes);
 
-enum class ForwardedBy : std::uint8_t { kXForwardedFor, kForwarded };  // RFC 7239
-
-// The client's address from the lines of that header, in their order. Each proxy adds its neighbour
-// at the right: the result is the first entry from the right that is not a trusted proxy. If that
-// entry is not an address, the entry at its right is the last known one; nullopt: there is none.
-[[nodiscard]] std::optional<Source> forwarded_source(ForwardedBy kind,
-                                                     const std::vector<std::string_view>& lines,
+// The client's address from the lines of X-Forwarded-For, in their order. Each proxy adds its
+// neighbour at the right: the result is the first entry from the right that is not a trusted proxy.
+// If that entry is not an address, the entry at its right is the last known one; nullopt: there is
+// none.
+[[nodiscard]] std::optional<Source> forwarded_source(const std::vector<std::string_view>& lines,
                                                      const AddressRanges& trusted);
 
 }  // namespace connect_bridge

@@ -22,6 +22,7 @@ constexpr std::chrono::milliseconds kFirstRetry{250};
 constexpr std::chrono::milliseconds kLastRetry{1000};
 // A token that the relay does not know now it may know in a while: `ctl token` was called there.
 constexpr std::chrono::milliseconds kRefusedRetry{5000};
+constexpr std::chrono::milliseconds kLookTime{1000};
 constexpr std::chrono::milliseconds kLoginTime{10000};
 constexpr std::size_t kTicketsMax = 32;
 
@@ -156,14 +157,16 @@ void RelayDoor::on_tls(const ErrorCode& error) {
                                [weak](const std::string& why) {
                                  if (const auto self = weak.lock()) self->fail(why);
                                }});
-  lines_->say("login " + token);
+  lines_->say("login " + token + (options_.code.empty() ? "" : " " + options_.code));
 }
 
 void RelayDoor::on_line(std::string_view line) {
   const std::string_view word = next_word(line);
   if (word == "refused" && !welcome_) {
     retry_ = kRefusedRetry;
-    return fail("it refuses the token of listen.relay.token_file for this name");
+    return fail(
+        "it refuses the token of listen.relay.token_file for this name, or the line was used "
+        "already: 'relay --robot' prints another one there");
   }
   if (word == "welcome" && !welcome_) {
     welcome_ = true;
@@ -183,6 +186,13 @@ void RelayDoor::ping() {
   lines_->say("ping");
   after(limit_, kRelayPong, &RelayDoor::on_silence);
   after(next_, kRelayPing, &RelayDoor::ping);
+}
+
+// A NAT that has forgotten the connection, or has another address, says nothing.
+void RelayDoor::look() {
+  if (!welcome_ || !events_.log) return;
+  lines_->say("ping");
+  after(limit_, kLookTime, &RelayDoor::on_silence);
 }
 
 void RelayDoor::check_address() {

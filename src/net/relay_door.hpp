@@ -37,6 +37,9 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   // Once. Empty, or what is wrong with the files.
   [[nodiscard]] std::string open();
   void close();  // no event follows
+  // The path to the relay may have changed, as a connection by it has ended: whether the relay is
+  // still there is asked at once.
+  void look();
 
  private:
   // A visitor's connection on its way.

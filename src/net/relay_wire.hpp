@@ -17,7 +17,7 @@ inline constexpr std::size_t kTicketSize = 64;  // hexadecimal digits
 
 inline constexpr std::size_t kRelayLineMax = 256;  // bytes with the line end
 inline constexpr std::size_t kRobotLineMax = 16;
-inline constexpr std::size_t kRelayLoginMax = kCredentialBytesMax + 8;
+inline constexpr std::size_t kRelayLoginMax = kCredentialBytesMax + 8 + 65;
 
 inline constexpr std::chrono::seconds kRelayPing{25};
 inline constexpr std::chrono::seconds kRelayPong{5};

@@ -9,8 +9,9 @@
 
 namespace connect_bridge {
 
-// Of its own segments TCP tells which are missing, of the peer's only how many have come before a
-// missing one: that is open from then on until something can be read.
+// Watches TCP's repairs of lost segments. TCP reports which of our own segments are missing. Of the
+// peer's segments it reports only how many came out of order: the gap is open from then on until
+// something can be read.
 class RepairWatch {
  public:
   // A round trip is hardly shorter than this where anything is lost.

@@ -36,7 +36,6 @@ Socket::Socket(SocketSetup setup)
       socket_(std::move(setup_.socket)),
       deadline_(socket_->get_executor()),
       packet_rate_(setup_.options.receive_packets_per_second, setup_.options.receive_burst),
-      byte_rate_(setup_.options.receive_bytes_per_second, setup_.options.receive_burst),
       read_at_(socket_->get_executor()),
       gate_(socket_->next_layer().read_bytes()),
       extra_frames_(socket_->next_layer().read_bytes()),
@@ -90,10 +89,7 @@ void Socket::on_read(const ErrorCode& error) {
   received_bytes_ += received_.size();
   ++messages_;
   note_read(socket_->next_layer().socket().native_handle(), repair_watch_);
-  const auto bytes = static_cast<double>(received_.size());
-  const TimePoint now = steady_now();
-  packet_rate_.take(1, now);
-  byte_rate_.take(bytes, now);
+  packet_rate_.take(1, steady_now());
   waits_ = true;
   if (setup_.events->arrived) return setup_.events->arrived(setup_.opened.connection);
   deliver();
@@ -114,7 +110,7 @@ std::optional<std::chrono::steady_clock::time_point> Socket::frames_due() {
 }
 
 void Socket::read_on() {
-  const TimePoint at = std::max(packet_rate_.ready_at(), byte_rate_.ready_at());
+  const TimePoint at = packet_rate_.ready_at();
   if (at <= steady_now()) return read();
   held_ = true;
   if (setup_.held) setup_.held(setup_.opened.peer);

@@ -106,7 +106,6 @@ class Socket : public std::enable_shared_from_this<Socket> {
   std::uint64_t received_bytes_ = 0;
   std::uint64_t messages_ = 0;
   Throttle packet_rate_;
-  Throttle byte_rate_;
   boost::asio::steady_timer read_at_;
   Gate gate_;
   ExtraFrames extra_frames_;

@@ -38,6 +38,15 @@ StatusAnswer plain_answer(unsigned status, const std::string& text) {
   return answer;
 }
 
+StatusAnswer metrics_answer(const StatusRequest& request, SharedText metrics) {
+  return {200,
+          request.open_metrics ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
+                               : "text/plain; version=0.0.4; charset=utf-8",
+          std::move(metrics),
+          {},
+          false};
+}
+
 // One connection. It ends by done(), which is called in each way that it can take.
 class StatusDoor::Session : public std::enable_shared_from_this<Session> {
  public:

@@ -38,6 +38,8 @@ struct StatusAnswer {
 
 // A line of text.
 [[nodiscard]] StatusAnswer plain_answer(unsigned status, const std::string& text);
+// Metrics, in the format that the request understands.
+[[nodiscard]] StatusAnswer metrics_answer(const StatusRequest& request, SharedText metrics);
 
 // Who comes is a stranger until its request was read, and its token if it needs one: bounded are
 // the connections, their time, the header, and TLS handshakes. Who comes by the file has places of

@@ -22,7 +22,7 @@ void expect_server(SSL* tls, const std::string& name);
 
 // SHA-256 of the certificate's public key (SPKI), in base64; empty: none.
 std::string pin_of_certificate(const X509* certificate);
-// The same for the certificate that the peer has shown.
+// The pin of the certificate that the peer has shown; empty: it has shown none.
 std::string pin_of(SSL* tls);
 // Client, after the handshake: empty if the server's key has one of the pins, or there are none.
 std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);
@@ -30,8 +30,8 @@ std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);
 // "CN=robot,O=ops" (RFC 2253); what is no text in it is escaped.
 std::string subject_text(const X509* certificate);
 
-// Of the context's own certificate: "certificate of 'CN=robot', valid until ..."; empty: it has
-// none.
+// Describes the context's own certificate: "certificate of 'CN=robot', valid until ..."; empty: it
+// has none.
 std::string certificate_text(asio::ssl::context& context);
 
 // Why a connection failed. `tls` may be null; `name`: as for expect_server().

@@ -29,8 +29,8 @@ class TlsFiles {
   // and what is wrong with it.
   TlsContext get(std::string& problem);
 
-  // The same of the files as they are now: when one has changed they are read again, and while they
-  // cannot be used there is no context.
+  // A context of the files as they are now: when one has changed they are read again, and while
+  // they cannot be used there is no context.
   TlsContext get_fresh(std::string& problem);
 
   // Looks at the files, which costs a system call for each; call it once a second. What has changed

@@ -16,7 +16,6 @@ namespace connect_bridge {
 struct JwtOptions {
   std::string issuer;                   // "iss" must be this one
   std::string audience;                 // "aud" must be this one or name it
-  std::vector<std::string> algorithms;  // the accepted ones; never "none"
   std::string groups_claim = "groups";  // a list of names, or one
 };
 
@@ -41,7 +40,7 @@ class JwtLogin : public Authenticator {
   std::unique_ptr<KeySource> source_;
 };
 
-// By the options jwt_keys, jwt_issuer, jwt_audience, jwt_algorithms, jwt_groups_claim, https_ca. A
+// By the options jwt_keys, jwt_issuer, jwt_audience, jwt_groups_claim, https_ca. A
 // file of keys must be valid; an address may be unreachable for a while.
 [[nodiscard]] AuthSetup make_jwt_login(PluginOptions options);
 

@@ -1,9 +1,25 @@
 #include "relay/joint.hpp"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <boost/asio/write.hpp>
 #include <utility>
 
 namespace connect_bridge {
+namespace {
+
+// Its peer has reset it, or does not answer: nothing can be read or written any more. Only reading
+// or writing takes the error away.
+bool is_gone(TcpSocket& socket) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  return ::getsockopt(socket.native_handle(), IPPROTO_TCP, TCP_INFO, &info, &size) == 0 &&
+         info.tcpi_state == TCP_CLOSE;
+}
+
+}  // namespace
 
 void reset(TcpSocket& socket) {
   ErrorCode ignored;
@@ -11,9 +27,11 @@ void reset(TcpSocket& socket) {
   socket.close(ignored);
 }
 
-Joint::Joint(TcpSocket visitor, TcpSocket robot)
+Joint::Joint(TcpSocket visitor, TcpSocket robot,
+             std::function<void(bool to_robot, std::size_t)> passed)
     : visitor_(std::move(visitor)),
       robot_(std::move(robot)),
+      passed_(std::move(passed)),
       last_(visitor_.socket.get_executor()) {}
 
 void Joint::start(Bytes first, std::function<void()> ended) {
@@ -34,12 +52,23 @@ void Joint::pass(End& from, End& to) {
 }
 
 void Joint::write(End& from, End& to, asio::const_buffer bytes) {
+  from.held = true;
   asio::async_write(to.socket, bytes,
-                    [self = shared_from_this(), &from, &to](ErrorCode error, std::size_t) {
+                    [self = shared_from_this(), &from, &to](ErrorCode error, std::size_t written) {
                       if (!self->ended_) return;
+                      from.held = false;
                       if (error) return self->finish(false);
+                      self->passed_(&to == &self->robot_, written);
                       self->pass(from, to);
                     });
+}
+
+void Joint::look() {
+  // Of one to which we have sent an end, too, this may be its orderly end, with bytes to be read.
+  const auto gone = [](End& end, const End& other) {
+    return end.held && !other.over && is_gone(end.socket);
+  };
+  if (ended_ && (gone(visitor_, robot_) || gone(robot_, visitor_))) finish(false);
 }
 
 void Joint::on_over(End& from, End& to) {

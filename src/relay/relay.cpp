@@ -2,19 +2,15 @@
 
 #include <openssl/ssl.h>
 
-#include <boost/asio/read.hpp>
-#include <boost/asio/write.hpp>
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
 #include "auth/secret.hpp"
-#include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
 #include "core/wire/text.hpp"
 #include "net/listen_at.hpp"
-#include "net/proxy_header.hpp"
 #include "net/relay_wire.hpp"
-#include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 
 namespace connect_bridge {
@@ -23,14 +19,10 @@ namespace {
 constexpr std::size_t kCallersMax = 320;
 constexpr std::size_t kCallersOfAddress = 16;
 constexpr std::size_t kVisitorsOfRobot = 16;
-constexpr std::size_t kPairsOfRobot = 384;
 constexpr int kHandshakes = 300;
 constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
 constexpr std::chrono::milliseconds kAcceptRetry{100};
 constexpr Duration kJudgePeriod = std::chrono::seconds(60);
-
-// A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
-constexpr std::array<unsigned char, 7> kNoSuchName{21, 3, 3, 0, 2, 2, 112};
 
 Stamp wall_now() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -38,9 +30,9 @@ Stamp wall_now() {
       .count();
 }
 
-// What waits is found by this: how long a look-up takes shows nothing of a ticket.
-std::string key_of(std::string_view ticket) {
-  return to_hex(sha256(view_of(ticket)));
+bool is_line(const Identity& identity) {
+  const auto& groups = identity.groups;
+  return std::find(groups.begin(), groups.end(), kLineGroup) != groups.end();
 }
 
 // Whoever offers anything else gets no answer to it.
@@ -114,6 +106,7 @@ void Relay::accept(const std::shared_ptr<Door>& door) {
 }
 
 void Relay::every_second() {
+  for (const auto& joint : std::vector(joints_.begin(), joints_.end())) joint->look();
   if (const auto news = tls_.check())
     log_(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
   const Refreshed refreshed = setup_.robots->refresh(wall_now());
@@ -145,73 +138,6 @@ void Relay::close() {
   for (const auto& joint : std::exchange(joints_, {})) joint->cut();
 }
 
-// ---- who comes
-
-void Relay::admit(TcpSocket socket) {
-  ErrorCode error;
-  const auto caller = std::make_shared<Caller>(std::move(socket));
-  caller->from = caller->socket.remote_endpoint(error);
-  if (error) return;  // gone already
-  caller->from.address(plain_address(caller->from.address()));
-  caller->place = callers_.take_pending(network_of(caller->from.address(), 7));
-  tune_socket(caller->socket.native_handle(), setup_.sockets);
-  calling_.insert(caller);
-  const auto let_go = [weak = weak_from_this(), of = std::weak_ptr{caller}] {
-    const auto self = weak.lock();
-    const auto gone = of.lock();
-    if (self && gone) self->drop(gone);
-  };
-  caller->place->give_way = let_go;
-  caller->limit.expires_after(kHelloTime);
-  caller->limit.async_wait([let_go](ErrorCode cancelled) {
-    if (!cancelled) let_go();
-  });
-  read_hello(caller);
-}
-
-void Relay::read_hello(const CallerPtr& caller) {
-  const ClientHello hello = read_client_hello(caller->hello);
-  if (hello.state == ClientHello::State::kWrong) return drop(caller);
-  if (hello.state == ClientHello::State::kComplete) return on_hello(caller, hello);
-  const std::size_t have = caller->hello.size();
-  caller->hello.resize(have + hello.missing);
-  asio::async_read(caller->socket, asio::buffer(caller->hello.data() + have, hello.missing),
-                   [weak = weak_from_this(), caller](ErrorCode error, std::size_t) {
-                     const auto self = weak.lock();
-                     if (!self || self->calling_.count(caller) == 0) return;
-                     if (error) return self->drop(caller);
-                     self->read_hello(caller);
-                   });
-}
-
-void Relay::on_hello(const CallerPtr& caller, const ClientHello& hello) {
-  const std::vector<std::string>& offers = hello.protocols;
-  const std::string first = offers.empty() ? "" : offers.front();
-  caller->robot = hello.server_name;
-  if (first == kRelayProtocol) return on_control(caller);
-  if (first == kTicketProtocol) return on_ticket(caller, offers.size() == 2 ? offers[1] : "");
-  on_visitor(caller);
-}
-
-void Relay::drop(const CallerPtr& caller) {
-  calling_.erase(caller);
-  waiting_.erase(caller->ticket);
-  caller->limit.cancel();
-  caller->place.reset();
-  caller->place_at_robot.reset();
-  ErrorCode ignored;
-  caller->socket.close(ignored);
-}
-
-// The few bytes fit into an empty socket; whether they arrive does not matter.
-void Relay::refuse(const CallerPtr& caller) {
-  ErrorCode ignored;
-  caller->socket.non_blocking(true, ignored);
-  caller->socket.write_some(asio::buffer(kNoSuchName), ignored);
-  caller->socket.shutdown(TcpSocket::shutdown_send, ignored);
-  drop(caller);
-}
-
 // ---- control connections
 
 void Relay::on_control(const CallerPtr& caller) {
@@ -220,7 +146,7 @@ void Relay::on_control(const CallerPtr& caller) {
   const TlsContext context = tls_.get(problem);
   const bool may = context && is_robot_name(caller->robot) &&
                    paces_.take(network_of(caller->from.address(), 7), 1, now) && pace_.take(now);
-  if (!may) return drop(caller);  // mutant: control_handshakes
+  if (!may) return drop(caller, RelayRefusal::kHandshakes);  // mutant: control_handshakes
   SSL_CTX_set_alpn_select_cb(context->native_handle(), &select_protocol, nullptr);
   const auto robot = std::make_shared<Robot>(io_);
   robot->name = caller->robot;
@@ -235,7 +161,9 @@ void Relay::on_control(const CallerPtr& caller) {
   robot->place->give_way = [weak, of] {
     const auto self = weak.lock();
     const auto gone = of.lock();
-    if (self && gone) self->end(gone, "gave way");
+    if (!self || !gone) return;
+    self->count(RelayRefusal::kGaveWay);
+    self->end(gone, "gave way");
   };
   limit(robot, kHelloTime);
   robot->lines->shake_hands(true, hello, [weak, of](ErrorCode error) {
@@ -246,7 +174,10 @@ void Relay::on_control(const CallerPtr& caller) {
 }
 
 void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
-  if (error) return end(robot, "no TLS");
+  if (error) {
+    count(RelayRefusal::kNoTls);
+    return end(robot, "no TLS");
+  }
   const auto weak = weak_from_this();
   const std::weak_ptr<Robot> of = robot;
   const auto on_its_end = [weak, of](const std::string& why) {
@@ -275,12 +206,35 @@ void Relay::on_line(const RobotPtr& robot, std::string_view line) {
 
 bool Relay::is_its_name(const Robot& robot, const Bytes& credential) {
   const Judgement judgement = setup_.robots->judge({"token", credential, robot.peer}, wall_now());
-  return judgement.identity && judgement.identity->name == robot.name;  // mutant: name_of_another
+  const bool may = judgement.identity && !is_line(*judgement.identity);  // mutant: line_as_login
+  return may && judgement.identity->name == robot.name;                  // mutant: name_of_another
 }
 
-void Relay::on_login(const RobotPtr& robot, std::string_view token) {
+bool Relay::takes_name(const Robot& robot, std::string_view token, std::string_view code) {
+  const Bytes shown(code.begin(), code.end());
+  const Judgement judged = setup_.robots->judge({"token", shown, robot.peer}, wall_now());
+  if (!judged.identity || judged.identity->name != robot.name || !is_line(*judged.identity) ||
+      !token_problem(token).empty() || !setup_.hand_over)
+    return false;
+  std::string problem;
+  auto robots = setup_.hand_over(robot.name, sha256(view_of(token)), problem);
+  if (!robots) {
+    log_(LogLevel::kError, robot.name + " cannot be given its name: " + problem);
+    return false;
+  }
+  setup_.robots = std::move(robots);
+  judged_at_ = {};  // who had the name before has to go
+  log_(LogLevel::kInfo, robot.name + " belongs to who has used its line, from " + robot.peer);
+  return true;
+}
+
+void Relay::on_login(const RobotPtr& robot, std::string_view words) {
+  const std::size_t space = words.find(' ');
+  const std::string_view token = words.substr(0, space);
+  const std::string_view code = space == std::string_view::npos ? "" : words.substr(space + 1);
   Bytes credential(token.begin(), token.end());
-  if (!is_its_name(*robot, credential)) {
+  if (!is_its_name(*robot, credential) && (code.empty() || !takes_name(*robot, token, code))) {
+    count(RelayRefusal::kWrongLogin);
     if (const auto times = refused_.count({steady_now(), 0}))
       log_(LogLevel::kWarn, robot->peer + ": its token is not that of " + robot->name + "; " +
                                 std::to_string(*times) + " since the last line");
@@ -294,8 +248,14 @@ void Relay::on_login(const RobotPtr& robot, std::string_view token) {
   if (const auto before = robots_.find(robot->name); before != robots_.end())
     end(before->second, "it is connected again");
   robots_[robot->name] = robot;
+  static_cast<void>(uses_[robot->name]);
+  robot->since = steady_now();
   robot->lines->limit_lines(kRobotLineMax);
   robot->lines->say("welcome");
+  // It has not heard of them if its connection was dead.
+  for (const auto& entry : waiting_)
+    if (const auto waits = entry.second.lock(); waits && waits->robot == robot->name)
+      robot->lines->say(waits->call);
   limit(robot, kRelaySilence);
   log_(LogLevel::kInfo, robot->name + " is here, from " + robot->peer);
 }
@@ -306,7 +266,9 @@ void Relay::limit(const RobotPtr& robot, std::chrono::seconds time) {
       [weak = weak_from_this(), of = std::weak_ptr{robot}](ErrorCode cancelled) {
         const auto self = weak.lock();
         const auto silent = of.lock();
-        if (self && silent && !cancelled) self->end(silent, "it is silent");
+        if (!self || !silent || cancelled) return;
+        if (self->strangers_.contains(silent)) self->count(RelayRefusal::kTooLate);
+        self->end(silent, "it is silent");
       });
 }
 
@@ -318,55 +280,35 @@ void Relay::end(RobotPtr robot, const std::string& why) {
   const auto found = robots_.find(robot->name);
   if (found == robots_.end() || found->second != robot) return;
   robots_.erase(found);
+  forget_use(robot->name);
   log_(LogLevel::kInfo, robot->name + " is gone: " + to_text(why, why.size()));
 }
 
-// ---- visitors
+// ---- status
 
-void Relay::on_visitor(const CallerPtr& caller) {
-  const auto found = robots_.find(caller->robot);
-  const auto pairs = pairs_.find(caller->robot);
-  const bool full = pairs != pairs_.end() && pairs->second >= kPairsOfRobot;
-  if (found == robots_.end() || full) return refuse(caller);
-  const TimePoint now = steady_now();
-  if (!paces_.take(network_of(caller->from.address(), 7), 1, now) ||
-      !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
-    return refuse(caller);
-  const std::string ticket = random_token();
-  if (ticket.empty()) return refuse(caller);
-  caller->place_at_robot = visitors_.take_pending(caller->robot);
-  caller->place_at_robot->give_way = caller->place->give_way;
-  caller->ticket = key_of(ticket);
-  waiting_[caller->ticket] = caller;
-  caller->limit.expires_after(kTicketTime);
-  caller->limit.async_wait(
-      [weak = weak_from_this(), of = std::weak_ptr{caller}](ErrorCode cancelled) {
-        const auto self = weak.lock();
-        const auto waits = of.lock();
-        if (self && waits && !cancelled) self->refuse(waits);
-      });
-  const RobotPtr robot = found->second;
-  robot->lines->say("visitor " + ticket + ' ' + caller->from.address().to_string() + ' ' +
-                    std::to_string(caller->from.port()));
+void Relay::forget_use(const std::string& name) {
+  const auto found = uses_.find(name);
+  if (found != uses_.end() && found->second.pairs == 0 && !robots_.contains(name))
+    uses_.erase(found);
 }
 
-void Relay::on_ticket(const CallerPtr& caller, const std::string& ticket) {
-  const auto found = waiting_.find(key_of(ticket));
-  const auto visitor = found == waiting_.end() ? nullptr : found->second.lock();
-  if (!visitor) return drop(caller);
-  const auto joint = std::make_shared<Joint>(std::move(visitor->socket), std::move(caller->socket));
-  Bytes hello = std::move(visitor->hello);
-  drop(visitor);  // the ticket is used
-  drop(caller);
-  joints_.insert(joint);
-  ++pairs_[visitor->robot];
-  joint->start(std::move(hello),
-               [weak = weak_from_this(), robot = visitor->robot, at = std::weak_ptr{joint}] {
-                 const auto self = weak.lock();
-                 if (!self) return;
-                 if (--self->pairs_[robot] == 0) self->pairs_.erase(robot);
-                 self->joints_.erase(at.lock());
-               });
+RelayStatus Relay::status() const {
+  RelayStatus status;
+  const TimePoint now = steady_now();
+  for (const auto& [name, use] : uses_) {
+    const auto here = robots_.find(name);
+    status.robots.push_back({name, "", {}, use});
+    if (here == robots_.end()) continue;
+    status.robots.back().peer = here->second->peer;
+    status.robots.back().here_for = now - here->second->since;
+  }
+  std::sort(status.robots.begin(), status.robots.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
+  status.waiting = calling_.size() + strangers_.size();
+  status.accepted = accepted_;
+  status.all = all_;
+  status.refused = refusals_;
+  return status;
 }
 
 }  // namespace connect_bridge

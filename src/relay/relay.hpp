@@ -15,29 +15,44 @@
 #include "core/base/address_paces.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
+#include "core/base/sha256.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/admission.hpp"
+#include "net/proxy_header.hpp"
 #include "net/tls_files.hpp"
 #include "net/tls_lines.hpp"
 #include "relay/client_hello.hpp"
 #include "relay/joint.hpp"
+#include "relay/relay_status.hpp"
 
 namespace connect_bridge {
+
+// The group of an entry whose token is the code of a line for a robot: it is no login, and works
+// once.
+inline constexpr char kLineGroup[] = "line";
 
 struct RelaySetup {
   std::vector<std::string> addresses;     // as ListenOptions::addresses
   std::uint16_t port = 0;                 // 0: any free one
   TlsOptions tls;                         // of the control connections
   std::unique_ptr<Authenticator> robots;  // identities are the robots' names
+  // Who has shown the code of a line has made this token: from now on the name is its alone. The
+  // robots as they are then; null: `problem` says why not.
+  std::function<std::unique_ptr<Authenticator>(const std::string& robot, const Digest& token,
+                                               std::string& problem)>
+      hand_over;
   SocketOptions sockets;
+  // Who begins with a header of the PROXY protocol, with the address of whom it connects for.
+  AddressRanges proxies;
   // Control handshakes and visitors of one address, beyond: dropped, or refused.
   int address_calls_at_once = 30;
   Duration address_call_period = std::chrono::milliseconds(100);
 };
 
-// Of what it passes on it reads the ClientHello; it dials nowhere. All that strangers can use up
-// here is bounded. Thread: that of the io_context.
+// Joins each visitor to the robot that it asks for. Of the bytes that it passes on it reads only
+// the ClientHello, and it dials nowhere. Everything that strangers can use up here has a limit.
+// Thread: that of the io_context.
 class Relay : public std::enable_shared_from_this<Relay> {
  public:
   using Log = std::function<void(LogLevel, const std::string&)>;
@@ -45,11 +60,13 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Relay(asio::io_context& io, RelaySetup setup, Log log);
   // Once. Empty, or what is wrong.
   [[nodiscard]] std::string open();
-  // Of the first address.
+  // The port of the first address.
   [[nodiscard]] std::uint16_t port() const;
-  // Call it once a second: files that have changed are read again, and whose token is no longer
-  // valid has to go.
+  // Call it once a second: files that have changed are read again, whose token is no longer valid
+  // has to go, and so have pairs of which an end is gone.
   void every_second();
+  // Without times and version.
+  [[nodiscard]] RelayStatus status() const;
   // Cuts everything at once.
   void close();
 
@@ -60,12 +77,14 @@ class Relay : public std::enable_shared_from_this<Relay> {
     explicit Caller(TcpSocket of) : socket(std::move(of)), limit(socket.get_executor()) {}
     TcpSocket socket;
     asio::ip::tcp::endpoint from;
+    Bytes proxy_header;
     Bytes hello;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;
     std::shared_ptr<Admission::Pending> place_at_robot;
     std::string robot;
     std::string ticket;  // the key in waiting_; empty: it does not wait there
+    std::string call;    // what the robot is told of it
   };
   using CallerPtr = std::shared_ptr<Caller>;
 
@@ -74,6 +93,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     explicit Robot(asio::io_context& io) : limit(io) {}
     std::string name;
     std::string peer;
+    TimePoint since{};  // its login
     std::shared_ptr<TlsLines> lines;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;  // until its login
@@ -90,19 +110,29 @@ class Relay : public std::enable_shared_from_this<Relay> {
   std::string bind(const std::string& address, std::uint16_t port);
   void accept(const std::shared_ptr<Door>& door);
   void admit(TcpSocket socket);
+  void read_proxy(const CallerPtr& caller);
   void read_hello(const CallerPtr& caller);
+  // So many bytes more, behind those that are there.
+  void read_more(const CallerPtr& caller, Bytes& bytes, std::size_t missing,
+                 void (Relay::*then)(const CallerPtr&));
   void on_hello(const CallerPtr& caller, const ClientHello& hello);
   // Closes it, and forgets it wherever it is.
   void drop(const CallerPtr& caller);
-  // The same, with a word to who expects TLS.
-  void refuse(const CallerPtr& caller);
+  void drop(const CallerPtr& caller, RelayRefusal why);
+  // As drop(), but first sends a TLS alert to the caller, who expects TLS.
+  void refuse(const CallerPtr& caller, RelayRefusal why);
+  void count(RelayRefusal why);
 
   void on_control(const CallerPtr& caller);
   void on_shaken(const RobotPtr& robot, const ErrorCode& error);
   void on_line(const RobotPtr& robot, std::string_view line);
-  void on_login(const RobotPtr& robot, std::string_view token);
+  void on_login(const RobotPtr& robot, std::string_view words);
+  // Whether its code makes the name its own.
+  [[nodiscard]] bool takes_name(const Robot& robot, std::string_view token, std::string_view code);
   [[nodiscard]] bool is_its_name(const Robot& robot, const Bytes& credential);
   void limit(const RobotPtr& robot, std::chrono::seconds time);
+  // Forgets what has passed for a robot that is not here and has no pair.
+  void forget_use(const std::string& name);
   // A copy: the one that the caller has may be in a table that it leaves.
   void end(RobotPtr robot, const std::string& why);
 
@@ -124,7 +154,10 @@ class Relay : public std::enable_shared_from_this<Relay> {
   std::unordered_set<RobotPtr> strangers_;                          // without a login yet
   std::unordered_map<std::string, RobotPtr> robots_;
   std::unordered_set<std::shared_ptr<Joint>> joints_;
-  std::unordered_map<std::string, std::size_t> pairs_;  // by robot; none that is zero
+  std::unordered_map<std::string, RelayUse> uses_;  // by robot; none that is not here and unpaired
+  RelayUse all_;
+  std::uint64_t accepted_ = 0;
+  std::array<std::uint64_t, kRelayRefusals> refusals_{};
   LogLimit no_room_, refused_;
   TimePoint judged_at_{};
 };

@@ -9,9 +9,10 @@
 namespace connect_bridge {
 
 // A map of those parameters of a server that a relay has too, with the same meaning: `listen`
-// (address, port), `tls` (certificate, private_key) and `auth` (token_file: the robots, each an
-// `identity` with the hash of its token) and `strict_modes`. `config` is present exactly if there
-// are no problems.
+// (address, port, trusted_proxies, who speak the PROXY protocol), `tls` (certificate, private_key)
+// and `auth` (token_file: the robots, each an `identity` with the hash of its token), `status`
+// (listen, on the loopback) and `strict_modes`. `config` is present exactly if there are no
+// problems.
 struct RelayFile {
   std::optional<Config> config;
   std::vector<std::string> problems;  // sentences, for people

@@ -8,10 +8,12 @@
 
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
+#include "auth/token_table.hpp"
 #include "config/invitation.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/sha256.hpp"
 #include "net/authority.hpp"
+#include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
 
 namespace connect_bridge {
@@ -65,9 +67,20 @@ std::string add_robot(const std::string& relay_file, const Url& url, std::string
   if (problem.empty()) line.pin = pin_of_file(read.config->tls.certificate_file, problem);
   TokenEntry entry;
   entry.identity = url.robot;
+  entry.groups = {kLineGroup};
+  entry.comment = "the code of a line, works once";
   entry.digest = sha256(view_of(line.code));
   if (problem.empty()) problem = append_token_entry(read.config->auth.token_file, entry);
   return problem.empty() ? to_relay_line(line) : std::string{};
+}
+
+std::string hand_over(const std::string& token_file, const std::string& robot, const Digest& token,
+                      Stamp now) {
+  TokenEntry entry;
+  entry.identity = robot;
+  entry.comment = "by its line, " + date_text(now);
+  entry.digest = token;
+  return replace_token_entries(token_file, entry);
 }
 
 }  // namespace connect_bridge

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "auth/secret.hpp"
+#include "core/base/time.hpp"
 #include "core/ports/url.hpp"
 
 namespace connect_bridge {
@@ -14,9 +16,14 @@ namespace connect_bridge {
 // robots' tokens, and relay.yaml, which listens at the URL's port. Empty, or what is wrong.
 [[nodiscard]] std::string make_relay_files(const std::string& folder, const Url& url);
 
-// Adds a token for the robot of this URL to those that the relay with this file knows. The line for
-// the robot; empty: `problem` says why.
+// The line for the robot of this URL at the relay with this file; its code, which works once, is
+// added to the robots' tokens. Empty: `problem` says why.
 [[nodiscard]] std::string add_robot(const std::string& relay_file, const Url& url,
                                     std::string& problem);
+
+// The name is from now on that of this token alone: it replaces the robot's entries in the file of
+// tokens, with the codes of its lines. Empty, or what is wrong.
+[[nodiscard]] std::string hand_over(const std::string& token_file, const std::string& robot,
+                                    const Digest& token, Stamp now);
 
 }  // namespace connect_bridge

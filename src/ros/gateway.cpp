@@ -28,6 +28,8 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   shared_.ready.collect();
   services_.watch_servers();
+  for (const auto& sample : large_.take_done())
+    if (auto* mirror = mirrors_.find(sample.what.mirror)) mirror->on_published(sample.problem);
   auto& reports = shared_.reports;
   for (std::size_t n = reports.size(); n > 0; --n) {
     Input input = std::move(reports.front());
@@ -71,7 +73,7 @@ void Gateway::add_lacks(GraphChanged& graph) {
 }
 
 void Gateway::apply(const Publish& action) {
-  if (auto* mirror = mirrors_.find(action.mirror)) mirror->publish(action.payload.view());
+  if (auto* mirror = mirrors_.find(action.mirror)) mirror->publish(action, large_);
 }
 
 void Gateway::apply(const SendResponse& action) {

@@ -12,6 +12,7 @@
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/services/services.hpp"
 #include "ros/topics/diagnostics_topic.hpp"
+#include "ros/topics/large_samples.hpp"
 #include "ros/topics/mirror.hpp"
 #include "ros/topics/subscription.hpp"
 #include "ros/topics/time_source.hpp"
@@ -23,8 +24,8 @@ struct GatewayOptions {
   // Types whose packages are not installed are carried too, where the middleware can do that.
   bool types_not_installed = true;
   int steps_per_wake_max = 64;  // per drain(), so that sockets get their turn
-  // The same in bytes: no more than the first packet takes, so that the next hop works on it while
-  // this side takes the rest, and while it is in the caches.
+  // As steps_per_wake_max, in bytes: no more than the first packet takes. So the next hop works on
+  // that packet while this side takes the rest, and its bytes are still in the caches.
   std::size_t bytes_per_wake_max = 64U << 10;
   Duration graph_pause = std::chrono::milliseconds(20);  // at least between two readings
 };
@@ -83,7 +84,8 @@ class Gateway {
   Services services_{shared_, graph_};
   TimeSource time_{shared_};
   DiagnosticsTopic diagnostics_{shared_};
-  GraphWatcher graph_;  // last, so its thread ends first
+  GraphWatcher graph_;  // these are last, so their threads end first
+  LargeSamples large_{[this] { shared_.ready.wake(); }};
 };
 
 }  // namespace connect_bridge::ros

@@ -60,9 +60,13 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
                     Assembly& assembly) {
   AuthOptions auth{config.auth, std::nullopt};
-  if (start.folder)
+  if (start.folder) {
     auth.pairing = PairingOptions{.file = start.folder->invited_file(),
-                                  .strict_modes = config.auth.strict_modes};
+                                  .strict_modes = config.auth.strict_modes,
+                                  .of_robots = config.robot == Role::kClient};
+    for (const auto& entry : config.identity_names) auth.pairing->taken.push_back(entry.second);
+    for (const Rule& rule : config.policy.rules()) append(auth.pairing->taken, rule.identities);
+  }
   if (auth.token.empty() && auth.token_file.empty())
     if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
   AuthSetup setup = make_authenticator(auth, wall_clock());
@@ -87,6 +91,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
     assembly.problems.push_back("listen.relay.token_file, which is read as " + problem);
   append(assembly.warnings, token.warnings);
   parts.listen.relay->tls.distrusted = parts.config.tls.distrusted;
+  parts.listen.relay->code = start.relay_code;
   parts.listen.relay->token = [at_relay] {
     const Credential now = client_credential(at_relay);
     return now.problems.empty() ? std::string(now.bytes.begin(), now.bytes.end()) : std::string{};

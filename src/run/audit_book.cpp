@@ -15,7 +15,7 @@ Pace pace_of(AuditRank rank) {
     case AuditRank::kRefusals: return {500, milliseconds(200)};
     case AuditRank::kLogins: return {1000, milliseconds(200)};
     case AuditRank::kChannels: return {5000, milliseconds(100)};
-    case AuditRank::kStrangers: return {100, milliseconds(2000)};
+    case AuditRank::kStrangers: return {100, milliseconds(2000)};  // all together
   }
   return {1, milliseconds(1000)};
 }
@@ -51,13 +51,23 @@ AuditBook::Account* AuditBook::take(const Audit& line, TimePoint now, bool may_w
   Account& account = account_of(line);
   std::size_t& waiting = waiting_[account.rank];
   const bool has_room = account.waiting < kSureMax || account.waiting + waiting < kWaitingMax;
-  if (!may_wait || !has_room || !account.pace.take(now)) {
+  if (!may_wait || !has_room || !has_turn(account, line, now)) {
     ++account.left_out;
     return nullptr;
   }
   ++account.waiting;
   ++waiting;
   return &account;
+}
+
+// Of all strangers' lines one address gets half.
+bool AuditBook::has_turn(Account& account, const Audit& line, TimePoint now) {
+  if (account.rank != AuditRank::kStrangers) return account.pace.take(now);
+  const std::string host = line.address.substr(0, line.address.rfind(':'));
+  if (!strangers_.take(host, 1, now)) return false;
+  if (account.pace.take(now)) return true;
+  strangers_.give_back(host);
+  return false;
 }
 
 void AuditBook::written(Account& account) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/address_paces.hpp"
 #include "core/base/pace.hpp"
 #include "core/base/time.hpp"
 #include "core/ports/audit.hpp"
@@ -26,8 +27,9 @@ enum class AuditRank : std::uint8_t {
 [[nodiscard]] AuditRank rank_of(const Audit& line);
 
 // Peers cause most lines, as often as they like. So each identity has a pace for each rank, and a
-// share of the room in which lines of that rank wait for the disk. Lines beyond that are left out
-// and counted. Pure; not thread-safe.
+// share of the room in which lines of that rank wait for the disk; strangers have one of all
+// together, of which an address gets half. Lines beyond that are left out and counted. Pure; not
+// thread-safe.
 class AuditBook {
  public:
   // Lines of a rank that wait: an identity has no more than it leaves free, so alone half of them,
@@ -62,7 +64,9 @@ class AuditBook {
  private:
   using Key = std::pair<AuditRank, std::string>;  // of an identity
   [[nodiscard]] Account& account_of(const Audit& line);
+  [[nodiscard]] bool has_turn(Account& account, const Audit& line, TimePoint now);
 
+  AddressPaces strangers_{50, std::chrono::seconds(4)};
   std::map<Key, Account> accounts_;
   std::map<AuditRank, std::size_t> waiting_;  // lines
 };

@@ -148,7 +148,7 @@ std::string Bridge::listen() {
     const std::string scheme = parts_.listen.tls ? "wss://" : "ws://";
     std::string urls;
     for (const std::string& address : network_.listen_addresses())
-      urls += (urls.empty() ? "" : ", ") + scheme + address + parts_.listen.path;
+      urls += (urls.empty() ? "" : ", ") + scheme + address + "/";
     node_.log(LogLevel::kInfo, "listening on " + urls);
   }
   return problem;

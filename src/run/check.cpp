@@ -102,10 +102,10 @@ OfNode read_for_node(const std::string& file, const std::string& asked_role) {
 }
 
 // A token or files that are missing on this machine do not change what the rest means.
-Parsed parse_as_elsewhere(const OfNode& of_node) {
+Parsed parse_as_elsewhere(const ParameterMap& parameters, Role role) {
   Surroundings elsewhere;
   elsewhere.token_in_environment = true;
-  return parse_config(of_node.parameters, of_node.role, elsewhere);
+  return parse_config(parameters, role, elsewhere);
 }
 
 struct Assembled {
@@ -130,32 +130,47 @@ Assembled assemble_harmless(Config config, const std::string& node) {
 
 }  // namespace
 
-int check_file(const std::string& file, const std::string& asked_role) {
-  const OfNode of_node = read_for_node(file, asked_role);
-  if (!of_node.problems.empty()) return report(file, of_node.problems);
-  const Parsed parsed = parse_config(of_node.parameters, of_node.role, surroundings());
-  std::vector<std::string> problems;
-  for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
+FileJudged judge_file(const std::string& file, const std::string& role) {
+  OfNode of_node = read_for_node(file, role);
+  FileJudged judged;
+  judged.taken_as = of_node.taken_as;
+  judged.role = of_node.role;
+  judged.node = of_node.node;
+  judged.problems = std::move(of_node.problems);
+  if (!judged.problems.empty()) return judged;
+  Parsed parsed = parse_config(of_node.parameters, of_node.role, surroundings());
+  for (const auto& problem : parsed.problems) judged.problems.push_back(to_text(problem));
   HostFindings host = check_host(of_node.parameters);
-  problems.insert(problems.end(), host.problems.begin(), host.problems.end());
-  problems.insert(problems.end(), host.ended.begin(), host.ended.end());
-  Assembled assembled;
+  for (const auto* found : {&host.problems, &host.ended})
+    judged.problems.insert(judged.problems.end(), found->begin(), found->end());
   if (parsed.config) {
-    assembled = assemble_harmless(*parsed.config, of_node.node);
+    Assembled assembled = assemble_harmless(*parsed.config, of_node.node);
     if (std::string why = who_may_change_rules(*parsed.config, {file}); !why.empty())
-      (parsed.config->reached_by_others ? problems : host.warnings).push_back(std::move(why));
+      (parsed.config->reached_by_others ? judged.problems : host.warnings)
+          .push_back(std::move(why));
+    const auto& problems = assembled.assembly.problems;
+    judged.problems.insert(judged.problems.end(), problems.begin(), problems.end());
+    judged.warnings = std::move(assembled.assembly.warnings);
+    judged.not_loaded = std::move(assembled.not_loaded);
   }
-  const auto& [assembly, not_loaded] = assembled;
-  problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
-  print(problems.empty() ? stdout : stderr, of_node.taken_as);
-  const int code = problems.empty() ? 0 : report(file, problems);
-  const Parsed rest = parsed.config ? parsed : parse_as_elsewhere(of_node);
-  if (!rest.config) return code;
+  judged.warnings.insert(judged.warnings.end(), host.warnings.begin(), host.warnings.end());
+  judged.config = std::move(parsed.config);
+  judged.parameters = std::move(of_node.parameters);
+  return judged;
+}
+
+int check_file(const std::string& file, const std::string& asked_role) {
+  const FileJudged judged = judge_file(file, asked_role);
+  if (judged.node.empty()) return report(file, judged.problems);
+  print(judged.problems.empty() ? stdout : stderr, judged.taken_as);
+  const int code = judged.problems.empty() ? 0 : report(file, judged.problems);
+  std::optional<Config> rest = judged.config;
+  if (!rest) rest = parse_as_elsewhere(judged.parameters, judged.role).config;
+  if (!rest) return code;
   if (code != 0) std::puts("The rest of the file means:");
-  print(stdout, explain(*rest.config));
-  if (!not_loaded.empty()) print(stdout, not_loaded + ": not loaded by ctl check");
-  for (const auto& warnings : {assembly.warnings, host.warnings})
-    for (const auto& warning : warnings) print(stdout, "warning: " + warning);
+  print(stdout, explain(*rest));
+  if (!judged.not_loaded.empty()) print(stdout, judged.not_loaded + ": not loaded by ctl check");
+  for (const auto& warning : judged.warnings) print(stdout, "warning: " + warning);
   return code;
 }
 
@@ -168,7 +183,7 @@ int explain_file(const std::string& file, const std::string& asked_role,
   }
   const OfNode of_node = read_for_node(file, asked_role);
   if (!of_node.problems.empty()) return report(file, of_node.problems);
-  const Parsed parsed = parse_as_elsewhere(of_node);
+  const Parsed parsed = parse_as_elsewhere(of_node.parameters, of_node.role);
   if (!parsed.config) {
     std::vector<std::string> problems;
     for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));

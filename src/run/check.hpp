@@ -1,11 +1,28 @@
 // `ctl check FILE`: what a side would do with a parameter file, without starting it.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "config/explain_right.hpp"
+#include "core/base/parameter.hpp"
 
 namespace connect_bridge {
+
+// What a parameter file means for one of our programs, and all that is wrong with it.
+struct FileJudged {
+  std::string taken_as;  // a line for people: the role, and why this one
+  Role role = Role::kServer;
+  std::string node;  // full name; empty: the file cannot be read, and the rest is not known
+  ParameterMap parameters;
+  std::optional<Config> config;       // present exactly if the parameters are valid
+  std::vector<std::string> problems;  // also those that only this machine shows
+  std::vector<std::string> warnings;
+  std::string not_loaded;  // a key, of what is not executed or asked here; empty: none
+};
+// Executes no login plugin and sends nothing. `role`: as for check_file().
+[[nodiscard]] FileJudged judge_file(const std::string& file, const std::string& role);
 
 // Prints as what it was checked, all problems, also those that only this machine shows, and, if
 // possible, what each rule allows to whom. Executes no login plugin and sends nothing. `role`:

@@ -33,8 +33,8 @@ class LoginDesk {
     Authenticator* authenticator = nullptr;  // null: no logins are judged here; outlives the desk
     std::optional<CredentialFile> credential_file;
     Duration time_limit{};  // a login that has waited so long is refused without being judged
-    // Of one customer, who may wait: as many as an address of the loopback may have connections
-    // without a login.
+    // Logins of one customer that may wait: as many as an address of the loopback may have
+    // connections without a login.
     std::size_t of_one_max = 128;
   };
   struct Ports {

@@ -1,18 +1,13 @@
 #include "run/metrics.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string_view>
 #include <utility>
 
+#include "core/base/metrics_text.hpp"
+
 namespace connect_bridge {
 namespace {
-
-struct MetricHelp {
-  const char* name;  // a counter's without _total
-  const char* help;
-};
 
 // Everything that is counted or measured for a topic, a service or a link.
 constexpr MetricHelp kCounters[] = {
@@ -39,53 +34,6 @@ constexpr MetricHelp kGauges[] = {
     {"link_queued_bytes", "Bytes that wait to be sent"},
     {"link_unacknowledged_bytes", "Bytes that were sent and not yet acknowledged"},
     {"link_memory_bytes", "Memory that is held because of the peer"},
-};
-
-std::string metric_label(std::string_view name, std::string_view value) {
-  std::string text{name};
-  text += "=\"";
-  for (const char c : value) {
-    if (c == '\\' || c == '"') text += '\\';
-    text += c == '\n' ? std::string{"\\n"} : std::string{c};
-  }
-  return text + '"';
-}
-
-class MetricsText {
- public:
-  explicit MetricsText(bool open) : open_(open) {}
-
-  void family(std::string_view name, bool counter, std::string_view help) {
-    name_ = fmt::format("connect_bridge_{}", name);
-    const std::string sample = counter ? name_ + "_total" : name_;
-    const std::string& shown = open_ ? name_ : sample;
-    text_ +=
-        fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", shown, help, counter ? "counter" : "gauge");
-    name_ = sample;
-  }
-  template <class Value>
-  void sample(Value value, const std::string& labels = {}) {
-    text_ += labels.empty() ? fmt::format("{} {}\n", name_, value)
-                            : fmt::format("{}{{{}}} {}\n", name_, labels, value);
-  }
-  template <class Value>
-  void one(std::string_view name, bool counter, std::string_view help, Value value) {
-    family(name, counter, help);
-    sample(value);
-  }
-  template <class Series>
-  void all_of(const MetricHelp& metric, bool counter, const Series& series) {
-    const auto found = series.find(metric.name);
-    if (found == series.end()) return;
-    family(metric.name, counter, metric.help);
-    for (const auto& [labels, value] : found->second) sample(value, labels);
-  }
-  [[nodiscard]] std::string take() { return std::move(text_) + (open_ ? "# EOF\n" : ""); }
-
- private:
-  const bool open_;
-  std::string name_;
-  std::string text_;
 };
 
 double in_seconds(Duration time) {

@@ -20,9 +20,9 @@ class Metrics {
  public:
   static constexpr std::size_t kNamesMax = 1000;
 
-  // To be given each picture, so that nothing of a link that ends is lost.
+  // Call it with each picture, so that the counts of a link that ends are not lost.
   void count(const StatusPicture& picture);
-  // Of the last picture. `open`: OpenMetrics 1.0, else the text format 0.0.4.
+  // The metrics of the last picture. `open`: in OpenMetrics 1.0, else in the text format 0.0.4.
   [[nodiscard]] std::string text(bool open) const;
 
  private:

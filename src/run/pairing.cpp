@@ -36,6 +36,25 @@ std::string news_of(const PairingFolder& folder) {
   return "using the pairing in " + folder.parameter_file();
 }
 
+// ---- both
+
+// The token in the file, which is created if needed; empty: `problem` says why.
+std::string kept_token(const std::string& file, std::string& problem) {
+  if (::access(file.c_str(), F_OK) != 0) {
+    const std::string token = random_token();
+    problem =
+        token.empty() ? "no random numbers are available" : write_secret_file(file, token + "\n");
+    if (problem.empty()) return token;
+    return {};
+  }
+  const std::string token{trim(read_secret_file(file, problem).value_or(""))};
+  if (problem.empty()) {
+    problem = token_problem(token);
+    if (!problem.empty()) problem = file + ": " + problem;
+  }
+  return problem.empty() ? token : std::string{};
+}
+
 // ---- server
 
 // The groups of paired clients: all of them, and those that were paired with --operate.
@@ -96,6 +115,8 @@ std::string make_server_files(const PairingFolder& folder) {
     order.hosts = {certified_name()};
     order.days = kCertificateDays;
     problem = make_certificates(order).problem;
+    // Clients go by the pin: whoever had its key could sign nothing that they need.
+    for (const char* unused : {"ca.key", "ca.crt"}) ::unlink(folder.file(unused).c_str());
   }
   if (problem.empty() && !folder.has("tokens.yaml"))
     problem = write_secret_file(folder.file("tokens.yaml"),
@@ -105,10 +126,8 @@ std::string make_server_files(const PairingFolder& folder) {
 
 // Where the client dials, without a port if that is not known before the server listens.
 std::string dialed(const ParameterMap& parameters, const std::string& host) {
-  const std::string path = string_at(parameters, "listen.path");
   const std::string relay = string_at(parameters, "listen.relay.url");
-  if (host.empty() && !relay.empty())
-    return relay.substr(0, relay.rfind('/')) + (path.empty() ? "/" : path);
+  if (host.empty() && !relay.empty()) return relay.substr(0, relay.rfind('/')) + "/";
   std::string authority = host;
   if (authority.empty()) {
     authority = syntax::listen_addresses(string_at(parameters, "listen.address")).front();
@@ -116,7 +135,7 @@ std::string dialed(const ParameterMap& parameters, const std::string& host) {
       if (authority == all) authority = own_address();
     authority = bracketed(authority);
   }
-  return "wss://" + authority + (path.empty() ? "/" : path);
+  return "wss://" + authority + "/";
 }
 
 std::string text_of(const RunningServer& running, const PairingFolder& folder) {
@@ -128,8 +147,10 @@ std::string end_or_name() {
   return std::string{"end it first, or "} + kOwnName;
 }
 
-// Two robots would be one here: /scan of both is one topic, and of two services one is called.
-std::string second_robot(const PairingFolder& folder) {
+// With names as they are, two robots would be one here: /scan of both is one topic, and of two
+// services one is called. Who has one robot wants /tf to be /tf, so a second one is asked for.
+std::string second_robot(const PairingFolder& folder, const std::string& prefix) {
+  if (prefix == syntax::kByIdentity) return {};
   const std::string file = folder.file("tokens.yaml");
   std::string problem;
   const auto text = read_secret_file(file, problem);
@@ -137,10 +158,10 @@ std::string second_robot(const PairingFolder& folder) {
   std::vector<std::string> problems, warnings;
   if (text) robots.read(*text, file, 0, problems, warnings);
   if (robots.size() == 0) return {};
-  return "this server has a robot already, of which another one's names could not be told. Another "
-         "robot needs a server with a name, a port and a prefix of its own: server --pair --drive "
-         "--ros-args -r __node:=robot2 -p listen.port:=9091 -p prefix:=/robot2. If the one before "
-         "is gone: ctl token IDENTITY --remove --file '" +
+  return "this server has a robot already, of which another one's names could not be told. For "
+         "several robots, end this server, and begin once with server --pair --drive --ros-args "
+         "-p prefix:=by_identity: then /scan of each is below its name, /ROBOT/scan, also of the "
+         "first. If the one before is gone: ctl token IDENTITY --remove --file '" +
          file + "', with its identity in that file";
 }
 
@@ -161,7 +182,8 @@ void add_relay(const std::string& text, const PairingFolder& folder, Start& star
                std::string& problem) {
   const Invitation line = parse_relay_line(text, problem);
   const std::string file = folder.token_file("relay", line.code);
-  if (problem.empty()) problem = write_secret_file(file, line.code + "\n");
+  if (problem.empty()) static_cast<void>(kept_token(file, problem));
+  start.relay_code = line.code;
   start.parameters =
       filled(start.parameters, {{"listen.address", std::string{"127.0.0.1"}},
                                 {"listen.relay.url", line.url},
@@ -182,7 +204,8 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
   const ParameterMap stored =
       problem.empty() ? stored_or_new(folder, start.parameters, arguments.robot, problem)
                       : ParameterMap{};
-  if (problem.empty() && drives) problem = second_robot(folder);
+  if (problem.empty() && drives)
+    problem = second_robot(folder, string_at(filled(start.parameters, stored), "prefix"));
   start.running = folder.running();
   if (problem.empty() && start.running) {
     problem = go_to_running(folder, !arguments.via.empty(), start);
@@ -226,7 +249,8 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
     start.groups.emplace_back(kOperators);
     start.news.emplace_back(
         "the client that pairs joins the group 'operators': unless you change the rules it may "
-        "publish, call services, send goals and set parameters");
+        "publish, call services, send goals and set parameters, which is as much as a shell on "
+        "this robot (some services load code)");
   }
   start.invitation = std::move(invitation);
 }
@@ -234,23 +258,6 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
 // ---- client
 
 constexpr char kOperatorName[] = "operator";
-
-// The token in the file, which is created if needed; empty: `problem` says why.
-std::string kept_token(const std::string& file, std::string& problem) {
-  if (::access(file.c_str(), F_OK) != 0) {
-    const std::string token = random_token();
-    problem =
-        token.empty() ? "no random numbers are available" : write_secret_file(file, token + "\n");
-    if (problem.empty()) return token;
-    return {};
-  }
-  const std::string token{trim(read_secret_file(file, problem).value_or(""))};
-  if (problem.empty()) {
-    problem = token_problem(token);
-    if (!problem.empty()) problem = file + ": " + problem;
-  }
-  return problem.empty() ? token : std::string{};
-}
 
 std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
   std::string problem;
@@ -311,11 +318,20 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
     start.news.emplace_back(
         arguments.operates
             ? "its operator may receive topics, publish, call services, send goals and set "
-              "parameters here, unless you change the rules"
+              "parameters here, unless you change the rules; that is as much as a shell on this "
+              "robot (some services load code)"
             : "its operator may receive topics, and do nothing here (--operate allows the rest)");
 }
 
 }  // namespace
+
+Role robot_end(const ParameterMap& given, const Arguments& arguments, const std::string& node) {
+  if (arguments.pairs || !arguments.invitation.empty()) return arguments.robot;
+  std::string unread;
+  const ParameterMap all =
+      goes_by_pairing(given) ? filled(given, PairingFolder(node).parameters(unread)) : given;
+  return string_at(all, "robot") == "client" ? Role::kClient : Role::kServer;
+}
 
 Start start_with(const ParameterMap& given, const Arguments& arguments, const std::string& node) {
   Start start;
@@ -376,11 +392,23 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   if (drives)
     text +=
         "Behind --robot, --operate lets this end also publish, call services, send goals and "
-        "set parameters there.\n\n";
+        "set parameters there: as much as a shell on the robot.\n\n";
   if (!by_relay && colon != std::string::npos && authority.substr(colon) != listening)
     text += "It dials " + authority + ", and this server listens on port " + std::to_string(port) +
             ": a router or proxy must lead from there to here.\n\n";
   return text;
+}
+
+std::string invitation_to_print(const Start& start, std::uint16_t port, bool terminal,
+                                std::string& problem) {
+  const std::string text = invitation_text(*start.invitation, port);
+  if (terminal) return text;
+  const std::string file = start.folder->invitation_file();
+  if (const std::string wrong = write_secret_file(file, text); !wrong.empty())
+    problem = "--pair: the invitation cannot be written: " + wrong;
+  return problem.empty() ? "The invitation is in '" + file +
+                               "', since this output may be a log that others read\n"
+                         : std::string{};
 }
 
 }  // namespace connect_bridge

@@ -40,7 +40,12 @@ struct Start {
   // The server of this folder that runs already: it takes the client, this process starts nothing.
   std::optional<RunningServer> running;
   std::optional<Joining> joining;  // client
+  std::string relay_code;          // server: of the relay's line (RelayOptions::code)
 };
+
+// Which end is the robot, as start_with() will have it; it reads files and makes none.
+[[nodiscard]] Role robot_end(const ParameterMap& given, const Arguments& arguments,
+                             const std::string& node);
 
 // Makes files if the arguments request a pairing; reads those of an earlier one if the parameters
 // have neither address nor login. `node`: full name.
@@ -56,8 +61,13 @@ struct Start {
 [[nodiscard]] std::string refused_invitation(const Joining& joining,
                                              std::optional<std::uint16_t> close_code);
 
-// What the server prints for the person who is to start the client, or the robot. `port`: where it
-// listens.
+// For the person who is to start the client, or the robot. `port`: where the server listens.
 [[nodiscard]] std::string invitation_text(Invitation invitation, std::uint16_t port);
+
+// What the server prints: that text on a terminal; else, since others may read that output (a
+// journal, the log of a container), the name of the file in which the text is for its owner alone.
+// `problem` is set if that cannot be written.
+[[nodiscard]] std::string invitation_to_print(const Start& start, std::uint16_t port, bool terminal,
+                                              std::string& problem);
 
 }  // namespace connect_bridge

@@ -46,12 +46,14 @@ class PairingFolder {
   [[nodiscard]] std::string parameter_file() const { return file("params.yaml"); }
   // Where a server that runs is asked to let one client in (PairingOptions).
   [[nodiscard]] std::string invited_file() const { return file("invited"); }
+  // An invitation's text for a person, where that is not printed.
+  [[nodiscard]] std::string invitation_file() const { return file("invitation"); }
   // What a RunningMark is made with.
   [[nodiscard]] std::string running_file() const { return file("running"); }
   [[nodiscard]] std::optional<RunningServer> running() const;
   [[nodiscard]] bool has(const std::string& name) const;
-  // Of the token of a line with this code: the same line, given again, continues with it. `kind`:
-  // begins the file's name.
+  // The file for the token of an invitation with this code. The same invitation, used again, finds
+  // the same file. `kind`: the beginning of the file's name.
   [[nodiscard]] std::string token_file(const std::string& kind, const std::string& code) const;
   // Removes the file of a token that was in use before, if it is one of these and not in use now.
   void remove_former(const std::string& kind, const std::string& former,

@@ -106,17 +106,20 @@ struct BeginsLastSteps {
   ~BeginsLastSteps() { last_steps.begin(); }
 };
 
-// Not to the log: it holds a secret.
-void print_invitation(const Invitation& invitation, std::uint16_t port) {
-  std::fputs(invitation_text(invitation, port).c_str(), stdout);
+// Not to the log: it holds a secret. Returns what is wrong, or nothing.
+std::string print_invitation(const Start& start, std::uint16_t port) {
+  std::string problem;
+  const std::string text = invitation_to_print(start, port, ::isatty(STDOUT_FILENO) == 1, problem);
+  std::fputs(text.c_str(), stdout);
   std::fflush(stdout);
+  return problem;
 }
 
 int invite_to_running(const ros::Node& node, const Start& start) {
-  if (const std::string problem = invite(start); !problem.empty()) return refuse({problem});
+  if (const std::string wrong = invite(start); !wrong.empty()) return refuse({wrong});
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
-  print_invitation(*start.invitation, start.running->port);
-  return 0;
+  const std::string problem = print_invitation(start, start.running->port);
+  return problem.empty() ? 0 : refuse({problem});
 }
 
 int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
@@ -160,7 +163,8 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   std::optional<RunningMark> mark;
   if (role == Role::kServer && start.folder)
     mark.emplace(start.folder->running_file(), bridge.port());
-  if (start.invitation) print_invitation(*start.invitation, bridge.port());
+  if (start.invitation) problem = print_invitation(start, bridge.port());
+  if (!problem.empty()) return refuse({problem});
   try {
     bridge.run();
   } catch (const std::exception& error) {
@@ -194,7 +198,10 @@ int run_program(Role role, int argc, char** argv) {
     options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;
-    options.publishes_images = role == Role::kClient;  // of the robot
+    options.publishes_images = [role](const ros::NodeFacts& known) {
+      return robot_end(known.parameter_overrides, read_arguments(known.arguments, role),
+                       known.full_name) != role;  // the robot's images, at the operator
+    };
     std::optional<SlowStart> slow;
     slow.emplace(SlowStart::kPatience, [] { std::fputs(kSlowStartText, stderr); });
     ros::Node node(options);

@@ -1,5 +1,7 @@
 #include "run/status_file.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -16,16 +18,27 @@ bool is_kept(std::FILE* file) {
   return ::fsync(::fileno(file)) == 0 || errno == EINVAL;
 }
 
+constexpr mode_t kOwnerOnly = S_IRUSR | S_IWUSR;
+
+// It names people and addresses: for its owner alone, unless the owner has let others read it.
+mode_t mode_of(const std::string& file) {
+  struct stat found {};
+  const bool replaces = ::lstat(file.c_str(), &found) == 0 && S_ISREG(found.st_mode);
+  return replaces ? found.st_mode & 0777 : kOwnerOnly;
+}
+
 }  // namespace
 
 std::string write_atomically(const std::string& file, const std::string& text, bool lasting) {
   const std::string part = file + ".part";
   {
-    // Created as a new file ("x"), so that a link that somebody else put there is not followed.
+    // Created as a new file, so that a link that somebody else put there is not followed.
     std::remove(part.c_str());
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(part.c_str(), "wx"),
-                                                              &std::fclose);
-    if (!out || std::fprintf(out.get(), "%s\n", text.c_str()) < 0 || std::fflush(out.get()) != 0 ||
+    const int made = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerOnly);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(
+        made < 0 ? nullptr : ::fdopen(made, "w"), &std::fclose);
+    if (!out || ::fchmod(made, mode_of(file)) != 0 ||
+        std::fprintf(out.get(), "%s\n", text.c_str()) < 0 || std::fflush(out.get()) != 0 ||
         (lasting && !is_kept(out.get())))
       return "cannot write " + part + ": " + std::strerror(errno);
   }

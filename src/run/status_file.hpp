@@ -14,8 +14,9 @@
 
 namespace connect_bridge {
 
-// Replaces the file in one step; returns what went wrong, or nothing. `lasting`: what was written
-// is on the disk before the file is replaced, so a loss of power leaves the old or the new text.
+// Replaces the file in one step; returns what went wrong, or nothing. It keeps its mode; a new one
+// is its owner's alone. `lasting`: what was written is on the disk before the file is replaced, so
+// a loss of power leaves the old or the new text.
 std::string write_atomically(const std::string& file, const std::string& text,
                              bool lasting = false);
 

@@ -59,6 +59,8 @@ OrderedJson to_value(const TopicStatus& topic) {
     json["keep"] = word_of(kKeepWords, topic.keep);
     json["keep_because"] = topic.keep_because;
   }
+  if (!topic.rule.empty()) json["rule"] = topic.rule;
+  if (!topic.misfit.empty()) json["misfit"] = topic.misfit;
   if (topic.latency_ms) json["latency_ms"] = *topic.latency_ms;
   if (!topic.declined.empty()) json["declined"] = topic.declined;
   return json;
@@ -80,7 +82,19 @@ OrderedJson to_value(const ServiceStatus& service) {
                       {"duplicates", service.duplicates},
                       {"request_bytes", service.request_bytes},
                       {"response_bytes", service.response_bytes}};
+  if (!service.rule.empty()) json["rule"] = service.rule;
   if (!service.declined.empty()) json["declined"] = service.declined;
+  return json;
+}
+
+OrderedJson to_value(const MissingName& missing) {
+  OrderedJson json = {{"kind", word_of(kKindWords, missing.kind)},
+                      {"name", missing.name},
+                      {"type", missing.type},
+                      {"direction", missing.exported ? "export" : "import"},
+                      {"reason", word_of(kMissingWords, missing.reason)},
+                      {"text", missing.text}};
+  if (!missing.rule.empty()) json["rule"] = missing.rule;
   return json;
 }
 
@@ -119,6 +133,9 @@ OrderedJson to_value(const LinkStatus& link, Names names) {
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
   json["services"] = OrderedJson::array();
   for (const auto& service : link.services) json["services"].push_back(to_value(service));
+  json["missing"] = OrderedJson::array();
+  for (const auto& missing : link.missing) json["missing"].push_back(to_value(missing));
+  if (link.further_missing > 0) json["further_missing"] = {{"count", link.further_missing}};
   if (link.further_topics > 0)
     json["further_topics"] = {
         {"count", link.further_topics},  {"messages", link.further.messages},

@@ -35,7 +35,7 @@ struct StatusPicture {
   RunStatus run;
 };
 
-// Of what to_json() writes: another one when a member goes or means something else.
+// The version of what to_json() writes. It changes when a member is removed or changes its meaning.
 inline constexpr int kStatusSchema = 1;
 
 // Whether it says who the people on the links are.

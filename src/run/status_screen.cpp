@@ -189,6 +189,17 @@ StatusTable call_table(const Json& now) {
   return table;
 }
 
+StatusTable missing_table(const Json& now) {
+  StatusTable table({"DOES NOT CROSS", "KIND", "DIRECTION", "LINK", "WHY"});
+  for (const Json& link : list_of(now, "links"))
+    for (const Json& missing : list_of(link, "missing"))
+      table.add(0, {member<std::string>(missing, "name"), member<std::string>(missing, "kind"),
+                    member<std::string>(missing, "direction"),
+                    std::to_string(member<std::uint64_t>(link, "link")),
+                    member<std::string>(missing, "text")});
+  return table;
+}
+
 std::string link_lines(const Json& link) {
   const bool open = member<bool>(link, "open");
   std::string text = fmt::format(
@@ -211,9 +222,33 @@ std::string link_lines(const Json& link) {
   return text;
 }
 
+// Of a relay (src/relay/relay_status.hpp).
+std::string relay_screen(const Json& now, std::size_t rows) {
+  StatusTable robots({"ROBOT", "FROM", "HERE", "VISITORS", "ALL VISITORS", "SENT", "RECEIVED"});
+  for (const Json& robot : list_of(now, "robots"))
+    robots.add(
+        member<double>(robot, "sent_bytes") + member<double>(robot, "received_bytes"),
+        {member<std::string>(robot, "robot"), member<std::string>(robot, "peer"),
+         member<bool>(robot, "open") ? shown_span(member<std::int64_t>(robot, "open_seconds"))
+                                     : "gone",
+         std::to_string(member<std::uint64_t>(robot, "pairs")),
+         std::to_string(member<std::uint64_t>(robot, "visitors")),
+         shown_bytes(member<double>(robot, "sent_bytes")),
+         shown_bytes(member<double>(robot, "received_bytes"))});
+  std::string text =
+      fmt::format("relay  {} robots\nversion {}, since {}\n", robots.size(),
+                  member<std::string>(now, "version"), member<std::string>(now, "started"));
+  text += "who came: " + joined_counts(list_of(now, "strangers")) + "\n";
+  if (const auto refused = joined_counts(list_of(now, "refused")); !refused.empty())
+    text += "refused: " + refused + "\n";
+  if (robots.size() > 0) text += "\n" + robots.text(rows);
+  return text;
+}
+
 }  // namespace
 
 std::string status_screen(const Json& now, const Json& before, std::size_t rows) {
+  if (member<std::string>(now, "role") == "relay") return relay_screen(now, rows);
   const Json& links = list_of(now, "links");
   const auto open = std::count_if(links.begin(), links.end(),
                                   [](const Json& link) { return member<bool>(link, "open"); });
@@ -230,10 +265,14 @@ std::string status_screen(const Json& now, const Json& before, std::size_t rows)
   if (const auto refused = joined_counts(list_of(now, "strangers")); !refused.empty())
     text += "who came: " + refused + "\n";
   for (const Json& link : links) text += link_lines(link);
-  StatusTable topics = topic_table(now, before), calls = call_table(now);
+  StatusTable topics = topic_table(now, before), calls = call_table(now),
+              missing = missing_table(now);
+  const std::size_t of_missing = std::min(missing.size(), std::max<std::size_t>(rows / 4, 1));
+  rows -= std::min(rows, of_missing);
   const std::size_t of_calls =
       std::min(calls.size(), std::max(rows / 4, rows - std::min(rows, topics.size())));
   if (topics.size() > 0) text += "\n" + topics.text(rows - std::min(rows, of_calls));
+  if (missing.size() > 0) text += "\n" + missing.text(of_missing);
   if (calls.size() > 0) text += "\n" + calls.text(of_calls);
   return text;
 }

@@ -7,10 +7,10 @@
 #include <boost/asio/post.hpp>
 #include <exception>
 
+#include "auth/runtime_folder.hpp"
 #include "core/base/base64.hpp"
 #include "core/base/json.hpp"
 #include "core/base/sha256.hpp"
-#include "run/runtime_folder.hpp"
 #include "run/system_now.hpp"
 #include "status_page.hpp"
 
@@ -164,13 +164,9 @@ StatusAnswer StatusSite::answer(const StatusRequest& request) {
   if (path == "/healthz") return plain_answer(200, "alive");
   if (path == "/readyz") return readiness();
   if (path == "/metrics")
-    return {200,
-            request.open_metrics ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
-                                 : "text/plain; version=0.0.4; charset=utf-8",
-            text_of(request.open_metrics ? "metrics" : "older metrics", Names::kHidden,
-                    [&] { return metrics_.text(request.open_metrics); }),
-            {},
-            false};
+    return metrics_answer(
+        request, text_of(request.open_metrics ? "metrics" : "older metrics", Names::kHidden,
+                         [&] { return metrics_.text(request.open_metrics); }));
   if (path == "/api/status")
     return {
         200, kJson, text_of("status", names, [&] { return to_json(*picture_, names); }), {}, false};

@@ -49,6 +49,22 @@ class Crowd {
       rest(kPeriod / peers_.size());
     }
   }
+  // The same, all at once: they wait to be read.
+  void send_up_at_once() {
+    const double began = processor_seconds();
+    for (std::uint32_t i = 0; i < peers_.size(); ++i) side_.on_arrival(connection(i), now_);
+    seconds_ += processor_seconds() - began;
+    for (;;) {
+      const double asked = processor_seconds();
+      const auto next = side_.take_turn(now_);
+      seconds_ += processor_seconds() - asked;
+      if (!next) break;
+      const auto i = static_cast<std::uint32_t>(next->value - 1);
+      if (peers_[i].demand != 0) receive(i, message(peers_[i]));
+      side_.spent(std::chrono::microseconds(10), now_.steady);
+    }
+    rest(kPeriod);
+  }
   void send_down() {
     for (std::uint32_t i = 0; i < peers_.size(); ++i) {
       MessageTaken taken{
@@ -56,6 +72,10 @@ class Crowd {
       if (peers_[i].taken != 0) give(std::move(taken));
       rest(kPeriod / peers_.size());
     }
+  }
+  // The connection of each is lost.
+  void lose() {
+    for (std::uint32_t i = 0; i < peers_.size(); ++i) give(ConnectionClosed{connection(i), {}, {}});
   }
   // The processor time of the side since this was last asked, in seconds.
   double take_seconds() { return std::exchange(seconds_, 0); }

@@ -1,6 +1,8 @@
 """Two machines that get to know each other by pairing alone."""
 
+import pathlib
 import re
+import stat
 
 import pytest
 from std_msgs.msg import String
@@ -10,6 +12,15 @@ from harness.domains import free_port
 from harness.programs import Program, build_dir, ros_environment
 
 LINE = re.compile(r"ros2 run connect_bridge client (?:--robot )?'(wss\+pair://\S+)'")
+# Of a program whose output is no terminal.
+SHOWN = re.compile(r"The invitation is in '(.+)', since")
+
+
+def invitation_of(server):
+    """What it has invited with, from the file that only its owner reads."""
+    file = pathlib.Path(server.wait_for(SHOWN).group(1))
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    return LINE.search(file.read_text(encoding="utf-8")).group(1)
 
 
 class World:
@@ -37,7 +48,7 @@ class World:
         """The server that invites, and its invitation."""
         port = ["--ros-args", "-p", f"listen.port:={self.port}"]
         server = self.run("server", who, "--pair", "localhost", *words, *port)
-        return server, server.wait_for(LINE).group(1)
+        return server, invitation_of(server)
 
     def crosses(self, name):
         """A message of the robot arrives at the operator."""

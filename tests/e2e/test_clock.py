@@ -14,7 +14,7 @@ pytestmark = pytest.mark.alone
 CLOCK_QOS = qos(1, reliability=ReliabilityPolicy.BEST_EFFORT)  # as nodes with use_sim_time have it
 PUBLISH = {
     "rules": ["time"],
-    "rule": {"time": {"import_topics": ["/clock"], "clock": "publish", "clock_rate": 100.0}},
+    "rule": {"time": {"import_topics": ["/clock"], "clock": "publish"}},
 }
 
 

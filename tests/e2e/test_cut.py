@@ -60,28 +60,27 @@ def test_dead_after_3_s_and_back_within_2_s(relayed, how):
     pair, relay = relayed()
     down, received = pair.opened(String, "/t/down", String(data="x"))
     up, arrived = pair.opened(String, "/o/up", String(data="x"), backward=True)
-    for _ in range(2):
-        getattr(relay, how)()
-        times = [0.0, 0.0]
-        threads = []
-        for i, (graph, topic) in enumerate([(pair.operator, "/t/down"), (pair.robot, "/o/up")]):
+    getattr(relay, how)()
+    times = [0.0, 0.0]
+    threads = []
+    for i, (graph, topic) in enumerate([(pair.operator, "/t/down"), (pair.robot, "/o/up")]):
 
-            def measure(i=i, graph=graph, topic=topic):
-                times[i] = gone_after(graph, topic)
+        def measure(i=i, graph=graph, topic=topic):
+            times[i] = gone_after(graph, topic)
 
-            threads.append(threading.Thread(target=measure))
-            threads[-1].start()
-        for thread in threads:
-            thread.join()
-        assert all(2.0 < t < 4.5 for t in times), f"mirrors vanished after {times} s"
-        relay.heal()
-        begin = time.monotonic()
-        pair.operator.wait_publishers("/t/down", 1)
-        pair.robot.wait_publishers("/o/up", 1)
-        mirrored = time.monotonic() - begin
-        assert mirrored < 2.0, f"mirrors were back after {mirrored:.2f} s"
-        connect(down, received, String(data="x"))
-        connect(up, arrived, String(data="x"))
+        threads.append(threading.Thread(target=measure))
+        threads[-1].start()
+    for thread in threads:
+        thread.join()
+    assert all(2.0 < t < 4.5 for t in times), f"mirrors vanished after {times} s"
+    relay.heal()
+    begin = time.monotonic()
+    pair.operator.wait_publishers("/t/down", 1)
+    pair.robot.wait_publishers("/o/up", 1)
+    mirrored = time.monotonic() - begin
+    assert mirrored < 2.0, f"mirrors were back after {mirrored:.2f} s"
+    connect(down, received, String(data="x"))
+    connect(up, arrived, String(data="x"))
 
 
 def test_a_short_silence_is_survived(relayed):
@@ -268,8 +267,12 @@ def test_the_first_image_after_a_cut_is_fresh(relayed):
     publish_at(publisher, 3, 0, frame)
     collector.clear()
     relay.heal()
-    publish_at(publisher, 4, 0, frame)
-    until(lambda: collector.messages, "frames flow")
+
+    def frames_flow():
+        publish_at(publisher, 0.1, 0, frame)
+        return collector.messages
+
+    until(frames_flow, "frames flow")
     age = collector.times[0] - start - collector.messages[0].sequence / 1000
     assert age < 0.2, f"the first frame after the cut is {age:.3f} s old"
 

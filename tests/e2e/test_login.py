@@ -120,10 +120,6 @@ def test_tls_with_a_test_authority(alone, authority):
     plain.wait_for(r"cannot connect: ")
     for client in (stranger, wrong_name, plain):
         assert "link open" not in client.text()
-    named = alone.client(
-        "named", scheme="wss", tls={"ca": str(authority / "ca.pem"), "server_name": "localhost"}
-    )
-    named.wait_linked()
 
 
 def test_a_new_certificate_and_a_pin(alone, authority, tmp_path):

@@ -1,5 +1,6 @@
 """Two machines are paired by one line: server --pair, client 'wss+pair://...'."""
 
+import os
 import re
 import stat
 import subprocess
@@ -13,8 +14,8 @@ from std_msgs.msg import String
 from actions import Client, FibonacciServer, Goal
 from calls import Caller, EchoServer
 from graph import WAIT, connect, until
-from harness.programs import build_dir
-from pairing import LINE, world  # noqa: F401
+from harness.programs import build_dir, dies_with_us, ros_environment
+from pairing import LINE, invitation_of, world  # noqa: F401
 
 _LINKED = "link open with "
 
@@ -100,15 +101,15 @@ def test_the_code_works_once_and_is_nowhere_to_be_read(world):
     assert "paired: from now on" not in second.text()
     server.wait_for("the code of the pairing is used up")
     for file in world.folder.rglob("*"):
-        if not file.is_file() or file.name == "robot.log":  # what it prints for its user
+        if not file.is_file() or file.name == "invitation":  # what its user is to read
             continue
         assert code.encode() not in file.read_bytes(), file
-    assert server.text().count(code) == 1
+    assert code not in server.text()
     for secret in [*world.home("operator").rglob("token-*"), *world.home("robot").rglob("*.key")]:
         assert stat.S_IMODE(secret.stat().st_mode) == 0o600, secret
 
 
-def test_a_mistyped_code_costs_one_try(world):
+def test_a_mistyped_code_is_shown_once(world):
     server, line = world.pair()
     code = line.split("#")[1].split(".")[0]
     wrong = line.replace(code, code[:-1] + ("0" if code[-1] != "0" else "1"))
@@ -121,13 +122,30 @@ def test_a_mistyped_code_costs_one_try(world):
     client.wait_for("paired: from now on")
 
 
+def test_a_terminal_shows_the_invitation(world):
+    ours, its = os.openpty()
+    port = ["--ros-args", "-p", f"listen.port:={world.port}"]
+    server = subprocess.Popen(
+        dies_with_us([str(build_dir() / "server"), "--pair", "localhost", *port]),
+        env=ros_environment(world.domains["robot"], ROS_HOME=world.home("robot")),
+        stdout=its,
+    )
+    os.close(its)
+    seen = ""
+    while not LINE.search(seen):
+        seen += os.read(ours, 4096).decode()
+    server.terminate()
+    assert server.wait(20) == 0
+    assert not list(world.home("robot").rglob("invitation"))
+
+
 def test_another_key_at_the_address_is_refused(world):
     server, line = world.pair()
     server.stop()
     other = world.run(
         "server", "impostor", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
     )
-    other.wait_for(LINE)
+    invitation_of(other)
     client = world.run("client", "operator", line)
     client.wait_for("this is not the server of the invitation: .* which is not in tls.pin")
     assert client.process.wait(10) == 2
@@ -158,7 +176,7 @@ def test_a_paired_client_seldom_tries_a_server_with_another_key(world):
     other = world.run(
         "server", "impostor", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
     )
-    other.wait_for(LINE)
+    invitation_of(other)
     client.wait_for("this is not the server of the invitation: .*; trying again every few minutes")
     assert client.process.poll() is None
 
@@ -167,7 +185,7 @@ def test_a_running_server_takes_another_client(world):
     server, line = world.pair()
     world.run("client", "operator", line).wait_for("paired: from now on")
     asks = world.run("server", "robot", "--pair", "localhost", "--operate")
-    another = asks.wait_for(LINE).group(1)
+    another = invitation_of(asks)
     assert asks.process.wait(10) == 0
     assert another.startswith(f"wss+pair://localhost:{world.port}/#")
     asks.wait_for(f"a server runs already .*process {server.pid}, port {world.port}")

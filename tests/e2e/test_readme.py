@@ -125,7 +125,8 @@ def section(tmp_path, domains):
 
 def test_every_block_says_what_it_is():
     blocks = sections()
-    assert len(blocks["The first five minutes"]) == 7 and len(blocks["Two machines"]) == 7
+    assert len(blocks["The first five minutes"]) == 7
+    assert len(blocks["Two machines, with files"]) == 7
     assert [marker[:8] for _, marker, _ in blocks["Two machines, two commands"]] == ["not run:"]
 
 
@@ -149,7 +150,7 @@ def test_two_machines(section, make_graph):
     robot.tester.create_service(SetBool, "/arm/enable", enable)
     arm = robot.node("arm_controller", start_parameter_services=True)
     arm.declare_parameter("speed", 0.1)
-    section.play(sections()["Two machines"])
+    section.play(sections()["Two machines, with files"])
     said = section.printed["operator"]
     assert "/scan\n" in said and "success=True" in said and "Set parameter successful" in said
     assert called == [True]

@@ -1,13 +1,12 @@
 """Server and client dial a relay, since nobody can dial them (docs/protocol.md, "Relay")."""
 
 import contextlib
-import json
+import hashlib
 import os
 import pathlib
 import re
 import select
 import socket
-import ssl
 import subprocess
 import threading
 import time
@@ -19,124 +18,10 @@ from geometry_msgs.msg import Twist
 from graph import until
 from harness.domains import free_port
 from harness.programs import Program, build_dir
-from pairing import LINE, World
+from pairing import World, invitation_of
+from relayed import NO_SUCH_NAME, ROBOT, answer_to, ctl, joined, relay, tls_hello  # noqa: F401
 
-ROBOT = "robot7"
-NO_SUCH_NAME = bytes([21, 3, 3, 0, 2, 2, 112])
 SECRET = "a content that nobody on the way may see"
-
-
-def ctl(*words):
-    done = subprocess.run([build_dir() / "ctl", *map(str, words)], check=True, capture_output=True)
-    return done.stdout.decode().strip()
-
-
-class AtRelay:
-    """A relay with the robots robot7 and robot8, and the files for both ends."""
-
-    def __init__(self, folder):
-        self.folder, self.port = folder, free_port()
-        ctl("certs", folder / "relay", "--host", "localhost")
-        ctl("certs", folder / "robot", "--host", ROBOT)
-        tokens = folder / "robots.yaml"
-        for name in (ROBOT, "robot8"):
-            self.token_file(name).write_text(ctl("token", name, "--file", tokens))
-            self.token_file(name).chmod(0o600)
-        self.file = folder / "relay.yaml"
-        self.write(f"{folder}/relay")
-        command = [build_dir() / "relay", self.file]
-        self.program = Program("relay", command, dict(os.environ), folder)
-
-    def write(self, certificates):
-        text = {
-            "listen": {"address": "127.0.0.1", "port": self.port},
-            "tls": {
-                "certificate": f"{certificates}/server.crt",
-                "private_key": f"{certificates}/server.key",
-            },
-            "auth": {"token_file": str(self.folder / "robots.yaml")},
-        }
-        self.file.write_text(json.dumps(text))
-
-    def token_file(self, name):
-        return self.folder / f"{name}.token"
-
-    def start(self):
-        self.program.start()
-        self.program.wait_for("listens on port")
-
-    def server(self, name=ROBOT, token=None):
-        """The parameters of a server that is reached as `name`."""
-        relay = {
-            "url": f"wss://{name}@localhost:{self.port}/",
-            "token_file": str(self.token_file(token or name)),
-            "ca": f"{self.folder}/relay/ca.crt",
-        }
-        keys = f"{self.folder}/robot"
-        return {
-            "listen": {"port": 0, "relay": relay},
-            "tls": {"certificate": f"{keys}/server.crt", "private_key": f"{keys}/server.key"},
-        }
-
-    def client(self, name=ROBOT, port=None):
-        return {
-            "url": f"wss://{name}@localhost:{port or self.port}/",
-            "tls": {"ca": f"{self.folder}/robot/ca.crt"},
-        }
-
-
-@pytest.fixture
-def relay(tmp_path):
-    made = AtRelay(tmp_path)
-    made.start()
-    yield made
-    with contextlib.suppress(RuntimeError):
-        made.program.stop()
-
-
-@pytest.fixture
-def joined(make_pair, relay):
-    """Makes a pair that is linked by the relay; `client_by`: the port that the client dials."""
-
-    def make(start=True, client_by=None, **both):
-        pair = make_pair(start=False)
-        pair.server.set_parameters(
-            {**pair.server.parameters, **relay.server(), **both}
-        )
-        pair.client.set_parameters(
-            {**pair.client.parameters, **relay.client(port=client_by), **both}
-        )
-        if start:
-            pair.server.start().wait_for("reached through the relay")
-            pair.client.start().wait_linked()
-        return pair
-
-    return make
-
-
-def tls_hello(name, protocols=()):
-    """The ClientHello of a client, as bytes."""
-    context = ssl.create_default_context()
-    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
-    if protocols:
-        context.set_alpn_protocols(list(protocols))
-    into, out = ssl.MemoryBIO(), ssl.MemoryBIO()
-    line = context.wrap_bio(into, out, server_hostname=name)
-    with contextlib.suppress(ssl.SSLWantReadError):
-        line.do_handshake()
-    return out.read()
-
-
-def answer_to(port, sent, seconds=8.0):
-    """All that comes back, and after how long the connection was closed."""
-    begin = time.monotonic()
-    with socket.create_connection(("127.0.0.1", port), seconds) as line:
-        got = b""
-        with contextlib.suppress(ConnectionResetError, BrokenPipeError):
-            line.sendall(sent)
-            while part := line.recv(4096):
-                got += part
-    return got, time.monotonic() - begin
 
 
 def test_topics_cross_both_ways(joined, relay, topic):
@@ -343,13 +228,19 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         begin = time.monotonic()
         port = ["--ros-args", "-p", "listen.port:=0"]
         server = world.run("server", "robot", "--pair", "--via", line, *port)
-        invitation = server.wait_for(LINE).group(1)
+        invitation = invitation_of(server)
         assert invitation.startswith(f"wss+pair://{place}/#")
         client = world.run("client", "operator", invitation)
         client.wait_for("paired: from now on")
         world.crosses("/first")
         print(f"the first message after {time.monotonic() - begin:.1f} s")
         token = line.split("#")[1].split(".")[0]
+        # The line works once: the name is this robot's, by a token of its own.
+        tokens = (tmp_path / ".connect_relay" / "robots.yaml").read_text()
+        assert hashlib.sha256(token.encode()).hexdigest() not in tokens
+        thief = world.run("server", "thief", "--pair", "--via", line, *port)
+        thief.wait_for("it refuses the token .* or the line was used already")
+        thief.stop()
         words = (pathlib.Path("/proc") / str(server.pid) / "cmdline").read_text()
         assert token not in words and token not in server.text() + relay.text()
         client.stop()

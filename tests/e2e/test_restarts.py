@@ -10,7 +10,7 @@ from connect_bridge_test_interfaces.msg import Blob
 from graph import qos, until
 
 PARTS = 3  # that run side by side
-TIMES = 20
+TIMES = 10
 
 
 class Ticker:
@@ -35,7 +35,7 @@ class Ticker:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("which", ["server", "client"])
-def test_restarted_20_times_without_duplicates(make_pair, which):
+def test_restarted_many_times_without_duplicates(make_pair, which):
     pair = make_pair()
     publisher = pair.robot.publisher(Blob, "/t/ticks", qos(100))
     collector = pair.operator.collector(Blob, "/t/ticks", qos(100))

@@ -13,7 +13,7 @@ from actions import Client, FibonacciServer, Goal
 from calls import Caller, EchoServer
 from graph import WAIT, connect, until
 from harness.programs import build_dir
-from pairing import LINE, world  # noqa: F401
+from pairing import invitation_of, world  # noqa: F401
 
 ROBOT_RUNS = "client"
 _PAIRED = "paired: from now on"
@@ -142,7 +142,7 @@ def test_two_of_a_kind_are_refused(world):
     server, for_robot = invite(world)
     refused(world.run("client", "viewer", for_robot), "this invitation is for a robot")
     other = world.run("server", "another robot", "--pair", "--ros-args", "-p", "listen.port:=0")
-    of_robot = other.wait_for(LINE).group(1)
+    of_robot = invitation_of(other)
     refused(world.run("client", "robot", "--robot", of_robot), "leave out --robot")
     refused(world.run("server", "operator", "--pair"), "one where the robot is the client")
     refused(
@@ -165,6 +165,6 @@ def test_a_second_robot_does_not_mix_with_the_first(world):
     command = [build_dir() / "ctl", "token", entry["identity"], "--remove", "--file", tokens]
     subprocess.run(command, check=True)
     again = world.run("server", "operator", "--pair", "localhost", "--drive")
-    line = again.wait_for(LINE).group(1)
+    line = invitation_of(again)
     assert again.process.wait(10) == 0
     world.run("client", "robot again", "--robot", line).wait_for(_PAIRED)

@@ -65,7 +65,6 @@ class Case:
             "jwt_keys": self.given("keys.json", json.dumps({"keys": [key]})),
             "jwt_issuer": "tests",
             "jwt_audience": "robot",
-            "jwt_algorithms": ["HS256"],
         }
         own = {"certificate": "server.pem", "private_key": "server.key"}
         tls = {name: str(self.authority / file) for name, file in own.items()}

@@ -57,7 +57,7 @@ class Speaker:
 def others(pair):
     """More of both graphs: (robot, operator)."""
     graphs = [Graph(domain, name="others") for domain in pair.domains]
-    time.sleep(4)  # all processes have discovered each other
+    time.sleep(2)  # all processes have discovered each other
     yield graphs
     for graph in graphs:
         graph.close()
@@ -66,7 +66,7 @@ def others(pair):
 def new_publisher(near, far):
     topic = f"/t/soon{next(_number)}"
     collector = far.collector(Int32, topic, qos(10))
-    time.sleep(0.5)
+    time.sleep(0.3)
     begin = time.monotonic()
     speaker = Speaker(near, topic, near.node(f"near{next(_number)}"))
     collector.wait()
@@ -77,7 +77,7 @@ def new_publisher(near, far):
 def new_subscriber(near, far):
     topic = f"/t/soon{next(_number)}"
     speaker = Speaker(near, topic, near.node(f"near{next(_number)}"))
-    time.sleep(0.5)
+    time.sleep(0.3)
     begin = time.monotonic()
     collector = far.collector(Int32, topic, qos(10), node=far.node(f"far{next(_number)}"))
     collector.wait()
@@ -88,7 +88,7 @@ def new_subscriber(near, far):
 def new_caller(near, far):
     service = f"/s/soon{next(_number)}"
     EchoServer(near, service)
-    time.sleep(0.5)
+    time.sleep(0.3)
     begin = time.monotonic()
     Caller(far, service).wait_ready().call(request_of("soon"))
     return time.monotonic() - begin
@@ -97,7 +97,7 @@ def new_caller(near, far):
 def new_server(near, far):
     service = f"/s/soon{next(_number)}"
     caller = Caller(far, service)
-    time.sleep(0.5)
+    time.sleep(0.3)
     begin = time.monotonic()
     EchoServer(near, service)
     caller.wait_ready().call(request_of("soon"))

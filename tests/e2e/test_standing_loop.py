@@ -71,33 +71,47 @@ def moves(server, seconds):
 
 
 @pytest.fixture
-def standing(make_server, tmp_path):
-    """A server whose loop waits until there is room for a line of its log, and the pipe in which
-    there is none. Its standard error is in its log as always."""
-    pipe = Pipe(tmp_path / "pipe")
-    server = make_server(
-        "standing",
-        within=["sh", "-c", 'exec "$@" >"$0"', pipe.path],
-        env={"RCUTILS_LOGGING_USE_STDOUT": 1, "RCUTILS_LOGGING_BUFFERED_STREAM": 1},
-    )
-    assert "listening on " in pipe.read()
-    pipe.fill()
-    server.process.send_signal(signal.SIGHUP)  # it reads its file again, and says so
-    until(lambda: not moves(server, 3), "its loop stands still")
-    yield server, pipe
-    pipe.close()
+def make_standing(make_server, tmp_path):
+    """Servers whose loop waits until there is room for a line of their log, and the pipes in which
+    there is none. Their standard error is in their log as always."""
+    pipes = []
+
+    def make(*names):
+        servers = []
+        for name in names:
+            pipe = Pipe(tmp_path / f"{name}.pipe")
+            pipes.append(pipe)
+            server = make_server(
+                name,
+                within=["sh", "-c", 'exec "$@" >"$0"', pipe.path],
+                env={"RCUTILS_LOGGING_USE_STDOUT": 1, "RCUTILS_LOGGING_BUFFERED_STREAM": 1},
+            )
+            assert "listening on " in pipe.read()
+            pipe.fill()
+            server.process.send_signal(signal.SIGHUP)  # it reads its file again, and says so
+            servers.append((server, pipe))
+        until(
+            lambda: not any(moves(server, 3 / len(servers)) for server, _ in servers),
+            "their loops stand still",
+        )
+        return servers
+
+    yield make
+    for pipe in pipes:
+        pipe.close()
 
 
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_it_before_ros2_launch_kills_it(standing, how):
-    server, _ = standing
-    server.process.send_signal(how)
-    assert server.process.wait(6) == -signal.SIGALRM, server.text()
-    assert "has not moved" not in server.text()
+def test_a_signal_ends_it_before_ros2_launch_kills_it(make_standing):
+    servers = make_standing("terminated", "interrupted")
+    for (server, _), how in zip(servers, (signal.SIGTERM, signal.SIGINT)):
+        server.process.send_signal(how)
+    for server, _ in servers:
+        assert server.process.wait(6) == -signal.SIGALRM, server.text()
+        assert "has not moved" not in server.text()
 
 
-def test_an_orderly_end_if_it_moves_again_in_time(standing):
-    server, pipe = standing
+def test_an_orderly_end_if_it_moves_again_in_time(make_standing):
+    ((server, pipe),) = make_standing("standing")
     server.process.send_signal(signal.SIGTERM)
     time.sleep(0.5)
     server.process.send_signal(signal.SIGTERM)  # changes nothing
@@ -107,8 +121,8 @@ def test_an_orderly_end_if_it_moves_again_in_time(standing):
 
 
 @pytest.mark.slow
-def test_it_ends_itself_after_half_a_minute(standing, make_server):
-    server, _ = standing
+def test_it_ends_itself_after_half_a_minute(make_standing, make_server):
+    ((server, _),) = make_standing("standing")
     paused = make_server("paused")  # as on a machine that is suspended
     paused.process.send_signal(signal.SIGSTOP)
     assert server.process.wait(40) == 3, server.text()

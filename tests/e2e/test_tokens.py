@@ -103,8 +103,6 @@ def test_a_withdrawn_token_ends_its_link_and_no_other(world):
     anna.wait_for("login refused", 10)  # it retries slowly
     assert bert.links(), "bert is not concerned"
     assert "lost the link" not in bert.text()
-    world.allow(entry("anna", ANNA), entry("bert", BERT))
-    until(lambda: anna.text().count("link open") == 2, "anna is back", 25)
 
 
 def test_changed_groups_change_rights_at_once(world):
@@ -148,7 +146,7 @@ def test_a_login_expires_and_goes_on_with_a_new_token(world):
 
 
 def test_a_new_token_before_the_old_one_expires_leaves_no_gap(world):
-    expires = in_seconds(12)
+    expires = in_seconds(9)
     newer = "a-newer-token-of-anna"
     world.serve(entry("anna", ANNA, expires=expires), entry("anna", newer))
     anna = world.client("anna", ANNA)
@@ -158,7 +156,7 @@ def test_a_new_token_before_the_old_one_expires_leaves_no_gap(world):
     connect(publisher, collector, String(data="-1"))
     world.token_file("anna", newer)
     sent = 0
-    while in_seconds(0) < expires + datetime.timedelta(seconds=3):
+    while in_seconds(0) < expires + datetime.timedelta(seconds=1.5):
         publisher.publish(String(data=str(sent)))
         sent += 1
         time.sleep(0.02)

@@ -15,8 +15,21 @@ BLOB = "uint64 sequence\nint64 sent_ns\nuint8[] data\n"
 TYPE = "connect_bridge_test_interfaces/msg/Blob"
 
 
+@pytest.fixture(scope="module")
+def environment_with(tmp_path_factory):
+    """As with_another(), but a package is generated once."""
+    made = {}
+
+    def environment(file, text):
+        if (file, text) not in made:
+            made[file, text] = with_another(tmp_path_factory.mktemp("other"), file, text)
+        return made[file, text]
+
+    return environment
+
+
 @pytest.fixture
-def versions(domains, make_graph, make_side, tmp_path):
+def versions(domains, make_graph, make_side, environment_with):
     """versions(message, rule): the client's package has this Blob.msg, the robot's the usual
     one."""
 
@@ -32,7 +45,7 @@ def versions(domains, make_graph, make_side, tmp_path):
                 "client",
                 operator,
                 {"url": f"ws://127.0.0.1:{port}", **login, **imports},
-                env=with_another(tmp_path / "other", "msg/Blob.msg", message),
+                env=environment_with("msg/Blob.msg", message),
             )
             self.server.start().wait_listening()
             self.client.start().wait_linked()
@@ -98,7 +111,9 @@ def test_what_does_not_fit_is_dropped(versions):
     uses_rmw("rmw_zenoh_cpp"),
     reason="the graph of rmw_zenoh_cpp does not show the hashes of requests and responses",
 )
-def test_a_server_beside_the_bridge_has_another_version(domains, make_graph, make_side, tmp_path):
+def test_a_server_beside_the_bridge_has_another_version(
+    domains, make_graph, make_side, environment_with
+):
     """What follows for calls is up to the middleware; the bridge says what is wrong."""
     port, (robot, operator) = free_port(), domains(2)
     login = {"auth": {"token": "a-token-of-two-versions"}}
@@ -111,7 +126,7 @@ def test_a_server_beside_the_bridge_has_another_version(domains, make_graph, mak
         "server",
         robot,
         {"listen": {"port": port}, **login, **exports},
-        env=with_another(tmp_path / "other", "srv/Count.srv", other),
+        env=environment_with("srv/Count.srv", other),
     )
     client = make_side("client", operator, {"url": f"ws://127.0.0.1:{port}", **login, **imports})
     server.start().wait_listening()

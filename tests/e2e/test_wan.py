@@ -18,8 +18,8 @@ from wan_bed import Bed  # noqa: E402
 pytestmark = pytest.mark.alone
 
 
-@pytest.fixture
-def bed():
+@pytest.fixture(scope="module")
+def opened():
     if not (build_dir() / "bench" / "wan_bench").exists():
         pytest.skip("NOT TESTED: wan_bench is not built (under a sanitizer it is not)")
     try:
@@ -34,12 +34,18 @@ def bed():
         made.close()
 
 
+@pytest.fixture
+def bed(opened):
+    opened.wan.set(**wan_cases.NET)
+    return opened
+
+
 def figures(row):
     return {one["what"]: one["value"] for one in row.judged}
 
 
 def test_over_a_cut_a_reliable_topic_loses_nothing(bed):
-    reliable, camera = (figures(row) for row in wan_breaks.cut(bed, {"seconds_of_cut": 6}))
+    reliable, camera = (figures(row) for row in wan_breaks.cut(bed, {"seconds_of_cut": 4}))
     assert reliable["missing"] == reliable["repeated or out of order"] == 0
     assert reliable["its first new one, s"] is not None
     assert camera["first frame, s"] is not None

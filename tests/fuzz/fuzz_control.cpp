@@ -4,17 +4,20 @@
 
 #include "core/base/check.hpp"
 #include "core/wire/control.hpp"
+#include "fuzz/slow.hpp"
 
 using namespace connect_bridge;
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+namespace {
+
+void look(const std::uint8_t* data, std::size_t size) {
   const auto message = decode_control({reinterpret_cast<const char*>(data), size});
   if (!message.ok()) {
     CONNECT_CHECK(!message.error().message.empty());
-    return 0;
+    return;
   }
   const std::string text = encode(message.value());
-  if (text.size() > kControlBytesMax) return 0;  // what was left to defaults is written out
+  if (text.size() > kControlBytesMax) return;  // what was left to defaults is written out
   const auto again = decode_control(text);
   CONNECT_CHECK(again.ok());
   CONNECT_CHECK(encode(again.value()) == text);
@@ -23,5 +26,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       CONNECT_CHECK(decode_control(part).ok());
     }
   }
-  return 0;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return quickly("a control message", [=] { look(data, size); });
 }

@@ -3,17 +3,20 @@
 #include <cstdint>
 
 #include "core/base/check.hpp"
+#include "fuzz/slow.hpp"
 #include "relay/client_hello.hpp"
 
 using namespace connect_bridge;
 
+namespace {
+
 // No byte beyond it is taken: all that is shorter wants more, and never beyond the end.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+void look(const std::uint8_t* data, std::size_t size) {
   const ByteView bytes(data, size);
   const ClientHello whole = read_client_hello(bytes);
   if (whole.state == ClientHello::State::kMore)
     CONNECT_CHECK(whole.missing > 0 && size + whole.missing <= ClientHello::kBytesMax);
-  if (whole.state != ClientHello::State::kComplete) return 0;
+  if (whole.state != ClientHello::State::kComplete) return;
   CONNECT_CHECK(size <= ClientHello::kBytesMax);
   for (std::size_t have = 0; have < size;) {
     const ClientHello part = read_client_hello(bytes.first(have));
@@ -21,5 +24,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     have += part.missing;
     CONNECT_CHECK(have <= size);
   }
-  return 0;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return quickly("a ClientHello", [=] { look(data, size); });
 }

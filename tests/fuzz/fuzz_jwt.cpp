@@ -10,6 +10,7 @@
 
 #include "core/base/base64.hpp"
 #include "core/base/check.hpp"
+#include "fuzz/slow.hpp"
 #include "plugins/jwt_login.hpp"
 
 using namespace connect_bridge;
@@ -29,23 +30,26 @@ std::string signed_token(std::string_view payload) {
   return text + "." + to_base64url({code, size});
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const JwtOptions options{"i", "a", {"RS256", "ES256", "EdDSA", "HS256"}, "groups"};
+void look(const std::uint8_t* data, std::size_t size) {
+  static const JwtOptions options{"i", "a", "groups"};
   static const std::vector<JwtKey> keys{JwtKey("k", kSecret)};
-  if (size == 0) return 0;
+  if (size == 0) return;
   const std::string_view text{reinterpret_cast<const char*>(data + 1), size - 1};
   if (data[0] % 3 == 0) {
     std::vector<std::string> problems;
     const auto read = read_jwt_keys(text, "f", problems);
     CONNECT_CHECK(!read.empty() || !problems.empty());
-    return 0;
+    return;
   }
   const std::string token = data[0] % 3 == 1 ? std::string{text} : signed_token(text);
   const Judgement judged = judge_jwt(token, keys, options, kNow);
   CONNECT_CHECK(judged.identity.has_value() == judged.reason.empty());
-  if (!judged.identity) return 0;
+  if (!judged.identity) return;
   CONNECT_CHECK(judged.identity->expires > kNow && !judged.identity->name.empty());
-  return 0;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return quickly("a JWT", [=] { look(data, size); });
 }

@@ -7,6 +7,7 @@
 #include "config/invitation.hpp"
 #include "core/base/check.hpp"
 #include "core/base/hex.hpp"
+#include "fuzz/slow.hpp"
 
 using namespace connect_bridge;
 
@@ -39,9 +40,7 @@ void check_credential(ByteView bytes) {
   CONNECT_CHECK(same && same->token == shown->token && same->name == shown->name);
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+void look(const std::uint8_t* data, std::size_t size) {
   const std::string text{reinterpret_cast<const char*>(data), size};
   check_invitation(text);
   check_invitation(kInvitationScheme + text);
@@ -49,5 +48,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   check_credential({data, size});
   const std::string name = pairing_name(text);
   CONNECT_CHECK(!name.empty() && name.size() <= 64);
-  return 0;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return quickly("an invitation", [=] { look(data, size); });
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/base/check.hpp"
+#include "fuzz/slow.hpp"
 #include "net/proxy_header.hpp"
 
 using namespace connect_bridge;
@@ -27,22 +28,23 @@ void check_header(ByteView bytes) {
 }
 
 // Whatever a client has written, only the proxy's own entry after it counts.
-void check_forwarded(ForwardedBy kind, const std::string& written, const std::string& added) {
+void check_forwarded(const std::string& written) {
   static const AddressRanges trusted{AddressRange::parse("10.0.0.0/8").value()};
-  const std::string both = written + ", " + added;
-  const auto source = forwarded_source(kind, {both}, trusted);
+  const std::string both = written + ", 203.0.113.5";
+  const auto source = forwarded_source({both}, trusted);
   CONNECT_CHECK(source && source->address.to_string() == "203.0.113.5");
-  static_cast<void>(forwarded_source(kind, {written}, trusted));
+  static_cast<void>(forwarded_source({written}, trusted));
+}
+
+void look(const std::uint8_t* data, std::size_t size) {
+  check_header({data, size});
+  const std::string written{reinterpret_cast<const char*>(data), size};
+  check_forwarded(written);
+  static_cast<void>(AddressRange::parse(written));
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  check_header({data, size});
-  const std::string written{reinterpret_cast<const char*>(data), size};
-  check_forwarded(ForwardedBy::kXForwardedFor, written, "203.0.113.5");
-  check_forwarded(ForwardedBy::kForwarded, written, "for=203.0.113.5");
-  check_forwarded(ForwardedBy::kForwarded, written, "by=10.0.0.1;for=\"203.0.113.5:1\"");
-  static_cast<void>(AddressRange::parse(written));
-  return 0;
+  return quickly("a proxy's header", [=] { look(data, size); });
 }

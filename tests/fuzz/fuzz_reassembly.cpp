@@ -7,6 +7,7 @@
 
 #include "core/base/check.hpp"
 #include "core/flow/reassembly.hpp"
+#include "fuzz/slow.hpp"
 
 using namespace connect_bridge;
 
@@ -56,9 +57,7 @@ bool feed(const Payload& packet, Reassembly& reassembly, Streams& streams, Model
   }
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+void look(const std::uint8_t* data, std::size_t size) {
   Reassembly reassembly{kOptions};
   Streams streams;
   Model model;
@@ -68,5 +67,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!feed(Payload::copy_of(rest.subspan(2, bytes)), reassembly, streams, model)) break;
     rest = rest.subspan(2 + bytes);
   }
-  return 0;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return quickly("packets", [=] { look(data, size); });
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/check.hpp"
+#include "fuzz/slow.hpp"
 #include "model/rule_opinions.hpp"
 
 using namespace connect_bridge;
@@ -146,11 +147,14 @@ class Case {
   std::vector<std::pair<Direction, model::Asked>> questions_;
 };
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+void look(const std::uint8_t* data, std::size_t size) {
   Case one;
   one.read({reinterpret_cast<const char*>(data), size});
   one.judge();
-  return 0;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return quickly("rules", [=] { look(data, size); });
 }

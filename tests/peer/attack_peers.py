@@ -196,10 +196,10 @@ async def listeners(attack):
         async with attack.logged_in() as web:
             begin(web, "/t/**")
             own = f"/t/{os.urandom(8).hex()}{'x' * 170}"
-            for first in range(0, 1024, 128):
+            for first in range(0, 1024, 64):
                 added = [
                     {"listener": n + 1, "name": f"{own}{n}", "type": STRING}
-                    for n in range(first, first + 128)
+                    for n in range(first, first + 64)
                 ]
                 say(web, type="listeners", added=added, removed=[])
                 attack.done["listeners"] += len(added)

@@ -41,10 +41,16 @@ ATTACKS = (
     "toggles",
     "frames",
 )
+# Their links have to live on: else the server ends them before they do what they are to do.
+LEGAL = ("never_reads", "texts", "listeners", "mirrors", "frames")
 WITH_NODES = ("bomb", "unfinished", "never_reads", "toggles")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LOG_BYTES_PER_HOUR = 1 << 20
+# The log lines that many logins at once may write before they are limited.
+LOG_BYTES_AT_ONCE = 16 << 10
+# docs/protocol.md, section 12: topics that nobody publishes and that are subscribed for peers.
+SUBSCRIBED_MAX, SUBSCRIBED_ALL_MAX = 256, 1024
 # docs/security.md, section 5: memory_max, the workers, connections without a login, and the program
 # itself.
 MEMORY_MAX = 192 << 20
@@ -69,6 +75,7 @@ class Seen:
     def __init__(self, numbers, delays, watched, log_bytes, done):
         self.sent, self.seconds = len(watched.sent), watched.seconds
         self.resident_bytes, self.cpu, self._lags = watched.resident, watched.cpu, watched.lags
+        self.subscribed, self.ended = watched.subscribed, ""
         self.numbers, self.log_bytes, self.done = numbers, log_bytes, done
         self._delays = sorted(delays)
 
@@ -93,19 +100,39 @@ class Seen:
     def log_bytes_per_hour(self):
         return self.log_bytes * 3600 / self.seconds
 
+    def problems(self, identities=1, memory=True):
+        """What is beyond its bound, whatever the machine does beside."""
+        log_max = LOG_BYTES_PER_HOUR * self.seconds / 3600 + LOG_BYTES_AT_ONCE
+        subscribed_max = SUBSCRIBED_MAX if identities == 1 else SUBSCRIBED_ALL_MAX
+        found = {
+            "nothing was tried": sum(self.done.values()) == 0,
+            f"the attack is none: {self.ended}": bool(self.ended),
+            f"{self.lost} of {self.sent} commands are lost": self.lost > 0,
+            "commands have overtaken each other": not self.in_order,
+            f"the server has {self.resident_bytes >> 20} MiB": memory
+            and self.resident_bytes >= RESIDENT_BYTES_MAX,
+            f"{self.log_bytes} bytes of log": self.log_bytes >= log_max,
+            f"{self.subscribed} subscriptions for listeners": self.subscribed > subscribed_max,
+        }
+        return [problem for problem, holds in found.items() if holds]
+
 
 class Watch:
-    """Records values of the server while commands are sent."""
+    """Records values of the server while commands are sent. topics: gives the names of those of its
+    graph, where they say what a peer has made there."""
 
-    def __init__(self, server):
-        self._server = server
-        self.sent, self.lags, self.resident = {}, [], 0
+    def __init__(self, server, topics=None):
+        self._server, self._topics = server, topics
+        self.sent, self.lags, self.resident, self.subscribed = {}, [], 0, 0
         self._began, self._cpu = time.monotonic(), server.cpu_seconds()
 
     def look(self):
         """Called every tenth of a second. The status is not parsed: with 5,000 channels it is
         long."""
         self.resident = max(self.resident, self._server.resident_bytes())
+        if self._topics:
+            ours = sum(name.startswith("/t/") for name in self._topics())
+            self.subscribed = max(self.subscribed, ours)
         with contextlib.suppress(OSError), open(self._server.status_file, "rb") as status:
             lag = re.search(rb'"loop_lag_ms": ([0-9.e+-]+)', status.read(300))
             if lag:
@@ -118,20 +145,22 @@ class Watch:
 
 class Scene:
     """aside: the attacker gets what processor time the others leave, as if it were elsewhere, and
-    there is a twin of the server without a link, in a graph of its own (elsewhere()).
+    there is a twin of the server without a link, in a graph of its own (elsewhere()), unless it is
+    not wanted.
     way: how all connections come to the server, the operator's too.
     links, identities: how many links at a time those who log in have, and of how many."""
 
     def __init__(
-        self, folder, attack, aside=False, way=DIRECT, links=8, identities=1, **parameters
+        self, folder, attack, aside=False, twin=True, way=DIRECT, links=8, identities=1, **parameters
     ):
+        twin = aside and twin
         self._tokens = [f"{HOSTILE}{n}" for n in range(identities)]
         self._links = links
         self._folder = pathlib.Path(folder)
         self._attack, self._way = attack, way
         self._priority = ["chrt", "--idle", "0"] if aside else ["nice", "-n", "5"]
         self.domains = take_domains(2)
-        self._twins_domain = take_domains(1) if aside else []
+        self._twins_domain = take_domains(1) if twin else []
         self.robot, self.operator = (Graph(domain) for domain in self.domains)
         port, door = free_port(), free_port()
         self._relay = self._start_relay(door, port)
@@ -144,7 +173,7 @@ class Scene:
         connect(self._publisher, self._collector, Int64(data=0))
         self._number = 0
         self._nodes = self._start_nodes(self.domains[0])
-        self._twin = self._start_twin() if aside else None
+        self._twin = self._start_twin() if twin else None
 
     def _bridge(self, tls, port, door, parameters):
         tokens = {f"hostile{n}": token.encode() for n, token in enumerate(self._tokens)}
@@ -204,7 +233,8 @@ class Scene:
     def _watch(self, goes_on, result=dict):
         self._collector.clear()
         log_begin = self.server.log.stat().st_size
-        watched = Watch(self.server)
+        listens = self._attack == "listeners"
+        watched = Watch(self.server, self._topics if listens else None)
         next_at = time.monotonic()
         while goes_on():
             self._number += 1
@@ -217,6 +247,9 @@ class Scene:
         watched.end()
         return self._seen(watched, log_begin, result())
 
+    def _topics(self):
+        return [name for name, _ in self.robot.tester.get_topic_names_and_types()]
+
     def _seen(self, watched, log_begin, done):
         sent = watched.sent
         end = time.monotonic() + 3
@@ -224,8 +257,14 @@ class Scene:
             time.sleep(0.02)
         numbers = [m.data for m in self._collector.messages]
         delays = [at - sent[n] for n, at in zip(numbers, self._collector.times) if n in sent]
-        log_bytes = self.server.log.stat().st_size - log_begin
-        return Seen(numbers, delays, watched, log_bytes, done)
+        log = self.server.log.read_bytes()[log_begin:]
+        seen = Seen(numbers, delays, watched, len(log), done)
+        ended = re.search(rb"closing the link with /hostile.*", log)
+        if ended and self._attack in LEGAL:
+            seen.ended = ended.group(0).decode()
+        if self._attack == "listeners" and not watched.subscribed:
+            seen.ended = "nothing was subscribed"
+        return seen
 
     def _start(self, script, command, words=2, **streams):
         """words: how many of the command are the script's."""

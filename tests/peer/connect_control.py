@@ -25,6 +25,7 @@ WILDCARDS_MAX = 256  # of these, patterns with a star
 WILDCARD_BYTES_MAX = 4096  # of these, each from its first star on
 ORIGINS_MAX = 1024  # of a channel
 LISTENERS_MAX = 1024  # of a link
+ASKED_MAX = 64  # names of an ask
 CREDENTIAL_MAX = 3900
 
 
@@ -130,6 +131,19 @@ def _check_listeners(message):
         string(told, "type_hash", 255, "")
     for gone in items(message, "removed", REMOVED_MAX):
         number(gone)
+
+
+def _check_ask(message):
+    for asked in items(message, "names", ASKED_MAX):
+        for key in ("kind", "name", "type"):
+            string(asked, key, 255)
+
+
+def _check_answer(message):
+    for code in items(message, "codes", ASKED_MAX):
+        require(type(code) is str, "codes holds no string")
+        require(len(code.encode()) <= 32, "code too long", TOO_LARGE)
+        require(re.fullmatch("[a-z0-9_]+", code), "code")
 
 
 def _check_offer(message):
@@ -239,6 +253,10 @@ def decode_control(text):
         _check_call(kind, message)
     elif kind == "listeners":
         _check_listeners(message)
+    elif kind == "ask":
+        _check_ask(message)
+    elif kind == "answer":
+        _check_answer(message)
     elif kind == "renew":
         require(re.fullmatch("[a-z0-9_]+", string(message, "method", 32)), "method")
         string(message, "credential", CREDENTIAL_MAX)

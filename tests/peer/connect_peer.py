@@ -10,6 +10,7 @@ import time
 
 from websockets.exceptions import ConnectionClosed
 
+from connect_asking import Asking
 from connect_calls import Calls
 from connect_control import (
     ORIGINS_MAX,
@@ -46,7 +47,7 @@ class Sample:
         self.codec, self.data = head["codec"], data
 
 
-class Peer(Renewals, Listening, Calls):
+class Peer(Renewals, Listening, Asking, Calls):
     """A client that is logged in. A thread reads, answers, acknowledges and sends time requests."""
 
     def __init__(
@@ -131,14 +132,6 @@ class Peer(Renewals, Listening, Calls):
         with self._sending:
             self.sent_bytes += len(data)
             self.socket.send(data)
-
-    def send_at_once(self, packets):
-        """The other end has the last while it still works on the first."""
-        with self._sending:
-            self.sent_bytes += sum(map(len, packets))
-            with self.socket.send_context():
-                for data in packets:
-                    self.socket.protocol.send_binary(data)
 
     def ask_time(self):
         t1 = time.time_ns()

@@ -4,13 +4,11 @@ A few seconds of each; `tools/bench/attack` has the long version, with times."""
 
 import pytest
 
-from attack_scene import ATTACKS, LOG_BYTES_PER_HOUR, RESIDENT_BYTES_MAX, Scene
+from attack_scene import ATTACKS, Scene
 from attack_ways import DIRECT, TOLD, TOLD_ONE, UNTOLD
 from sanitizer import not_under_a_sanitizer
 
-SECONDS = 4.0
-# The log lines that many logins at once may write before they are limited.
-LOG_BYTES_AT_ONCE = 16 << 10
+SECONDS = 3.0
 PARTS = 5
 # Where the address of a connection matters.
 BEHIND_A_PROXY = [
@@ -29,11 +27,8 @@ def test_the_others_go_on(tmp_path, attack, way):
     scene = Scene(tmp_path, attack, way=way)
     try:
         seen = scene.attacked(SECONDS)
-        assert sum(seen.done.values()) > 0, "nothing was tried"
-        assert seen.lost == 0 and seen.in_order
-        log_bytes = LOG_BYTES_PER_HOUR * seen.seconds / 3600 + LOG_BYTES_AT_ONCE
-        assert seen.log_bytes < log_bytes, scene.server.text()[-4000:]
+        assert not seen.problems(memory=False), scene.server.text()[-4000:]
         not_under_a_sanitizer("the server's memory beside an attack")
-        assert seen.resident_bytes < RESIDENT_BYTES_MAX
+        assert not seen.problems()
     finally:
         scene.close()

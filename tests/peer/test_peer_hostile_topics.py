@@ -13,7 +13,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8MultiArray
 
 from connect_control import PARAMETER_EVENTS
-from connect_packets import zstd_compress
 from connect_peer import Peer
 from peer_world import (
     BYTES,
@@ -24,12 +23,9 @@ from peer_world import (
     cdr_string,
     event_of,
     message,
-    packet,
-    without_zstd,
 )
 
 DEAD_AFTER = 60.0  # nothing here is about that, and a machine may be busy
-FRAMES_MAX = 1024  # of a packet
 SERVER = {
     "dead_after": DEAD_AFTER,
     "memory_max": 4 << 20,
@@ -182,39 +178,6 @@ def test_the_rate_of_a_rule_holds_for_a_packet_that_is_full(world, mine):
     assert 1 <= world.server.topic("/o/limited")["messages"] < 100
     answers(mine)
     assert len(collector.messages) < 100
-    collector.close()
-
-
-@without_zstd
-@pytest.mark.parametrize(
-    "durability, reason", [("volatile", "queue_depth"), ("transient_local", "queue_bytes")]
-)
-def test_tiny_messages_behind_a_large_one(world, mine, durability, reason):
-    """While a worker decompresses the first, the others wait: as many as there is room for. On a
-    busy machine the worker may be done before the others are read, so there are some rounds."""
-    name = f"/o/behind_{durability}"
-    collector = world.graph.collector(UInt8MultiArray, name, 100)
-    channel = offered(mine, name, BYTES, durability=durability, depth=10)
-    raw = cdr_bytes(bytes(32 << 20))
-    large, count, rounds = zstd_compress(raw), 15_001, 0
-    while dropped(world, name, reason) < 1000 and rounds < 10:
-        if rounds > 2:
-            time.sleep(4)  # no worker gets another one before (protocol.md section 12, 64 MiB/s)
-        first = rounds * count + 1
-        rounds += 1
-        tiny = [message(channel, n, cdr_bytes(b"x")) for n in range(first + 1, first + count)]
-        together = [packet(*tiny[at : at + FRAMES_MAX]) for at in range(0, len(tiny), FRAMES_MAX)]
-        head = dict(message(channel, first, large), codec="zstd", raw_bytes=len(raw))
-        mine.send_at_once([packet(head), *together])
-
-        def counted():
-            topic = world.server.topic(name)
-            gone = sum(topic.get("dropped", {}).values())
-            return topic.get("messages", 0) + gone == rounds * count
-
-        until(counted, lambda: f"a status of all messages: {world.server.topic(name)}")
-    assert dropped(world, name, reason) >= 1000, world.server.topic(name)
-    answers(mine)
     collector.close()
 
 

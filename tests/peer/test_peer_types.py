@@ -8,11 +8,11 @@ from graph import until
 from connect_peer import Peer
 from peer_world import TOKEN, World
 
-TYPES = 1000
+TYPES = 700
 HASH = "RIHS01_" + "5a" * 32
 
 
-def test_a_thousand_types_come_and_go(tmp_path):
+def test_hundreds_of_types_come_and_go(tmp_path):
     """They have the same names in the graph as at the peer; when the peer leaves, their memory is
     free again."""
     own = World(tmp_path)
@@ -25,8 +25,8 @@ def test_a_thousand_types_come_and_go(tmp_path):
             for number in range(TYPES):
                 mine.offer(f"/o/thing{number}", f"made_up/msg/Thing{number}", type_hash=HASH)
             until(lambda: made() == TYPES, lambda: f"{made()} types", timeout=60)
-            (info,) = own.graph.wait_publishers("/o/thing777", 1)
-            assert info.topic_type == "made_up/msg/Thing777"
+            (info,) = own.graph.wait_publishers("/o/thing577", 1)
+            assert info.topic_type == "made_up/msg/Thing577"
             assert str(info.topic_type_hash) == HASH
             mine.close()
             until(lambda: made() == 0, lambda: f"{made()} types are left", timeout=60)
@@ -34,7 +34,7 @@ def test_a_thousand_types_come_and_go(tmp_path):
         print("resident after each round:", resident)
         # rmw_zenoh_cpp 0.6.7 keeps 4 kB of every publisher, in any process.
         kept = 6 << 20 if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp" else 0
-        assert resident[4] - resident[2] < (4 << 20) + kept, resident
+        assert resident[4] - resident[2] < (3 << 20) + kept, resident
     finally:
         own.close()
 

@@ -69,6 +69,20 @@ TEST_F(GraphTest, LeavesOutItsOwnEndpoints) {
   }
 }
 
+// The middleware tells the topics of one of them.
+TEST_F(GraphTest, TellsTheTopicsOfAllNodesOfAName) {
+  TestNode robot("robot"), namesake("robot");
+  TestSide side("connect_server");
+  for (std::uint32_t n = 1; n <= 50; ++n)
+    side.gateway.apply(
+        CreateMirror{MirrorId{n}, topic("ours" + std::to_string(n)), kString, "", qos_of_depth(1)});
+  RawPublisher one(robot, topic("a"));
+  RawPublisher other(namesake, topic("b"));
+  EXPECT_TRUE(side.topic_state(topic("a"), has_publisher));
+  EXPECT_TRUE(side.topic_state(topic("b"), has_publisher));
+  EXPECT_FALSE(side.find_topic(topic("ours1")));
+}
+
 TEST_F(GraphTest, SeesAPublisherReplacedUnderTheSameName) {
   TestNode robot("robot");
   TestSide side("connect_server");

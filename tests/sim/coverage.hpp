@@ -34,6 +34,7 @@ enum class Judged : std::uint8_t {
   kListeners,
   kFirstWords,
   kMetered,
+  kMissing,
   kCount,
 };
 
@@ -66,6 +67,7 @@ inline constexpr std::array<std::string_view, kJudgedCount> kJudgedNames = {
     "topics expected to be subscribed for listeners of the other side",
     "first messages of new publishers expected at listeners of the other side",
     "packets under a cap in bytes per second",
+    "names that do not cross compared with the rules",
 };
 
 class Coverage {

@@ -111,6 +111,7 @@ void Day::rest() {
   world_.expectation.check_links();
   world_.expectation.check_mirrors();
   world_.expectation.check_listeners();
+  world_.expectation.check_missing();
   world_.service_expectation.check_mirrors();
   world_.service_expectation.check_action_topics();
   world_.service_expectation.check_nothing_pending();

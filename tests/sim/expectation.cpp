@@ -18,8 +18,6 @@ Qos overridden(Qos qos, const QosOverride& by) {
     qos.depth = *by.depth;
     qos.history = History::kKeepLast;
   }
-  if (by.deadline) qos.deadline = *by.deadline;
-  if (by.lifespan) qos.lifespan = *by.lifespan;
   return qos;
 }
 

@@ -48,6 +48,8 @@ class Expectation {
   void check_mirrors() const;
   // There is a subscription here for each listener at the far side, and for nobody else.
   void check_listeners() const;
+  // Whoever listens to what no rule lets in is told so, and nothing is said that is not so.
+  void check_missing() const;
 
   // Where nothing but the network changed: what did not arrive was counted as dropped, and none of
   // it because a connection was lost.
@@ -79,6 +81,9 @@ class Expectation {
   [[nodiscard]] const std::vector<ExpectedMirror>& mirrors() const { return mirrors_; }
 
  private:
+  // Somebody listens, and nobody in the same graph publishes.
+  [[nodiscard]] bool is_wanted_alone(const Reader& reader) const;
+  void check_missing(const Host& host, const Ledger::Peer& peer, const MissingName& missing) const;
   struct Counts {
     std::uint64_t taken = 0, handled = 0;  // exporter
     std::uint64_t sent = 0, arrived = 0;   // exporter, importer

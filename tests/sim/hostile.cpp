@@ -240,7 +240,7 @@ void Hostile::commit_offence() {
   ++offences_;
   const std::uint32_t channel = 1'000'000 + static_cast<std::uint32_t>(offences_);
   const Bytes body(100);
-  const auto kind = rng_.below(9);
+  const auto kind = rng_.below(10);
   switch (kind) {
     case 0:  // data for a channel that was never offered
       send_binary(message(channel, 1, 100, body));
@@ -285,6 +285,9 @@ void Hostile::commit_offence() {
     case 7:  // one listener twice
       send_text(listener(channel, "/hostile/a"));
       send_text(listener(channel, "/tf"));
+      break;
+    case 8:  // an answer to what nobody asked
+      send_text(encode(Control{Answered{std::vector<std::string>(kAskedMax - 1, "absent")}}));
       break;
     default:  // no JSON
       send_text("{\"offer\": [");
@@ -338,7 +341,7 @@ void Hostile::send_plausible() {
                                           "/tf",         "/camera/front/image",
                                           "/hostile//x", "/_connect_bridge/claims",
                                           "hostile",     ""};
-  switch (rng_.below(10)) {
+  switch (rng_.below(11)) {
     case 0:
     case 1: return send_text(offer(number, rng_.pick(names)));
     case 2: return send_text(encode(Control{Withdraw{{{number}}}}));
@@ -353,6 +356,11 @@ void Hostile::send_plausible() {
     case 5: return send_text(encode(Control{Decline{{number}, "failed", "because"}}));
     case 6: return send_text(encode(Control{OriginsChanged{{number}, {}, {{1}, {2}}}}));
     case 7: return send_text(listener(number, rng_.pick(names)));
+    case 9: {
+      const AskedName asked{static_cast<InterfaceKind>(rng_.below(4)), rng_.pick(names),
+                            "std_msgs/msg/String"};
+      return send_text(encode(Control{Ask{{asked}}}));
+    }
     case 8: {
       Bytes bytes;
       append_header(TimeRequest{static_cast<Stamp>(rng_.below(1ULL << 62))}, bytes);

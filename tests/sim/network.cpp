@@ -30,7 +30,7 @@ void Network::dial(int path_id, ConnectionId id) {
   ++way.dials;
   connection.ends[0] = End{way.client, id, EndState::kOpening};
   connection.ends[1] = End{way.server, ConnectionId{}, EndState::kOpening};
-  schedule_.after(2 * way.plan.delay + rng_.between(1us, 1ms),
+  schedule_.after(2 * way.plan.one_way() + rng_.between(1us, 1ms),
                   [this, &connection] { try_to_open(connection, 0); });
 }
 
@@ -48,6 +48,10 @@ void Network::try_to_open(Connection& connection, int attempts) {
     client.state = EndState::kGone;
     client.party->on_dial_failed(client.id, way.refuses ? "refused" : "no answer");
     return;
+  }
+  if (way.swaps) {
+    client.state = EndState::kGone;
+    return client.party->on_dial_failed(client.id, "its certificate is not that of the robot");
   }
   client.state = EndState::kOpen;
   server.state = EndState::kOpen;
@@ -104,6 +108,8 @@ void Network::send(Connection& connection, std::size_t from) {
   Path& way = path(connection.path);
   if (pipe.sending || pipe.queue.empty() || connection.dead) return;
   if (schedule_.now() < way.stalled_until) return;
+  // The relay reads only what it can pass on.
+  if (way.plan.has_relay() && pipe.at_relay >= way.plan.relay_buffer) return;
   pipe.sending = true;
   const auto bytes = static_cast<std::int64_t>(pipe.queue.front().packet.bytes.size()) + 6;
   const auto rate = static_cast<std::int64_t>(way.plan.bytes_per_second);
@@ -124,16 +130,42 @@ void Network::sent(Connection& connection, std::size_t from) {
   if (plan.loss_permille > 0 && rng_.chance(plan.loss_permille)) late += 2 * plan.delay + kRepair;
   pipe.last_arrival = std::max(pipe.last_arrival, schedule_.now() + plan.delay + late);
   auto shared = std::make_shared<Item>(std::move(item));
+  if (plan.has_relay()) {
+    pipe.at_relay += shared->packet.bytes.size();
+    schedule_.at(pipe.last_arrival,
+                 [this, &connection, from, shared] { at_relay(connection, from, shared); });
+    return pull(connection, from);
+  }
   schedule_.at(pipe.last_arrival,
                [this, &connection, from, shared] { arrive(connection, from, std::move(*shared)); });
   pull(connection, from);
+}
+
+// It passes on whole packets, one after another.
+void Network::at_relay(Connection& connection, std::size_t from,
+                       const std::shared_ptr<Item>& item) {
+  if (connection.dead) return;
+  Pipe& pipe = connection.pipes[from];
+  const PathPlan& plan = path(connection.path).plan;
+  const std::size_t size = item->packet.bytes.size();
+  pipe.relay_busy_until = std::max(schedule_.now(), pipe.relay_busy_until) +
+                          Duration{static_cast<std::int64_t>(size + 6) * 1'000'000'000 /
+                                   static_cast<std::int64_t>(plan.relay_bytes_per_second)};
+  schedule_.at(pipe.relay_busy_until, [this, &connection, from, size] {
+    connection.pipes[from].at_relay -= size;
+    send(connection, from);
+  });
+  // None overtakes, also when the leg has become shorter.
+  pipe.relay_arrival = std::max(pipe.relay_arrival, pipe.relay_busy_until + plan.relay_delay);
+  schedule_.at(pipe.relay_arrival,
+               [this, &connection, from, item] { arrive(connection, from, std::move(*item)); });
 }
 
 void Network::arrive(Connection& connection, std::size_t from, Item item) {
   if (connection.dead) return;
   End& to = connection.ends[1 - from];
   if (item.close) {
-    const Duration back = path(connection.path).plan.delay;
+    const Duration back = path(connection.path).plan.one_way();
     end_closed(connection, 1 - from, item.close, 0ns);
     end_closed(connection, from, {}, back);
     return;
@@ -141,7 +173,7 @@ void Network::arrive(Connection& connection, std::size_t from, Item item) {
   if (to.state == EndState::kOpen) {
     to.party->on_packet(to.id, std::move(item.packet));
   } else if (to.state == EndState::kGone) {  // nobody there: the sender is told by a reset
-    end_closed(connection, from, {}, path(connection.path).plan.delay);
+    end_closed(connection, from, {}, path(connection.path).plan.one_way());
   }
 }
 
@@ -172,7 +204,7 @@ void Network::close(Party& party, ConnectionId id, std::uint16_t code) {
     schedule_.after(kCloseTimeout, [this, connection, from] {
       if (connection->dead) return;
       if (schedule_.now() < path(connection->path).stalled_until) return;
-      end_closed(*connection, 1 - from, {}, path(connection->path).plan.delay);
+      end_closed(*connection, 1 - from, {}, path(connection->path).plan.one_way());
     });
   }
 }

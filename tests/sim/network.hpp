@@ -2,6 +2,7 @@
 // buffer, and all their failures.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -42,6 +43,17 @@ struct PathPlan {
   std::uint64_t bytes_per_second = 1'000'000;
   std::size_t send_buffer = 16384;  // a packet is pulled while less than this is unsent
   unsigned loss_permille = 0;       // packets that TCP has to repeat, with all behind them waiting
+  // Behind all that, a relay that holds so many bytes at most, and the other leg from there. 0:
+  // none.
+  std::size_t relay_buffer = 0;
+  Duration relay_delay{};
+  std::uint64_t relay_bytes_per_second = 0;
+
+  [[nodiscard]] bool has_relay() const { return relay_buffer > 0; }
+  [[nodiscard]] std::uint64_t rate() const {
+    return has_relay() ? std::min(bytes_per_second, relay_bytes_per_second) : bytes_per_second;
+  }
+  [[nodiscard]] Duration one_way() const { return delay + relay_delay; }
 };
 
 // From one dialling process to the process it dials. Direction 0 is from the dialler.
@@ -50,6 +62,7 @@ struct Path {
   Party* server = nullptr;
   PathPlan plan;
   bool refuses = false;         // dials are refused
+  bool swaps = false;           // the relay joins with somebody else, whom the client refuses
   TimePoint stalled_until{};    // nothing moves, nothing is lost
   TimePoint disturbed_until{};  // the last time at which the path was not what its plan says
   std::array<TimePoint, 2> busy_until{};
@@ -102,6 +115,8 @@ class Network {
     std::size_t buffered = 0;
     bool sending = false;
     TimePoint last_arrival{};
+    std::size_t at_relay = 0;  // bytes on their way there, or held there
+    TimePoint relay_busy_until{}, relay_arrival{};
   };
   struct Connection {
     int path = 0;
@@ -115,6 +130,7 @@ class Network {
   void pull(Connection& connection, std::size_t from);
   void send(Connection& connection, std::size_t from);
   void sent(Connection& connection, std::size_t from);
+  void at_relay(Connection& connection, std::size_t from, const std::shared_ptr<Item>& item);
   void arrive(Connection& connection, std::size_t from, Item item);
   void end_closed(Connection& connection, std::size_t end, std::optional<std::uint16_t> code,
                   Duration delay);

@@ -237,12 +237,14 @@ Scenario make_scenario(std::uint64_t seed) {
   add_services(scenario);
   add_resumption(scenario);
   add_caps(scenario);
+  add_relays(scenario);
+  add_identities(scenario);
   return scenario;
 }
 
 Duration Scenario::time_to_send(std::uint64_t bytes, std::uint64_t known) const {
   std::uint64_t slowest = std::min<std::uint64_t>(500'000, known);  // bytes per second
-  for (const PairPlan& pair : pairs) slowest = std::min(slowest, pair.path.bytes_per_second);
+  for (const PairPlan& pair : pairs) slowest = std::min(slowest, pair.path.rate());
   return Duration(1s) * bytes / slowest;
 }
 
@@ -256,11 +258,13 @@ std::string Scenario::text() const {
                        : std::string("calm"))
       << (crashes ? ", crashes" : "") << (clock_step != 0s ? ", the clock is set" : "")
       << (later_policies.empty() ? "" : ", rules change") << (steady ? ", steady" : "")
-      << (day ? ", a day" : "") << (long_goals ? ", goals of an hour" : "");
+      << (day ? ", a day" : "") << (long_goals ? ", goals of an hour" : "")
+      << (by_identity ? ", names by identity" : "");
   for (const auto& pair : pairs) {
     out << "; side " << pair.client << " dials side " << pair.server << " ("
-        << seconds(pair.path.delay) * 1000 << " ms, " << pair.path.bytes_per_second / 1000
-        << " kB/s" << (pair.may_log_in ? "" : ", may not log in") << ")";
+        << seconds(pair.path.one_way()) * 1000 << " ms, " << pair.path.rate() / 1000 << " kB/s"
+        << (pair.path.has_relay() ? ", by a relay" : "")
+        << (pair.may_log_in ? "" : ", may not log in") << ")";
   }
   return out.str();
 }

@@ -76,6 +76,7 @@ struct Scenario {
   bool long_goals = false;             // at last, goals that take an hour
   bool day = false;                    // it goes on for 24 hours
   bool steady = false;                 // nothing changes but the weather: nothing may be missing
+  bool by_identity = false;            // the first server puts names below identities
   Ending ending = Ending::kStop;
 
   [[nodiscard]] std::string text() const;
@@ -100,6 +101,10 @@ void add_services(Scenario& scenario);
 void add_resumption(Scenario& scenario);
 // Some sides may send so many bytes per second only.
 void add_caps(Scenario& scenario);
+// Some pairs meet at a relay.
+void add_relays(Scenario& scenario);
+// Some servers have the names of who logs in below its identity.
+void add_identities(Scenario& scenario);
 Policy with_strangers(const Policy& policy);
 Policy corner_for_all();
 // Options in which every limit may be small.

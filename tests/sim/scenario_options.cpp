@@ -55,7 +55,6 @@ Treatment random_treatment(Rng& rng) {
   if (rng.chance(40)) t.qos.reliability = Reliability::kBestEffort;
   if (rng.chance(20)) t.qos.durability = Durability::kVolatile;
   if (rng.chance(40)) t.qos.depth = static_cast<std::uint32_t>(rng.between(1, 30));
-  if (rng.chance(20)) t.qos.lifespan = rng.between(100ms, 2s);
   return t;
 }
 
@@ -171,6 +170,30 @@ void add_caps(Scenario& scenario) {
   for (auto& host : scenario.hosts)
     if (rng.chance(150))
       host.options.outbox.bytes_per_second_max = static_cast<std::uint64_t>(rng.pick(caps));
+}
+
+void add_relays(Scenario& scenario) {
+  Rng rng{scenario.seed ^ 0x2e1a7ULL};
+  for (PairPlan& pair : scenario.pairs) {
+    if (!rng.chance(120)) continue;
+    PathPlan& path = pair.path;
+    path.relay_buffer = static_cast<std::size_t>(rng.between(4096, 65'536));
+    path.relay_delay = rng.between(100us, 40ms);
+    // Either leg may be the slower one, but not beyond what this scenario is made for.
+    path.relay_bytes_per_second =
+        path.bytes_per_second * static_cast<std::uint64_t>(rng.between(10, 40)) / 10;
+    if (rng.chance(500)) std::swap(path.bytes_per_second, path.relay_bytes_per_second);
+  }
+}
+
+void add_identities(Scenario& scenario) {
+  Rng rng{scenario.seed ^ 0x1de27ULL};
+  HostPlan& server = scenario.hosts[0];
+  if (scenario.shape != Shape::kPair || scenario.accounts.size() != 1 || !rng.chance(150)) return;
+  const std::string& name = scenario.accounts.begin()->second.name;
+  scenario.by_identity = true;
+  server.names.prefix = "/" + name;
+  server.options.names = PeerNames({}, server.names.remap);
 }
 
 SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {

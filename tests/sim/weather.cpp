@@ -45,7 +45,39 @@ void Weather::next() {
                   [this] { next(); });
 }
 
+// What it can do, or what happens to it: it starts again, joins with the wrong end, cuts, or
+// delays.
+void Weather::disturb_relay(int path) {
+  const auto what = rng_.below(4);
+  if (verbose_) {
+    constexpr const char* kWords[] = {"starts again", "joins with the wrong ends", "cuts",
+                                      "delays"};
+    std::printf("%9.4f the relay of path %d %s\n", seconds(schedule_.now()), path, kWords[what]);
+  }
+  switch (what) {
+    case 0:
+      network_.cut(path, true, true);
+      refuse(path, rng_.between(100ms, 2s));
+      break;
+    case 1: {
+      const Duration how_long = rng_.between(500ms, 5s);
+      network_.cut(path, true, true);
+      network_.path(path).swaps = true;
+      network_.disturb(path, how_long);
+      schedule_.after(how_long, [this, path] { network_.path(path).swaps = false; });
+      break;
+    }
+    case 2: network_.cut(path, rng_.chance(500), rng_.chance(500)); break;
+    default: {
+      PathPlan plan = network_.path(path).plan;
+      plan.relay_delay = rng_.between(100us, 300ms);
+      network_.change(path, plan);
+    }
+  }
+}
+
 void Weather::disturb_path(int path) {
+  if (network_.path(path).plan.has_relay() && rng_.chance(400)) return disturb_relay(path);
   const auto what = rng_.below(8);
   if (verbose_) {
     constexpr const char* kWords[] = {"stalls shortly",
@@ -96,12 +128,14 @@ void Weather::heal() {
   healed_ = true;
   for (int i = 0; i < network_.paths(); ++i) {
     Path& path = network_.path(i);
-    path.refuses = false;
+    path.refuses = path.swaps = false;
     PathPlan plan = path.plan;
     plan.bytes_per_second = std::max(plan.bytes_per_second, kFast);
     plan.delay = std::min<Duration>(plan.delay, 30ms);
     plan.jitter = std::min<Duration>(plan.jitter, 20ms);
     plan.loss_permille = 0;
+    plan.relay_delay = std::min<Duration>(plan.relay_delay, 30ms);
+    plan.relay_bytes_per_second = std::max(plan.relay_bytes_per_second, kFast);
     network_.change(i, plan);
     network_.end_stall(i);
   }

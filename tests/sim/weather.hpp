@@ -23,6 +23,7 @@ class Weather {
  private:
   void next();
   void disturb_path(int path);
+  void disturb_relay(int path);
   void refuse(int path, Duration how_long);
   void crash(Host& host);
   void change_rules();

@@ -131,6 +131,10 @@ void WireCheck::on_control(const Host& host, const Identity& who, Connection& co
     }
   } else if (const auto* attach = std::get_if<Attach>(&control)) {
     on_attach(host, who, connection, *attach);
+  } else if (const auto* ask = std::get_if<Ask>(&control)) {
+    for (const auto& asked : ask->names)
+      if (asked.name.find("/_") != std::string::npos && !has_action_token(asked.name))
+        violated(describe(host) + " asks for the hidden name " + asked.name);
   }
 }
 
@@ -276,12 +280,12 @@ void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection
   if (path.plan.loss_permille > 0) return;  // it may wait for what is sent again
   if (std::max(path.disturbed_until, connection.opened) + 5s > taken) return;
   const auto& outbox = host.plan().options.outbox;
-  const std::uint64_t ahead =
-      2 * (path.plan.send_buffer + outbox.fragment_bytes + outbox.packet_bytes) +
-      connection.first_bytes - before->second.second;
+  const std::uint64_t ahead = 2 * (path.plan.send_buffer + path.plan.relay_buffer +
+                                   outbox.fragment_bytes + outbox.packet_bytes) +
+                              connection.first_bytes - before->second.second;
   const Duration bound =
-      Duration{static_cast<std::int64_t>(ahead * 1'000'000'000 / path.plan.bytes_per_second)} +
-      2 * (path.plan.delay + path.plan.jitter) + 120ms;
+      Duration{static_cast<std::int64_t>(ahead * 1'000'000'000 / path.plan.rate())} +
+      2 * (path.plan.one_way() + path.plan.jitter) + 120ms;
   if (ledger_.now() - taken > bound) {
     violated("an urgent message of " + channel.wire + " waits " +
              std::to_string(seconds(ledger_.now() - taken)) + " s in " + describe(host) +

@@ -42,7 +42,7 @@ void WireCheck::check_turn(const Host& host, const Connection& connection,
   if (waited <= 2s) return;
   const auto& outbox = host.plan().options.outbox;
   const std::uint64_t part = outbox.fragment_bytes + outbox.packet_bytes + kMessageHeaderBytes;
-  const double path = static_cast<double>(network_.path(connection.path).plan.bytes_per_second);
+  const double path = static_cast<double>(network_.path(connection.path).plan.rate());
   const auto light =
       static_cast<std::uint64_t>(std::max(10'000.0, path / 10) * (seconds(waited) + 1));
   std::uint64_t others = 0;
@@ -68,7 +68,7 @@ void WireCheck::on_status(const Host& host, const Status& status) {
     const bool alone = status.links.size() == 1;
     if (alone)
       connection.turn =
-          turn_bytes(status.links[0].rate, network_.path(connection.path).plan.bytes_per_second);
+          turn_bytes(status.links[0].rate, network_.path(connection.path).plan.rate());
     for (auto& [id, channel] : connection.channels) {
       std::uint64_t queued = 0;
       if (alone && channel.demanded) {

@@ -189,6 +189,7 @@ void World::run() {
   expectation_->check_mirrors();
   if (scenario_.steady) expectation_->check_unbroken();
   expectation_->check_listeners();
+  expectation_->check_missing();
   check_services();
   if (scenario_.long_goals) check_long_goals();
   check_delivery();

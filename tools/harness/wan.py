@@ -29,6 +29,10 @@ class Wan:
         """The beginning of a command that runs at this place."""
         return ["nsenter", "--target", str(self._pids[place]), "--net", "--mount", "--"]
 
+    def pid(self, place):
+        """The process whose namespaces are the place."""
+        return self._pids[place]
+
     def set(self, **shape):
         """up, down: bit/s; delay, jitter, queue: s; loss: 0 to 1 (tests/bench/wan.cpp)."""
         self._worker.ask(words("set", shape))

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# proxies.sh [folder]: fetches the reverse proxies of tests/e2e/test_proxies.py from the system's packages into .ros2/proxies:
+# proxies.sh [folder]: fetches the reverse proxies of tests/e2e/test_proxies.py, and the sshd of make bench-wan, from the system's packages into .ros2/proxies:
 # 17 MB, 60 MB unpacked, a few seconds. They are not installed, since an installed one starts as a service. What is installed already, or has
 # no package here (caddy on Ubuntu 22.04), is left out. A failure is no error: the tests say what they lack.
 set -euo pipefail
@@ -8,7 +8,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 . "$root/tools/setup/common.sh"
 folder=$(realpath -m "${1:-$root/.ros2/proxies}")
 stamp=$folder/stamp
-packages=(nginx-light haproxy apache2-bin caddy)
+packages=(nginx-light haproxy apache2-bin caddy openssh-server)
 
 [ "${CONNECT_SKIP_PACKAGES:-0}" = 1 ] && exit 0
 stamp_is_fresh "$stamp" "${packages[*]}" && exit 0

@@ -10,14 +10,19 @@
 
 namespace connect_bridge {
 
-inline std::string to_hex(std::span<const std::uint8_t> bytes) {
+inline void append_hex(std::span<const std::uint8_t> bytes, std::string& text) {
   constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  text.reserve(2 * bytes.size());
+  std::size_t at = text.size();
+  text.resize(at + 2 * bytes.size());
   for (const std::uint8_t byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
+    text[at++] = kDigits[byte >> 4];
+    text[at++] = kDigits[byte & 15];
   }
+}
+
+inline std::string to_hex(std::span<const std::uint8_t> bytes) {
+  std::string text;
+  append_hex(bytes, text);
   return text;
 }
 

@@ -34,7 +34,8 @@ using ListenerId =
     Id<struct ListenerTag, std::uint32_t>;         // of its sender, unique on one connection
 using CallId = Id<struct CallTag, std::uint32_t>;  // of the importer, rising on one channel
 
-// What a message is about: the origin of a sample, or a call. The channel tells which of the two.
+// What a message is about: the origin of a sample, or a call. Which of the two, follows from the
+// channel.
 struct Subject {
   std::uint32_t value = 0;
   constexpr Subject() = default;

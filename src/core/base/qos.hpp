@@ -16,7 +16,7 @@ struct Qos {
   Reliability reliability = Reliability::kReliable;
   Durability durability = Durability::kVolatile;
   History history = History::kKeepLast;
-  std::uint32_t depth = 0;       // samples; 0: the graph does not tell
+  std::uint32_t depth = 0;       // samples; 0: not known from the graph
   Duration deadline = kForever;  // kForever: none
   Duration lifespan = kForever;  // kForever: none
   Liveliness liveliness = Liveliness::kAutomatic;

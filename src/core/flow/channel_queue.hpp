@@ -132,7 +132,7 @@ class ChannelQueue {
   void arrived(std::uint32_t sequence) { sent_.arrived(sequence); }
   // Forgets the sent messages: nobody waits for their arrival any longer.
   void forget_sent() { sent_.clear(); }
-  // Of what was sent and is kept until the peer has it (SentMessages).
+  // Bytes of messages that were sent and are kept until the peer has them (SentMessages).
   [[nodiscard]] std::uint64_t resend_bytes() const { return sent_.bytes(); }
   // The messages that resume and that may not have arrived, in the order of the channel: those that
   // are sent, the one that is partly sent, those that wait. Here they count as never accepted: the
@@ -172,7 +172,7 @@ class ChannelQueue {
     return counts_.queued_bytes + (options_.keep ? counts_.queued * kKeptMessageBytes : 0);
   }
   [[nodiscard]] const ChannelCounts& counts() const { return counts_; }
-  // Of the next message, or of what is left of the one that is partly sent.
+  // Bytes of the next message, or the rest of the message that is partly sent.
   [[nodiscard]] std::uint64_t next_message_bytes() const {
     if (open_) return open_->message.body.size() - open_->offset;
     return waiting_.empty() ? 0 : waiting_.front().message.body.size();

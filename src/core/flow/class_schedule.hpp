@@ -33,7 +33,7 @@ class ClassSchedule {
   void add(ChannelQueue& queue);
   // The queue has nothing to send any more, or goes away.
   void remove(ChannelQueue& queue);
-  // The same, before its class changes: what it has sent in one does not count in another.
+  // As remove(), before its class changes: what it has sent in one class does not count in another.
   void leave_class(ChannelQueue& queue);
 
   [[nodiscard]] bool empty() const { return front() == nullptr; }
@@ -45,7 +45,7 @@ class ClassSchedule {
   // The front queue has nothing more to send. 0 bytes: it had nothing to send.
   void sent_all(std::size_t bytes);
 
-  // Of a large message this counts at a time; what is under way now included.
+  // Of a large message so many bytes count at a time, also of one that is partly sent now.
   void set_turn_bytes(std::uint64_t bytes) { turn_bytes_ = bytes; }
 
   // Those that have rested until now get their turns.

@@ -6,7 +6,8 @@
 
 namespace connect_bridge {
 
-// Of one channel, or of one topic for all links. Single-threaded.
+// Predicts whether compression pays, for one channel, or for one topic on all links.
+// Single-threaded.
 class CompressionGain {
  public:
   // Whether a message of this size should be compressed for a path that carries `rate` bytes per
@@ -18,7 +19,7 @@ class CompressionGain {
     if (likely_pays(raw_bytes, rate, cost)) return true;
     return sooner(raw_bytes, kRatioHoped, rate, cost) && ++passed_ % kTryPeriod == 0;
   }
-  // The same, but without such an occasional try.
+  // As pays(), but without its occasional try.
   [[nodiscard]] bool likely_pays(std::size_t raw_bytes, double rate, double cost) const {
     return rate > 0 && sooner(raw_bytes, ratio_, rate, cost);
   }

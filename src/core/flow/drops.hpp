@@ -26,6 +26,7 @@ enum class DropReason : std::uint8_t {
   kMemory,          // memory_max: this peer's share of it was used up
   kNotPermitted,    // a parameter event of a node that no rule opens, or not of its origin's
   kResumeBound,     // kept for a lost link, beyond the bytes or the time for that
+  kLostHere,        // exported: lost in the local middleware before this side got it
   kCount,
 };
 

@@ -12,9 +12,9 @@
 
 namespace connect_bridge {
 
-// Of each publisher the newest message that was refused, until its time has come or another one of
-// the publisher passes: so the last message of a publisher, perhaps "stop", is never lost to a
-// rate. Single-threaded.
+// Keeps for each publisher the newest message that a rate limit has refused, until its time comes
+// or another message of that publisher passes. So a rate limit never loses a publisher's last
+// message, which may say "stop". Single-threaded.
 template <class Message>
 class HeldBack {
  public:

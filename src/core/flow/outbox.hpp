@@ -62,7 +62,7 @@ class Outbox {
   // Queues a message; what the channel's policy displaces is dropped and counted. For a channel
   // that does not exist (any more) it does nothing.
   void push(ChannelId channel, OutMessage message, const Now& now);
-  // The same, where add_channel() has found the queue.
+  // As above, with the queue that add_channel() has returned.
   void push(ChannelQueue& queue, OutMessage message, const Now& now);
   // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
   [[nodiscard]] bool push_control(std::string text) {
@@ -83,6 +83,14 @@ class Outbox {
   [[nodiscard]] bool may_have_packet() const {
     return more_waits() || must_settle() || held_until_ || pacer_.measures() ||
            held_.amount() != held_bytes();
+  }
+
+  // Nothing that is urgent or light waits, and no control text or small frame: only what may leave
+  // a little later.
+  [[nodiscard]] bool may_wait() const {
+    const ChannelQueue* const first = schedule_.front();
+    return first && first->is_held() && controls_.empty() && !small_.waits() &&
+           !small_.aborts_wait();
   }
 
   // When next() has something to hand out that is held back: for the link's rate, or it rests.

@@ -23,7 +23,7 @@ class Pacer {
   [[nodiscard]] TimePoint next_at(TimePoint now) const;
   static constexpr TimePoint kNever = TimePoint::max();
 
-  // To be told before next_at().
+  // Call it before next_at().
   void repairs(const Repairs& told) { path_.repairs(told); }
 
   // Whether data is under way, or was cut short: then repairs() matters even if none waits.

@@ -54,7 +54,7 @@ class Path {
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
   [[nodiscard]] std::uint64_t acked_bytes() const { return acked_bytes_; }
   [[nodiscard]] std::uint32_t segment_bytes() const { return repairs_.segment_bytes; }
-  // Of packets with data. What waits behind a lost segment is not in flight any more.
+  // Bytes of packets with data. What waits behind a lost segment is not in flight any more.
   [[nodiscard]] std::uint64_t in_flight_bytes() const {
     return is_repaired() ? std::min(in_flight_bytes_, repairs_.under_way_bytes) : in_flight_bytes_;
   }

@@ -1,4 +1,4 @@
-// What TCP tells of the losses that it repairs, and of its segments.
+// What TCP reports about the losses that it repairs, and about its segments.
 #pragma once
 
 #include <cstdint>

@@ -17,7 +17,7 @@ namespace connect_bridge {
 
 // Time frames that wait; a newer one displaces the oldest (a peer may ask faster than it reads).
 inline constexpr std::size_t kTimeFramesMax = 16;
-// Of a packet, whose frames are limited (kPacketFramesMax).
+// Aborts in one packet: a part of the frames that it may have (kPacketFramesMax).
 inline constexpr std::size_t kPacketAbortsMax = 512;
 
 // Belongs to an Outbox.

@@ -60,19 +60,25 @@ std::size_t claim_bytes(const Claim& claim) {
   return 256 + 50 * (claim.mirrors.size() + claim.origins.size() + claim.services.size());
 }
 
+// Claims are long beside peers with thousands of topics, and are made again at each change.
 Payload serialize(const Claim& claim, Stamp stamp) {
-  std::string text = to_hex(claim.side.bytes);
+  std::string text;
+  text.reserve(claim_bytes(claim));
+  append_hex(claim.side.bytes, text);
   if (claim.good_for <= kClaimGoodMax)
     text +=
         std::string(" ") + kGoodFor + std::to_string(claim.good_for / std::chrono::milliseconds(1));
-  for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax))
-    text += std::string(" ") + kMirror + to_hex(mirror.bytes);
+  const auto add = [&](std::string_view before, const Gid& id) {
+    text += before;
+    append_hex(id.bytes, text);
+  };
+  for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax)) add(" =", mirror);
   // Where there is no room for all, services go first: an origin with two mirrors repeats its
   // samples, but two servers of one name execute each call twice.
   const auto services = first_of(claim.services, kClaimOriginsMax);
-  for (const Gid& service : services) text += std::string(" ") + kService + to_hex(service.bytes);
+  for (const Gid& service : services) add(" /", service);
   for (const Gid& origin : first_of(claim.origins, kClaimOriginsMax - services.size()))
-    text += ' ' + to_hex(origin.bytes);
+    add(" ", origin);
   return CdrWriter()
       .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))
       .u32(static_cast<std::uint32_t>(stamp % 1'000'000'000))

@@ -26,8 +26,8 @@ struct Claim {
   Token128 side;
   std::vector<Gid> origins = {};  // that have a mirror, or will have one
   std::vector<Gid> mirrors = {};  // ids in this graph of its own publishers
-  // The same of services (service_gid). Apart from the origins, whose ids peers choose: none of
-  // them may stand for a service.
+  // Services (service_gid) that have a mirror, or will have one. In a list of their own, because
+  // peers choose the ids of origins, and no such id may stand for a service.
   std::vector<Gid> services = {};
   // Without another message it is good for so long: whole milliseconds, up to kClaimGoodMax.
   // Longer: not said (in a message), or for ever.

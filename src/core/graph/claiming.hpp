@@ -23,7 +23,7 @@ inline constexpr Duration kTopicSettle = std::chrono::milliseconds(250);
 inline constexpr Duration kServiceSettle = std::chrono::seconds(1);
 // Within this time a claim names a mirror that the graph shows.
 inline constexpr Duration kClaimNames = std::chrono::milliseconds(150);
-// Within this time the graph tells the node of a publisher, if at all. Shorter than its samples are
+// The graph shows the node of a publisher within this time, or never. Shorter than its samples are
 // parked (core/topics/exported_topic.cpp).
 inline constexpr Duration kNodeNames = std::chrono::milliseconds(900);
 

@@ -10,7 +10,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kBridgesMax = 256;
-// How long the graph may show a publisher after its bridge has told that it ended.
+// How long the graph may show a publisher after its bridge has announced its end.
 constexpr Duration kMirrorShown = std::chrono::seconds(30);
 // The same of a server. Other than a publisher it has no id in the claim, so a real one of its name
 // is taken for it: this is short, unless the bridge fell silent, as the graph then shows its server

@@ -18,8 +18,8 @@
 
 namespace connect_bridge {
 
-// What stands for a mirrored service in a claim: the same 24 bytes in every process, and others for
-// each name, whoever chooses the names.
+// The id of a mirrored service in a claim: 24 bytes that depend on its name alone. Nobody can
+// choose two names with the same id.
 Gid service_gid(std::string_view service);
 
 // The claims of the other bridges in this graph, by the ids of their sides: nothing here depends on
@@ -28,9 +28,9 @@ class Claims {
  public:
   explicit Claims(Token128 own) : own_(own) {}
 
-  // `publisher`: the gid of the bridge's publisher on the claims topic, all zero where it is not
-  // told. True if anything changed; a claim that is only renewed changes nothing. One that is good
-  // for no time is a bridge's last.
+  // `publisher`: the gid of the bridge's publisher on the claims topic; all zero: not known. True
+  // if anything has changed; a claim that is only renewed changes nothing. A claim that is good for
+  // no time is the last one of its bridge.
   bool update(const Gid& publisher, Claim claim, TimePoint now);
   // Ends the claims of bridges that were in the graph before and are not there now. (A claim may
   // arrive before the first graph snapshot that shows its bridge.)
@@ -50,12 +50,12 @@ class Claims {
   [[nodiscard]] bool taken(const Gid& origin, bool ours) const {
     return is_taken(origins_, origin, ours);
   }
-  // The same of a service (service_gid).
+  // As taken(), for a service (service_gid).
   [[nodiscard]] bool service_taken(const Gid& service, bool ours) const {
     return is_taken(services_, service, ours);
   }
-  // A server of this service (service_gid) is another bridge's mirror: one claims it, or did just
-  // now and the graph may show its server for a moment longer.
+  // Whether a server of this service (service_gid) may be another bridge's mirror: a bridge claims
+  // the service, or did until just now, and the graph may show its server for a moment longer.
   [[nodiscard]] bool serves(const Gid& service) const {
     return services_.contains(service) || served_.contains(service);
   }
@@ -76,8 +76,8 @@ class Claims {
     const auto it = claimed.find(gid);
     return it != claimed.end() && (!ours || it->second);  // mutant: claims_first
   }
-  // What the claim named is still in the graph for a moment, but for what `next` names. `silent`:
-  // its bridge has not said that it ends.
+  // Remembers what the claim named and `next` does not name, because the graph may show it for a
+  // moment longer. `silent`: the bridge has not announced its end.
   void end(const Claim& claim, const Claim& next, bool silent, TimePoint now);
 
   Token128 own_;

@@ -1,4 +1,4 @@
-// The hidden topic on which the bridges of a graph tell each other what they mirror.
+// The hidden topic on which the bridges of a graph announce what they mirror.
 #pragma once
 
 #include <algorithm>
@@ -42,7 +42,7 @@ class ClaimsTopic {
  private:
   // Between two signs of life with a claim of this size.
   [[nodiscard]] Duration period_of(std::size_t bytes) const;
-  // When a change may be told.
+  // When a change may be published.
   [[nodiscard]] TimePoint changes_at() const;
   // Another bridge may have come since.
   [[nodiscard]] TimePoint repeat_at() const {
@@ -57,7 +57,7 @@ class ClaimsTopic {
   bool changed_ = false;
   TimePoint told_at_{};
   std::size_t told_bytes_ = 0;  // of the last claim
-  Duration period_{};           // that it was told with
+  Duration period_{};           // between the signs of life that the last claim announced
   Duration good_for_{};         // the same
   // At most so late that a mirror of a service has not been made yet (core/graph/claiming.hpp).
   Pace pace_{20, std::chrono::milliseconds(20)};

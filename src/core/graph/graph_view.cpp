@@ -58,6 +58,7 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
     ServiceKey key{service.name, service.type};
     services_.emplace(std::move(key), std::move(service));
   }
+  called_ = std::move(graph.called);
   hide(mirrors);
 }
 
@@ -117,6 +118,18 @@ std::string incompatible_policy(const Qos& offered, const Qos& requested) {
       requested.liveliness == Liveliness::kManualByTopic)
     return "liveliness";
   if (offered.liveliness_lease > requested.liveliness_lease) return "liveliness lease";
+  return {};
+}
+
+std::string unmet_policy(const TopicState& topic, const std::vector<Qos>& offered) {
+  for (const Endpoint& subscriber : topic.subscribers) {
+    std::string policy;
+    for (const Qos& qos : offered) {
+      policy = incompatible_policy(qos, subscriber.qos);
+      if (policy.empty()) break;
+    }
+    if (!policy.empty()) return policy;
+  }
   return {};
 }
 

@@ -56,6 +56,9 @@ class GraphView {
   // Services with at least one real server, without mirrors of bridges as far as the graph shows
   // them.
   [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }
+  // Services that somebody here has a client of and that have no server here, as far as the graph
+  // shows them.
+  [[nodiscard]] const std::vector<CalledService>& called() const { return called_; }
   // A real server of this name exists here, whatever its type.
   [[nodiscard]] bool has_server(const std::string& service) const {
     const auto it = services_.lower_bound({service, ""});
@@ -73,6 +76,7 @@ class GraphView {
  private:
   std::map<TopicKey, TopicState> topics_;
   std::map<ServiceKey, ServiceState> services_;
+  std::vector<CalledService> called_;
   std::unordered_set<Gid> publishers_;
   std::unordered_set<Gid> bridge_publishers_;
   std::unordered_set<Gid> bridges_;
@@ -82,6 +86,10 @@ class GraphView {
 // ("reliability", "durability", "deadline", "liveliness"), or empty when they fit (DDS 1.4
 // section 2.2.3).
 std::string incompatible_policy(const Qos& offered, const Qos& requested);
+
+// What some subscriber requests that none of these publishers offers; empty: nothing, or there are
+// no publishers.
+std::string unmet_policy(const TopicState& topic, const std::vector<Qos>& offered);
 
 // The subscribers that can get nothing from a publisher of this QoS at this node.
 struct IncompatibleSubscribers {

@@ -78,7 +78,7 @@ class Encoder {
   [[nodiscard]] const OutSample* upcoming() const {
     return at_work_ || finished_ || waiting_.empty() ? nullptr : &waiting_.front();
   }
-  // Of the sample that a worker has; 0: none.
+  // Size of the sample that a worker compresses now; 0: none.
   [[nodiscard]] std::uint64_t bytes_at_work() const { return at_work_ ? at_work_->raw.size() : 0; }
 
  private:

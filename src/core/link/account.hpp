@@ -12,6 +12,7 @@
 #include "core/base/pace.hpp"
 #include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/link/appearing.hpp"
 #include "core/link/inflation_pace.hpp"
 #include "core/ports/payer.hpp"
 
@@ -45,16 +46,11 @@ struct Shares {
   // Topics that nobody publishes here and that are subscribed for listeners of all peers.
   static constexpr std::uint64_t kListenedMax = 1024;
 
-  // By then the loop has begun its next step.
-  static constexpr Duration kNextStep = std::chrono::milliseconds(1);
-
   Budget memory;
   Budget places;
   Budget service_places;
   Budget listened;
-  // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
-  // appear in one step of the loop.
-  Pace appearing{8, std::chrono::microseconds(250)};
+  Appearing appearing;
   // As much as so many identities may have.
   static constexpr int kInflating = 4;
   InflationPace inflation{kInflating};
@@ -68,16 +64,15 @@ struct CallLines {
 // It outlives the links, so that logging in again and again, or with many links, does not give
 // more. Single-threaded.
 struct Account {
-  // What must wait for a pace asks again after this time.
-  static constexpr Duration kPacing = std::chrono::milliseconds(100);
-
   explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
       : memory(all ? &all->memory : nullptr),
         places(all ? &all->places : nullptr),
         service_places(all ? &all->service_places : nullptr),
         listened(all ? &all->listened : nullptr),
-        mirrors(options.mirrors_at_once, options.mirror_period),
-        listeners(options.mirrors_at_once, options.mirror_period),
+        mirrors(all ? &all->appearing : nullptr, time, options.mirrors_at_once,
+                options.mirror_period),
+        listeners(all ? &all->appearing : nullptr, time, options.mirrors_at_once,
+                  options.mirror_period),
         offences(options.offences_at_once, options.offence_period),
         withdrawals(kMinute * options.channels_per_second,
                     Duration(std::chrono::seconds(1)) / options.channels_per_second),
@@ -104,26 +99,17 @@ struct Account {
     return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }
 
-  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: now,
-  // and it is counted; else it may ask again after that time.
-  [[nodiscard]] Duration wait_to_appear(Pace& pace, TimePoint now) {
-    if (pace.free_at() > now) return kPacing;
-    if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;
-    static_cast<void>(pace.take(now));
-    return Duration::zero();
-  }
-
   const Payer time = std::make_shared<LoopTime>();  // of the loop, that its links have used
   Budget memory;                                    // what its links hold
   Budget places;                                    // its publishers here
   Budget service_places;                            // its services here
-  Budget listened;  // topics that nobody publishes here and its peers listen to
-  Budget early;     // samples for its peers that wait for the answer to an offer
-  Pace mirrors;
-  Pace listeners;  // topics that are subscribed for its peers' listeners
-  Pace offences;   // for which its links were ended; while not free it may not log in
+  Budget listened;            // topics that nobody publishes here and its peers listen to
+  Budget early;               // samples for its peers that wait for the answer to an offer
+  Appearing::Line mirrors;    // its publishers and services here
+  Appearing::Line listeners;  // topics that are subscribed for its peers' listeners
+  Pace offences;              // for which its links were ended; while not free it may not log in
   InflationPace inflation{1};
-  // Of `accepts`, as for each link; after a restart many links come at once.
+  // `accepts` of all links together; after a restart many links come at once.
   Pace accepts{160, std::chrono::seconds(1)};
   Pace withdrawals;   // of one link: each has a copy of it, as it is at the start
   Pace attaches;      // those that create a client, which takes the middleware about a millisecond
@@ -152,6 +138,8 @@ class Accounts {
     if (!account) account = std::make_shared<Account>(options_, &shares_);
     return account;
   }
+  [[nodiscard]] Appearing& appearing() { return shares_.appearing; }
+  [[nodiscard]] const Appearing& appearing() const { return shares_.appearing; }
   [[nodiscard]] Budget& memory() { return shares_.memory; }
   [[nodiscard]] const Budget& memory() const { return shares_.memory; }
   void on_time(const Now& now) {

@@ -1,4 +1,5 @@
-// When to tell the peer how many packet bytes have arrived (docs/protocol.md, "Acknowledgements").
+// When to send the peer an acknowledgement of the bytes that have arrived (docs/protocol.md,
+// "Acknowledgements").
 #pragma once
 
 #include <cstdint>

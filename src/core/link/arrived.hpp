@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/budget.hpp"
 #include "core/base/ids.hpp"
 
 namespace connect_bridge {
@@ -17,21 +18,30 @@ struct Arrived {
   // A link that breaks again and again may have others each time. With more the topic does not go
   // on.
   static constexpr std::size_t kOriginsMax = 1024;
+  static constexpr std::uint64_t kOriginBytes = 80;  // in the set
 
   std::uint32_t sequence = 0;  // of the last message
   std::set<Gid> origins = {};  // their mirrors ended with the link: others may have them now
+  Budget::Hold held = {};
 };
 // By topic and type (local names), where the peer was asked to keep what does not arrive. With an
 // entry the topic goes on when the link is back.
 using ArrivedTopics = std::map<std::pair<std::string, std::string>, Arrived>;
 
-// The mirror of this origin ends with the link.
-inline void note_end(ArrivedTopics& topics, const ArrivedTopics::key_type& topic,
-                     const Gid& origin) {
+// The mirror of this origin ends with the link, of whose memory it takes a little; the topic does
+// not go on where there is none.
+inline void note_end(ArrivedTopics& topics, const ArrivedTopics::key_type& topic, const Gid& origin,
+                     Budget& memory) {
   const auto at = topics.find(topic);
   if (at == topics.end()) return;
-  at->second.origins.insert(origin);
-  if (at->second.origins.size() > Arrived::kOriginsMax) topics.erase(at);
+  Arrived& arrived = at->second;
+  if (!arrived.origins.insert(origin).second) return;
+  if (arrived.origins.size() > Arrived::kOriginsMax || memory.room() < Arrived::kOriginBytes) {
+    topics.erase(at);
+    return;
+  }
+  arrived.held.release();
+  arrived.held = memory.hold(arrived.origins.size() * Arrived::kOriginBytes);
 }
 
 // What another bridge of the graph brings meanwhile must not come again when the link is back.

@@ -10,8 +10,9 @@
 
 namespace connect_bridge {
 
-// Of the last samples the one with the shortest round trip is believed: queueing only ever adds
-// delay (RFC 5905 section 10, clock filter). Belongs to one link.
+// Estimates the offset of the peer's clock. Of the last samples it uses the one with the shortest
+// round trip, because queues only add delay (RFC 5905 section 10, clock filter). Belongs to one
+// link.
 class ClockEstimate {
  public:
   struct Sample {

@@ -121,6 +121,8 @@ class Connection {
   [[nodiscard]] bool may_have_packet() const {
     return !records_.empty() || (open() && outbox_.may_have_packet());
   }
+  // What next_packet() would give is not urgent.
+  [[nodiscard]] bool may_wait() const { return records_.empty() && open() && outbox_.may_wait(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   [[nodiscard]] State state() const { return state_; }

@@ -2,6 +2,7 @@
 // due on each.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -25,7 +26,19 @@ class DueLinks {
 
   // The connection has something to send.
   void ready(ConnectionId connection) { ready_.insert(connection); }
-  void gone(ConnectionId connection) { ready_.erase(connection); }
+  void gone(ConnectionId connection) {
+    ready_.erase(connection);
+    later_.erase(connection);
+  }
+  // What it has to send waits for what others do: it is ready again after the next input. Since
+  // when it waits.
+  TimePoint later(ConnectionId connection, TimePoint now) {
+    return later_.try_emplace(connection, now).first->second;
+  }
+  void not_later(ConnectionId connection) { later_.erase(connection); }
+  void look_again() {
+    for (const auto& [connection, since] : later_) ready_.insert(connection);
+  }
   std::optional<ConnectionId> take_ready() { return take(ready_); }
 
   // Lets the timer of a link wait for its deadline, which may have changed; it may not outlive
@@ -47,6 +60,7 @@ class DueLinks {
 
   std::set<LinkId> marked_;
   std::set<ConnectionId> ready_;
+  std::map<ConnectionId, TimePoint> later_;
   Timers<LinkId> timers_;
 };
 

@@ -33,7 +33,7 @@ void LastFailure::tell(Line line, const Now& now) {
     before_until_ = now.steady + kTurn;
   }
   const bool same = line.reason == reason_;
-  // One that was not told, and stays, is told the second time.
+  // A reason that was not logged and stays is logged the second time.
   const bool is_news = same ? !told_ : news_ < kNews;
   if (!is_news && now.steady < next_) {
     if (!same) told_ = false;

@@ -35,7 +35,7 @@ class LastFailure {
 
   // Empty: a link is open.
   [[nodiscard]] const std::string& reason() const { return reason_; }
-  // A link was lost or refused here; the log has been told of that.
+  // A link was lost or refused here, and the log says so already.
   void set(std::string reason, const Now& now);
   // A client's: a dial failed, or the server did not welcome it.
   void tell(Line line, const Now& now);
@@ -53,7 +53,7 @@ class LastFailure {
   std::string before_;              // another one, the last before
   TimePoint before_until_{};        // until then it takes turns
   std::optional<TimePoint> since_;  // since then no link is open
-  TimePoint next_{};                // until then the same reason is not told again
+  TimePoint next_{};                // until then the same reason is not logged again
   int news_ = 0;                    // told, since a reason has stayed
   bool told_ = true;                // the last one was
 };

@@ -13,6 +13,13 @@ constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
 constexpr std::size_t kRatesMax = 4096;       // publishers whose rates are remembered
 
+// Of an entry of a map by name and type, with these.
+template <class Entry>
+std::uint64_t bytes_of(const std::string& name, const std::string& type) {
+  constexpr std::uint64_t kOfMap = 160;
+  return kOfMap + sizeof(Entry) + name.size() + type.size();
+}
+
 }  // namespace
 
 // ---- the connection
@@ -33,6 +40,7 @@ void Link::lose(Loss loss, const Now& now) {
 
 void Link::drop_connection() {
   incoming_.clear();
+  declined_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
   login.lost();
@@ -66,6 +74,14 @@ void Link::forget(ChannelId number) {
   if (it->second.offered) --offered_;
   if (!it->second.offered && !it->second.channel) --ended_;
   incoming_.erase(it);
+  declined_.erase(number);
+}
+
+void Link::decline(ChannelId number, InterfaceKind kind, std::pair<std::string, std::string> key,
+                   const Ending& why) {
+  send(Decline{number, why.code, why.reason});
+  if (declined_.size() < kDeclinedMax || declined_.contains(number))
+    declined_[number] = {kind, std::move(key), why.reason};
 }
 
 void Link::resume_incoming(ChannelId number, std::uint32_t sequence) {
@@ -123,13 +139,18 @@ void Link::keep_counts(std::vector<TopicStatus> topics) {
     topic.dropped.add(DropReason::kLinkLost, topic.queued);
     if (topic.messages + topic.dropped.total() == 0) continue;
     const std::tuple key{topic.exported, topic.topic, topic.type};
-    if (past_.size() < kPastTopicsMax || past_.contains(key)) past_[key].add_past(topic);
+    const std::uint64_t bytes = bytes_of<Past>(topic.topic, topic.type);
+    const bool fits = past_.size() < kPastTopicsMax && bytes <= memory.room();
+    if (!fits && !past_.contains(key)) continue;
+    Past& past = past_[key];
+    if (past.held.amount() == 0) past.held = memory.hold(bytes);
+    past.counts.add_past(topic);
   }
 }
 
 void Link::add_past(TopicStatus& topic) const {
   const auto past = past_.find({topic.exported, topic.topic, topic.type});
-  if (past != past_.end()) topic.add_past(past->second);
+  if (past != past_.end()) topic.add_past(past->second.counts);
 }
 
 // ---- what arrives
@@ -159,12 +180,18 @@ RateLimit* Link::rate_of(const std::pair<std::string, std::string>& topic, const
                          const Treatment& treatment, const Now& now) {
   if (treatment.max_rate == 0 && treatment.bytes_per_second_max == 0) return nullptr;
   if (rates_.size() >= kRatesMax)
-    std::erase_if(rates_, [&](const auto& entry) { return entry.second.idle(now.steady); });
-  // One who offers so many at once has them share a limit.
-  const bool full = rates_.size() >= kRatesMax;
+    std::erase_if(rates_, [&](const auto& entry) { return entry.second.limit.idle(now.steady); });
   const RateLimit fresh(treatment.max_rate, treatment.bytes_per_second_max);
-  RateLimit& limit = rates_.try_emplace({topic, full ? Gid{} : publisher}, fresh).first->second;
+  auto at = rates_.find({topic, publisher});
+  if (at == rates_.end()) {
+    // One who offers so many at once has them share a limit.
+    const std::uint64_t bytes = bytes_of<Rate>(topic.first, topic.second);
+    const bool full = rates_.size() >= kRatesMax || bytes > memory.room();
+    at = rates_.try_emplace({topic, full ? Gid{} : publisher}, Rate{fresh, {}}).first;
+    if (at->second.held.amount() == 0) at->second.held = memory.hold(bytes);
+  }
   // The rules may have changed while nothing came.
+  RateLimit& limit = at->second.limit;
   if (!limit.has_rates_of(fresh)) limit = fresh;
   return &limit;
 }

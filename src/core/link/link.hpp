@@ -37,6 +37,8 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Ask& ask, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Answered& answer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
   virtual void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) = 0;
@@ -107,16 +109,16 @@ class Link final : public ConnectionUser {
   }
   // What is due on the connection; what the peer accepts now is looked at.
   void on_time(const Now& now);
-  // Of that, and of its life and its login.
+  // When on_time() must be called, also for the link's life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
   // From now on.
   void limit(const LimitsChanged& limits);
-  // To be called wherever it may have come to something: it failed, has something to send, waits
-  // for another time. What is called here for sending and failing does so itself.
+  // Call it where the link may have something to do now: it has failed, has something to send, or
+  // its deadline has changed. The functions here that send or fail call it themselves.
   void mark() const {
     if (due_) due_->mark(id);
   }
-  // Of its owner: waits for deadline().
+  // Belongs to the owner of the links, who waits for deadline() with it.
   DueLinks::Timer timer;
 
   // What our rules let through of a publisher on a topic (name, type). Null: there is no limit.
@@ -166,6 +168,17 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool note_withdrawal(const Now& now) { return withdrawals_.take(now.steady); }
   [[nodiscard]] bool expects(ChannelId channel) const { return incoming_.contains(channel); }
   [[nodiscard]] std::uint32_t offered() const { return offered_; }
+  // The channel is not imported, or not wholly: tells the peer. What was declined is remembered for
+  // people, of kDeclinedMax channels.
+  void decline(ChannelId number, InterfaceKind kind, std::pair<std::string, std::string> key,
+               const Ending& why);
+  static constexpr std::size_t kDeclinedMax = 64;
+  struct Declined {
+    InterfaceKind kind;
+    std::pair<std::string, std::string> key;  // local name, type
+    std::string reason;
+  };
+  [[nodiscard]] const std::map<ChannelId, Declined>& declined() const { return declined_; }
 
   // ---- channels on which this side sends
   // A new number. The outbox's queue is the caller's to add.
@@ -175,7 +188,7 @@ class Link final : public ConnectionUser {
     return number;
   }
   void close_channel(ChannelId number) { outgoing_.erase(number); }
-  // The same, with its queue, and the peer is told.
+  // As close_channel(), but it also removes the queue and sends `withdraw` to the peer.
   void withdraw(ChannelId number, const Ending& why = {});
   // A peer takes so many channels at least, and may end the connection for more.
   [[nodiscard]] bool may_offer() const { return outgoing_.size() < kOfferedMax; }
@@ -229,15 +242,24 @@ class Link final : public ConnectionUser {
   // Behind the connection, so that their streams end first. Not hashed: the peer chooses the
   // numbers.
   std::map<ChannelId, Incoming> incoming_;
+  std::map<ChannelId, Declined> declined_;  // of these
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   std::uint32_t last_channel_ = 0;  // on which this side has sent
   // What our rules have let through, by topic, type and publisher: a peer that offers a topic again
   // gets no more.
-  std::map<std::pair<std::pair<std::string, std::string>, Gid>, RateLimit> rates_;
+  struct Rate {
+    RateLimit limit;
+    Budget::Hold held;
+  };
+  std::map<std::pair<std::pair<std::string, std::string>, Gid>, Rate> rates_;
   // What was counted on earlier connections, by exported, topic and type.
-  std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
+  struct Past {
+    TopicStatus counts;  // without names
+    Budget::Hold held;
+  };
+  std::map<std::tuple<bool, std::string, std::string>, Past> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and
   // go.
   Pace withdrawals_{account->withdrawals};

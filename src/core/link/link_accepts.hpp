@@ -38,7 +38,7 @@ class LinkAccepts {
   [[nodiscard]] std::optional<Accepts> take_due(TimePoint opened_at, const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
-  // The connection is gone, and what it told.
+  // The connection is lost, and with it the peer's `accepts`.
   void lost();
 
  private:

@@ -281,6 +281,7 @@ void Links::on(NetworkChanged& changed, const Now& now) {
 
 bool Links::settle(const Now& now) {
   bool any = false;
+  due_.look_again();
   while (const auto id = due_.take_marked()) {
     const auto found = links_.find(*id);
     if (found == links_.end()) continue;  // it was forgotten
@@ -353,6 +354,7 @@ void Links::on_time(const Now& now) {
   strangers_.on_time(now);
   while (const auto failed = strangers_.failed()) look_at(*strangers_.find(*failed), now);
   while (const auto due = due_.take_due(now.steady)) on_time(links_.at(*due), now);
+  accounts_.appearing().on_time(turns_, now);
 }
 
 void Links::on_time(Link& link, const Now& now) {
@@ -384,17 +386,13 @@ void Links::stop(const Now& now) {
 std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const Repairs& repairs) {
   if (Link* const link = link_of(id)) {
     const Outputs::Paying paying(outputs_, link->account->time);
+    if (sends_later(*link->connection(), *link->account->time, now)) return std::nullopt;
     auto packet = link->connection()->next_packet(now, repairs);
     wait(*link);  // what is held back leaves at its time
     return packet;
   }
   Connection* const stranger = strangers_.find(id);
   return stranger ? stranger->next_packet(now) : std::nullopt;
-}
-
-std::optional<TimePoint> Links::deadline() const {
-  const auto first = earliest(strangers_.deadline(), due_.deadline());
-  return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
 }
 
 }  // namespace connect_bridge

@@ -63,7 +63,11 @@ class Links {
   // A connection that has something to send, once after each input that may have brought it; then
   // next_packet() gives it.
   std::optional<ConnectionId> take_ready() { return due_.take_ready(); }
-  [[nodiscard]] std::optional<TimePoint> deadline() const;
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    const auto first = earliest(accounts_.appearing().deadline(),
+                                earliest(strangers_.deadline(), due_.deadline()));
+    return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
+  }
 
   // Those of living links and of lost ones.
   [[nodiscard]] LinkTable& all() { return links_; }
@@ -99,7 +103,7 @@ class Links {
   }
   // What a connection before its login has come to by the last input.
   void look_at(Connection& stranger, const Now& now);
-  // The log says why; the peer is told the same, or only `told`.
+  // The log gets the reason; the peer gets the same words, or only `told`.
   void refuse(ConnectionId stranger, const Error& why, const Now& now,
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
@@ -107,6 +111,16 @@ class Links {
   void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);
   void end(Link& link, const Now& now);  // it is dead
   void close_failed(Link& link, const Now& now);
+  // Whether what the link has to send waits for packets that have come from those who have used
+  // less of the loop's time. It is ready again after the next input.
+  [[nodiscard]] bool sends_later(const Connection& connection, const LoopTime& payer,
+                                 const Now& now) {
+    if (connection.may_wait() &&  // mutant: packets_later
+        turns_.come_before(payer, due_.later(connection.id(), now.steady), now.steady))
+      return true;
+    due_.not_later(connection.id());
+    return false;
+  }
   void wait(Link& link) { due_.wait(link.id, link.timer, link.deadline()); }
   void on_time(Link& link, const Now& now);
   void dial_later(DialFailure failure, const Now& now);

@@ -1,10 +1,11 @@
 // Whose packet is read next.
 #pragma once
 
-#include <algorithm>
+#include <cstdint>
 #include <deque>
-#include <list>
+#include <map>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "core/base/ids.hpp"
@@ -17,37 +18,53 @@ namespace connect_bridge {
 // loop's time lately comes first, with one packet of one connection: so who uses little waits for
 // no more than one step of those who use much, however many connections or identities they have,
 // and nobody waits while nobody else asks. A packet that has waited for `patience` comes next, but
-// for one of those who have used less. A line is found by looking at all that wait.
-// Single-threaded.
+// for one of those who have used less. It costs hardly more the more wait. Single-threaded.
 class LoopTurns {
  public:
   explicit LoopTurns(Duration patience) : patience_(patience) {}
 
   // A packet of this connection, which has no other one here, waits.
   void wait(ConnectionId connection, const Payer& payer, TimePoint now) {
-    auto line = std::find_if(lines_.begin(), lines_.end(),
-                             [&](const Line& other) { return other.payer == payer; });
-    if (line == lines_.end()) line = lines_.insert(lines_.end(), Line{payer, {}});
-    line->waiting.push_back({connection, now});
+    Line& line = lines_[payer.get()];
+    line.waiting.push_back({connection, now});
+    if (line.waiting.size() > 1) return;
+    line.payer = payer;
+    line.number = ++last_;
+    line.rank = payer->rank();
+    add(line);
   }
   // It is gone.
   void forget(ConnectionId connection) {
-    for (Line& line : lines_)
+    for (auto it = lines_.begin(); it != lines_.end();) {
+      Line& line = (it++)->second;
+      remove(line);
       std::erase_if(line.waiting, [&](const Waiting& w) { return w.connection == connection; });
-    std::erase_if(lines_, [](const Line& line) { return line.waiting.empty(); });
+      add_or_end(line);
+    }
   }
   // Whose packet is read now; it does not wait any more. nullopt: there is none.
   std::optional<ConnectionId> take(TimePoint now) {
     if (lines_.empty()) return std::nullopt;
-    const auto oldest = first_by([](const Line& line) { return line.waiting.front().since; });
-    const bool late = oldest->waiting.front().since + patience_ <= now;
+    Line& oldest = *by_time_.begin()->second;
+    const bool late = oldest.waiting.front().since + patience_ <= now;
     late_is_next_ = late && !late_is_next_;  // mutant: turns_of_late
-    const auto next =
-        late_is_next_ ? oldest : first_by([&](const Line& line) { return line.payer->used(now); });
-    const ConnectionId connection = next->waiting.front().connection;
-    next->waiting.pop_front();
-    if (next->waiting.empty()) lines_.erase(next);
+    Line& next = late_is_next_ ? oldest : least_used();
+    remove(next);
+    const ConnectionId connection = next.waiting.front().connection;
+    next.waiting.pop_front();
+    add_or_end(next);
     return connection;
+  }
+  // Whether something else that has waited since then is to wait for the packets of those who have
+  // used less.
+  [[nodiscard]] bool come_before(const LoopTime& other, TimePoint since, TimePoint now) const {
+    if (since + patience_ <= now) return false;
+    const double rank = other.rank();
+    for (const auto& [seen, line] : by_rank_) {
+      if (seen.first >= rank) break;
+      if (line->payer->rank() < rank) return true;
+    }
+    return false;
   }
   [[nodiscard]] bool empty() const { return lines_.empty(); }
 
@@ -58,18 +75,42 @@ class LoopTurns {
   };
   struct Line {
     Payer payer;
-    std::deque<Waiting> waiting;  // never empty
+    std::uint64_t number = 0;       // of equal ones the first that came
+    double rank = 0;                // of the payer, as it was last seen: it only grows
+    std::deque<Waiting> waiting{};  // never empty
   };
-  using Lines = std::list<Line>;
 
-  template <class Value>
-  [[nodiscard]] Lines::iterator first_by(Value value) {
-    return std::min_element(lines_.begin(), lines_.end(),
-                            [&](const Line& a, const Line& b) { return value(a) < value(b); });
+  void add(Line& line) {
+    by_rank_[{line.rank, line.number}] = &line;
+    by_time_[{line.waiting.front().since, line.number}] = &line;
+  }
+  void remove(Line& line) {
+    by_rank_.erase({line.rank, line.number});
+    by_time_.erase({line.waiting.front().since, line.number});
+  }
+  void add_or_end(Line& line) {
+    if (line.waiting.empty()) {
+      lines_.erase(line.payer.get());
+    } else {
+      add(line);
+    }
+  }
+  [[nodiscard]] Line& least_used() {
+    for (;;) {
+      Line& line = *by_rank_.begin()->second;
+      const double rank = line.payer->rank();
+      if (rank <= line.rank) return line;
+      by_rank_.erase(by_rank_.begin());
+      line.rank = rank;
+      by_rank_[{rank, line.number}] = &line;
+    }
   }
 
   const Duration patience_;
-  Lines lines_;
+  std::unordered_map<const LoopTime*, Line> lines_;
+  std::map<std::pair<double, std::uint64_t>, Line*> by_rank_;
+  std::map<std::pair<TimePoint, std::uint64_t>, Line*> by_time_;
+  std::uint64_t last_ = 0;
   bool late_is_next_ = false;  // the last turn was that of one who had waited
 };
 

@@ -21,6 +21,8 @@ struct LinkOptions {
   PeerNames names;                    // what the peers call things, and what they are called here
   std::string login_method = "none";  // client: what it logs in with
   Bytes credential;                   // client, until CredentialChanged
+  // Server: until a connection has logged in; client: until it is answered. Some round trips of the
+  // worst path, and the 3 s of a login service.
   Duration login_timeout = std::chrono::seconds(5);
   Duration dead_after = std::chrono::seconds(3);
   // How often a peer's clock is asked, at least every third of dead_after. Zero: so.

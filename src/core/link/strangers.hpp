@@ -27,14 +27,14 @@ class Strangers {
   void add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now);
   // Null: it is not among them.
   [[nodiscard]] Connection* find(ConnectionId connection) const;
-  // Of one that is here: with whom it takes turns.
+  // The customer whose turns a stranger takes. The stranger must be here.
   [[nodiscard]] const std::string& customer_of(ConnectionId connection) const {
     return places_.at(connection).customer;
   }
   // It carries a link from now on, or is gone. Null: it was not among them.
   std::unique_ptr<Connection> take(ConnectionId connection);
-  // Closes it, and counts that by its code. The log says why; the peer is told the same, or only
-  // `told`.
+  // Closes the connection and counts that by its code. The log gets the reason; the peer gets the
+  // same words, or only `told`.
   void refuse(ConnectionId connection, const Error& why, const Now& now,
               const std::string& told = {});
   void close_all(CloseCode code, const std::string& reason);

@@ -39,7 +39,7 @@ struct ExportRight {
 // (ClockPublisher).
 [[nodiscard]] ExportRight export_right(const SideView& side, const Link& link,
                                        const LocalInterface& what);
-// The same for any interface, whether it is here or not.
+// As above, for any interface, also one that is not here.
 [[nodiscard]] ExportRight export_right(const SideView& side, const Link& link,
                                        const Interface& what);
 // Whether it is what the peer calls /parameter_events: each origin has a right of its own.

@@ -65,7 +65,8 @@ void decline(const SideView& side, Link& link, const ChannelOffer& offer, const 
              const std::string& reason) {
   audit(side.outputs, link, AuditEvent::kChannelRefused,
         {Direction::kImport, offer.kind, offer.name, offer.type, {}}, reason, code);
-  link.send(Decline{offer.channel, code, reason});
+  link.decline(offer.channel, offer.kind, {link.names.to_local(offer.name), offer.type},
+               {reason, code});
 }
 
 void note_import(const SideView& side, const Link& link, const ChannelOffer& offer,

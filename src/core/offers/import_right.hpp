@@ -15,7 +15,8 @@ namespace connect_bridge {
 // What the rules here say; nullopt: none allows it. Nobody else asks them about imports.
 [[nodiscard]] std::optional<Decision> import_right(const SideView& side, const Link& link,
                                                    const Interface& what);
-// The same by its local name. Of /parameter_events: of some node or other (withholds_events).
+// As above, by the local name. For /parameter_events: whether the events of any node are allowed
+// (withholds_events() says which).
 [[nodiscard]] std::optional<Decision> import_right(const SideView& side, const Link& link,
                                                    InterfaceKind kind,
                                                    const std::pair<std::string, std::string>& key,

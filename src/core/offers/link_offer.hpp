@@ -13,8 +13,8 @@
 
 namespace connect_bridge {
 
-// Whether the peer may have it and takes it, the channel on which it has it, what the peer has
-// declined, and what the audit log says of all that; for topics and services alike. It decides, and
+// Knows whether the peer may have the interface and takes it, its channel, what the peer has
+// declined, and what the audit log says about that; for topics and services alike. It decides, and
 // its owner obeys. Single-threaded.
 class LinkOffer {
  public:
@@ -27,8 +27,8 @@ class LinkOffer {
 
   // Neither open nor refused since the last review: open() is to be called.
   [[nodiscard]] bool is_due() const { return !number_ && !asked_; }
-  // Opens a channel and says what any offer says of it; nullopt: the peer may not have it now. Only
-  // if it is due.
+  // Opens a channel and returns what every offer says of it; nullopt: the peer may not have it now.
+  // Only if it is due.
   [[nodiscard]] std::optional<ChannelOffer> open(OutgoingChannel& channel);
 
   // What follows from changed rules, `accepts` or actions.
@@ -47,7 +47,7 @@ class LinkOffer {
   // Why it ends, or is offered again.
   [[nodiscard]] static Ending ending_of(Review review);
 
-  // Ends the channel, and tells the peer. It is not due before a review.
+  // Ends the channel and sends `withdraw`. The offer is not due again before a review.
   void close(const Ending& why);
   // The connection is gone, and the channel with it.
   void lose();
@@ -65,7 +65,7 @@ class LinkOffer {
   [[nodiscard]] ChannelId number() const { return number_; }
   [[nodiscard]] bool is_open() const { return bool(number_); }
   [[nodiscard]] Link& link() const { return link_; }
-  // What the peer calls it; of what it does not see, its name here.
+  // Its name at the peer; if the peer does not see it, its name here.
   [[nodiscard]] std::string wire_name() const { return link_.names.wire_name(what_->key.first); }
   // The terms under which it was opened, or which were taken since.
   [[nodiscard]] const Decision& decision() const { return decision_; }

@@ -15,7 +15,7 @@ bool is_one_of(std::string_view text, const std::array<std::string_view, N>& lis
   return std::find(list.begin(), list.end(), text) != list.end();
 }
 
-// Each message tells something of its own, whatever its QoS.
+// Types of which each message counts, whatever its QoS.
 bool is_event(std::string_view type) {
   constexpr std::array<std::string_view, 13> kTypes = {
       "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent",

@@ -10,7 +10,7 @@
 
 namespace connect_bridge {
 
-// What the publishers of a topic and its type tell, after the rule's overrides of QoS.
+// What is known of a topic's publishers and type, after the rule's overrides of QoS.
 struct TopicTraits {
   bool best_effort = false;   // of all of them
   bool keep_all = false;      // of one of them

@@ -7,20 +7,6 @@
 #include "core/policy/pattern.hpp"
 
 namespace connect_bridge {
-namespace {
-
-// What the operator may write for an identity that is no ROS name.
-std::string suggested_word(std::string_view identity) {
-  std::string word;
-  for (const char c : identity.substr(0, 40)) {
-    const bool fits = is_prefix_word(std::string{'a', c});
-    if (fits || (!word.empty() && word.back() != '_')) word += fits ? c : '_';
-  }
-  return is_prefix_word(word) ? word : "robot" + word;
-}
-
-}  // namespace
-
 NameMap::NameMap(std::string prefix, std::vector<Pair> remap)
     : prefix_(std::move(prefix)), remap_(std::move(remap)) {
   while (!prefix_.empty() && prefix_.back() == '/') prefix_.pop_back();
@@ -75,6 +61,15 @@ bool is_prefix_word(std::string_view word) {
          is_canonical_name("/" + std::string(word));
 }
 
+std::string prefix_word_of(std::string_view name) {
+  std::string word;
+  for (const char c : name.substr(0, 40)) {
+    const bool fits = is_prefix_word(std::string{'a', c});
+    if (fits || (!word.empty() && word.back() != '_')) word += fits ? c : '_';
+  }
+  return is_prefix_word(word) ? word : "robot" + word;
+}
+
 Result<NameMap> PeerNames::of(const std::string& identity) const {
   if (!words_) return all_;
   const auto refused = [](std::string why) {
@@ -84,7 +79,7 @@ Result<NameMap> PeerNames::of(const std::string& identity) const {
     return NameMap("/" + own->second, remap_);
   if (!is_prefix_word(identity))
     return refused("\"" + identity + "\" is no name for ROS: identity_names: [\"" + identity +
-                   ":=" + suggested_word(identity) + "\"] gives it one");
+                   ":=" + prefix_word_of(identity) + "\"] gives it one");
   const auto taken = std::find_if(words_->begin(), words_->end(),
                                   [&](const auto& other) { return other.second == identity; });
   if (taken != words_->end())

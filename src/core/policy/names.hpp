@@ -61,5 +61,7 @@ class PeerNames {
 
 // A token that an identity's names may be below: letters, digits and '_', a letter first.
 [[nodiscard]] bool is_prefix_word(std::string_view word);
+// One that is like this name; of several names it may be the same.
+[[nodiscard]] std::string prefix_word_of(std::string_view name);
 
 }  // namespace connect_bridge

@@ -81,7 +81,7 @@ class Policy {
   [[nodiscard]] std::optional<Decision> decide(Direction direction, const Interface& what,
                                                const Identity& who,
                                                PolicyTrace* trace = nullptr) const;
-  // The same for a topic, a service or (kAction, with its own name and type) a whole action.
+  // As above, for a topic, a service, or a whole action (kAction, with its own name and type).
   [[nodiscard]] std::optional<Decision> decide(Direction direction, InterfaceKind kind,
                                                std::string_view name, std::string_view type,
                                                const Identity& who,

@@ -16,8 +16,6 @@ struct QosOverride {
   std::optional<Reliability> reliability;
   std::optional<Durability> durability;
   std::optional<std::uint32_t> depth;
-  std::optional<Duration> deadline;
-  std::optional<Duration> lifespan;
   bool operator==(const QosOverride&) const = default;
 };
 
@@ -29,8 +27,6 @@ inline Qos with_override(Qos qos, const QosOverride& o) {
     qos.depth = *o.depth;
     qos.history = History::kKeepLast;
   }
-  if (o.deadline) qos.deadline = *o.deadline;
-  if (o.lifespan) qos.lifespan = *o.lifespan;
   return qos;
 }
 
@@ -42,7 +38,8 @@ inline Qos qos_to_offer(const Qos& qos, const QosOverride& o) {
   return result;
 }
 
-// Of a topic's publisher: only its newest message counts, or each one.
+// Which messages of one publisher count where a link carries less than is published: only the
+// newest, or all.
 enum class Keep : std::uint8_t { kNewest, kAll };
 
 struct Treatment {

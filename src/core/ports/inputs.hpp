@@ -58,10 +58,18 @@ struct ServiceState {
   bool operator==(const ServiceState&) const = default;
 };
 
+// A service that somebody has a client of and nobody serves.
+struct CalledService {
+  std::string name;  // fully qualified
+  std::string type;
+  auto operator<=>(const CalledService&) const = default;
+};
+
 // The whole graph, without the endpoints this process made itself. Hidden names are included.
 struct GraphChanged {
   std::vector<TopicState> topics;
-  std::vector<ServiceState> services = {};  // with a server; clients alone make none
+  std::vector<ServiceState> services = {};  // with a server
+  std::vector<CalledService> called = {};   // without one
   bool operator==(const GraphChanged&) const = default;
 };
 
@@ -103,7 +111,8 @@ struct DefinitionDiffers {
 };
 using TypeDiffers = DefinitionDiffers<MirrorId>;
 using ServiceTypeDiffers = DefinitionDiffers<ServiceMirrorId>;
-// The id of a mirror in the graph. Not given where the middleware does not tell it.
+// The id of a mirror in the graph. There is no such input where the middleware does not give the
+// id.
 struct MirrorMade {
   MirrorId mirror;
   Gid gid;

@@ -18,7 +18,7 @@ namespace connect_bridge {
 // A server listens, a client dials.
 enum class Role : std::uint8_t { kServer, kClient };
 
-// Of a server or a client. Files are PEM; a pair is the first two, or none of them.
+// TLS of a server or a client. Files are PEM. The first two are given together or not at all.
 struct TlsOptions {
   std::string certificate_file{};  // the whole chain, our own certificate first
   std::string private_key_file{};
@@ -50,10 +50,9 @@ struct SocketOptions {
   // "bbr", "cubic", ...; "auto": what suits the path (CongestionChoice); empty or "host": the
   // host's
   std::string congestion_control;
-  // What is read from a connection per second; beyond it reading pauses, and the sender has to
-  // wait. 0: no limit. A burst of receive_burst passes at once.
+  // Messages that are read from a connection per second; beyond it reading pauses, and the sender
+  // has to wait. A burst of receive_burst passes at once.
   std::int64_t receive_packets_per_second = 50'000;
-  std::int64_t receive_bytes_per_second = 0;
   std::chrono::milliseconds receive_burst{4000};
   std::chrono::milliseconds user_timeout{20000};  // unacknowledged data ends the connection
   std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off
@@ -61,13 +60,14 @@ struct SocketOptions {
 
 // How a proxy gives the client's address. Only one way is used: a header that the proxy does not
 // write itself may come from the client unchanged.
-enum class ToldBy : std::uint8_t { kXForwardedFor, kForwarded, kProxyProtocol };
+enum class ToldBy : std::uint8_t { kXForwardedFor, kProxyProtocol };
 
 // A server that nobody can dial waits at a relay for those who want to get to it.
 struct RelayOptions {
   Url url;                               // with the name of the robot that this server is there
   TlsOptions tls;                        // `ca_file` and `pins` of the relay
   std::function<std::string()> token{};  // read at each login; empty: there is none now
+  std::string code{};                    // of the relay's line, for the first login; may be empty
 };
 
 struct ListenOptions {
@@ -77,7 +77,6 @@ struct ListenOptions {
   // Listening TCP sockets that this process was given, in place of `addresses` and `port`. They are
   // the listener's from now on.
   std::vector<int> sockets;
-  std::string path = "/";  // the only path that upgrades; others get 404
   std::optional<TlsOptions> tls;
   std::optional<RelayOptions> relay;  // needs `tls`
   // Addresses and ranges ("10.0.0.0/8") of proxies that are trusted to give the client's address:
@@ -87,7 +86,8 @@ struct ListenOptions {
   ToldBy told_by = ToldBy::kXForwardedFor;
   bool proxies_only = false;         // others are dropped
   std::size_t connections_max = 64;  // beyond: HTTP 503
-  // Of the loopback so many times what others may have: a proxy there stands for all of the world.
+  // Addresses of the loopback may have so many times as much as others: a proxy there stands for
+  // many clients.
   static constexpr int kLoopbackShare = 8;
   // Connections without a login, of all and of one address; beyond: the oldest is dropped.
   std::size_t pending_max = 320;

@@ -12,16 +12,19 @@ namespace connect_bridge {
 // compared with that of others.
 class LoopTime {
  public:
-  [[nodiscard]] double used(TimePoint now) const {
-    const std::chrono::duration<double> since = now - at_;
-    return used_ * std::exp2(-since.count());
-  }
   void add(Duration cost, TimePoint now) {
-    used_ = used(now) + static_cast<double>(cost.count());
+    used_ = used_ * std::exp2(seconds(at_) - seconds(now)) + static_cast<double>(cost.count());
     at_ = now;
   }
+  // Who has used less at the same time has the smaller one. It grows with what is added, and stays
+  // as it is while time passes.
+  [[nodiscard]] double rank() const { return std::log2(used_) + seconds(at_); }
 
  private:
+  static double seconds(TimePoint at) {
+    return std::chrono::duration<double>(at.time_since_epoch()).count();
+  }
+
   double used_ = 0;  // as of `at_`
   TimePoint at_{};
 };

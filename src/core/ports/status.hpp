@@ -1,6 +1,7 @@
 // A picture of a side for people and tests: links, channels, rates, drops, clock.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "core/base/time.hpp"
 #include "core/flow/drops.hpp"
 #include "core/policy/treatment.hpp"
+#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 
@@ -31,6 +33,10 @@ struct TopicStatus {
   Keep keep = Keep::kAll;         // exported
   std::string_view keep_because;  // exported: why
   std::string declined;           // exported: why the peer does not import it; empty if it does
+  std::string rule;               // of ours, that lets it cross
+  // Imported: what some subscriber here requests and no publisher offers ("reliability"); empty:
+  // all can receive.
+  std::string misfit;
 
   // The counts of the same topic on an earlier connection of the link.
   void add_past(const TopicStatus& past) {
@@ -60,6 +66,53 @@ struct ServiceStatus {
   std::uint64_t request_bytes = 0;
   std::uint64_t response_bytes = 0;
   std::string declined;  // exported: why the peer does not import it; empty if it does
+  std::string rule;      // of ours, that lets it cross
+};
+
+// Why a name does not cross.
+enum class MissingReason : std::uint8_t {
+  kNoRule,       // no rule here names it
+  kOtherPeer,    // a rule here allows it to other peers only
+  kDenied,       // a rule here denies it
+  kRuleType,     // a rule here names it, and allows other types only
+  kNotTaken,     // exported: the peer's rules do not take it
+  kNotGiven,     // imported: the peer's rules do not let this side have it
+  kOtherType,    // it exists at the peer, or is listened to there, with another type
+  kNotThere,     // nobody publishes or serves it there
+  kTypeUnknown,  // its type is not installed where it has to be
+  kDeclined,     // the importer declined it, and said why
+  kQos,          // a subscriber requests what no publisher offers
+  kLost,         // many of its samples are lost before they reach the bridge
+};
+
+inline constexpr std::array<Word<MissingReason>, 12> kMissingWords{{
+    {MissingReason::kNoRule, "no_rule"},
+    {MissingReason::kOtherPeer, "other_peer"},
+    {MissingReason::kDenied, "denied"},
+    {MissingReason::kRuleType, "rule_type"},
+    {MissingReason::kNotTaken, "not_taken"},
+    {MissingReason::kNotGiven, "not_given"},
+    {MissingReason::kOtherType, "other_type"},
+    {MissingReason::kNotThere, "not_there"},
+    {MissingReason::kTypeUnknown, "type_unknown"},
+    {MissingReason::kDeclined, "declined"},
+    {MissingReason::kQos, "qos"},
+    {MissingReason::kLost, "lost"},
+}};
+
+// One name on one link.
+struct MissingName {
+  static constexpr std::size_t kMissingMax = 64;  // of a link
+
+  InterfaceKind kind = InterfaceKind::kTopic;
+  bool exported = false;  // published here; else somebody here subscribes or calls
+  std::string name;       // local; of an action its own
+  std::string type;
+  MissingReason reason = MissingReason::kNoRule;
+  std::string rule;  // of ours, that decides; empty: none does
+  std::string text;  // one sentence
+
+  friend bool operator==(const MissingName&, const MissingName&) = default;
 };
 
 struct ClockStatus {
@@ -98,6 +151,11 @@ struct LinkStatus {
   std::uint64_t further_topics = 0;
   std::uint64_t further_services = 0;
   TopicStatus further;  // without a name
+  // Puts what is beyond kShownMax into these.
+  void sum_up();
+  // What somebody here wants and does not get over this link, and why.
+  std::vector<MissingName> missing;
+  std::uint64_t further_missing = 0;  // beyond kMissingMax
 };
 
 // A server's connections without a login.

@@ -335,6 +335,7 @@ void Attachment::add_status(LinkStatus& status) const {
   s.service = service_.key().first;
   s.type = service_.key().second;
   s.exported = true;
+  s.rule = offer_.decision().rule;
   s.attached = attached_;
   if (!requests_) s.declined = offer_.declined();
   s.pending = static_cast<std::uint32_t>(calls_.size());

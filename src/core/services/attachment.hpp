@@ -74,7 +74,6 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   // Ends the calls that were handed over before that time: only servers that are gone could answer
   // them, so they would never give up their places.
   void end_lost(TimePoint before, const Now& now);
-  [[nodiscard]] bool has_calls() const { return !calls_.empty(); }
 
   // ---- for its calls
   // There is an answer; it is sent if the peer is attached.

@@ -15,7 +15,7 @@ namespace connect_bridge {
 
 // Calls of all services that one peer may have without an answer, whatever the rules say.
 inline constexpr std::uint32_t kPeerCallsMax = 8192;
-// The same for one service that gives the results of actions.
+// Such calls at one service that gives the results of actions.
 inline constexpr std::uint32_t kResultCallsMax = 1000;
 // Call numbers end here; an exporter begins a new epoch long before.
 inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;

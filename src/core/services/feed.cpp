@@ -332,6 +332,7 @@ void Feed::add_status(LinkStatus& status) const {
   ServiceStatus s = counts_;
   s.service = service_.key().first;
   s.type = service_.key().second;
+  s.rule = decision_.rule;
   s.attached = attached_ && service_.mirror();
   s.pending = static_cast<std::uint32_t>(calls_.size());
   status.services.push_back(std::move(s));

@@ -18,9 +18,9 @@ constexpr Duration kPlacePacing = std::chrono::seconds(2);
 // server.
 constexpr Duration kAttachMax = std::chrono::seconds(10);
 
-// All that wait for the same reason look again together.
-TimePoint next_turn(const Now& now, Duration pacing) {
-  return now.steady - now.steady.time_since_epoch() % pacing + pacing;
+// All of them look again together.
+TimePoint next_look(const Now& now) {
+  return now.steady - now.steady.time_since_epoch() % kPlacePacing + kPlacePacing;
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ bool MirroredService::may_be_claimed(const Feed& feed, const Now& now) {
   mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                               "no place is left for more services of " + feed.link().label() +
                                   ": not all of them exist here");
-  look_again(next_turn(now, kPlacePacing));
+  look_again(next_look(now));
   return false;
 }
 
@@ -107,12 +107,9 @@ void MirroredService::look_again(TimePoint at) {
 }
 
 bool MirroredService::may_appear(const Feed& feed, const Now& now) {
-  Account& account = *feed.link().account;
-  const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
-  if (wait == Duration::zero()) return true;
-  if (wait == Account::kPacing) note_waiting(feed);
-  look_again(next_turn(now, wait));
-  return false;
+  const auto answer = feed.link().account->mirrors.ask(*this, now.steady);
+  if (answer == Appearing::Answer::kLate) note_waiting(feed);
+  return answer == Appearing::Answer::kNow;
 }
 
 // The feeder stays as long as it can be one.
@@ -251,7 +248,7 @@ void MirroredService::on_policy() {
     remove_feed(link.id);
     if (!channel) continue;
     link.let_go(channel);
-    link.send(Decline{channel, why.code, why.reason});
+    link.decline(channel, InterfaceKind::kService, key_, why);
   }
 }
 
@@ -312,7 +309,9 @@ void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
                                   "cannot mirror " +
                                       shown(InterfaceKind::kService, key_.first, key_.second) +
                                       ": " + failed.reason);
-    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+    if (feed->is_offered())
+      feed->link().decline(feed->channel(), InterfaceKind::kService, key_,
+                           {failed.reason, failed.code});
   }
   close();
   // Another link may offer the definition that is here.

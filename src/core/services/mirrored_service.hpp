@@ -26,7 +26,7 @@ namespace connect_bridge {
 // robots offer an action of one name, a cancel that goes to another robot stops nothing.
 //
 // Owned by the table of mirrored services.
-class MirroredService {
+class MirroredService final : private Appearing::Waiting {
  public:
   MirroredService(ServiceKey key, Mirroring& mirroring);
   MirroredService(const MirroredService&) = delete;
@@ -95,6 +95,7 @@ class MirroredService {
   void give_up_claim();
   // Whether its identity may have one more mirror at this moment. It is counted then.
   [[nodiscard]] bool may_appear(const Feed& feed, const Now& now);
+  void appear(const Now& now) override { mirroring_.update(*this, now); }
   void look_again(TimePoint at);
   // It is counted once, however long it waits.
   void note_waiting(const Feed& feed) {

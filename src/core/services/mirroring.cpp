@@ -10,7 +10,7 @@ Mirroring::~Mirroring() = default;
 void Mirroring::update(MirroredService& service, const Now& now) {
   // With the link that the goals of an action go to, its cancels and results move too: a cancel
   // that goes to another robot stops nothing. This ends, because only a service of goals begins it,
-  // and tells each move once. The name is asked for before the service may be destroyed.
+  // and reports each move once. The name is asked for before the service may be destroyed.
   const bool stays = service.update(now);
   const std::string moved = service.take_goals_move() || !stays ? service.goals_of() : "";
   if (!stays) {

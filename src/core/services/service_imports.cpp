@@ -138,6 +138,11 @@ void ServiceImports::add_mirrored(Claim& claim) const {
     if (service->is_claimed()) claim.services.push_back(service_gid(key.first));
 }
 
+bool ServiceImports::has_mirror(const ServiceKey& key) const {
+  const auto found = mirroring_.services.find(key);
+  return found != mirroring_.services.end() && found->second->mirror();
+}
+
 void ServiceImports::add_status(const Link& link, LinkStatus& status) const {
   for (const auto& [key, service] : mirroring_.services) service->add_status(link, status);
 }

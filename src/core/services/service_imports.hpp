@@ -49,6 +49,8 @@ class ServiceImports {
   void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
+  // Whether a service of some peer is mirrored here.
+  [[nodiscard]] bool has_mirror(const ServiceKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
 

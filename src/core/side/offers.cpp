@@ -32,7 +32,7 @@ void log_lack(const Link& link, const SideView& side, const Lacking& lacking) {
                      "cannot export " + lacking.shown + ": " + lacking.lack.reason);
 }
 
-// An action is told as a whole, under its own name and type.
+// An action is reported as a whole, under its own name and type.
 void log_lacks(const Link& link, const SideView& side) {
   for (const auto& [key, topic] : side.graph.topics())
     if (topic.lack && !topic.publishers.empty() && !has_action_token(key.first))

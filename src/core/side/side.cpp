@@ -1,7 +1,5 @@
 #include "core/side/side.hpp"
 
-#include <algorithm>
-#include <iterator>
 #include <utility>
 #include <variant>
 
@@ -13,34 +11,6 @@ namespace connect_bridge {
 namespace {
 
 constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
-
-bool is_used(const TopicStatus& topic) {
-  return topic.demanded || topic.messages > 0;
-}
-
-bool is_used(const ServiceStatus& service) {
-  return service.calls > 0;
-}
-
-// A peer may offer thousands.
-template <class Shown>
-std::vector<Shown> take_further(std::vector<Shown>& all) {
-  if (all.size() <= LinkStatus::kShownMax) return {};
-  std::stable_partition(all.begin(), all.end(), [](const Shown& one) { return is_used(one); });
-  const auto first = all.begin() + LinkStatus::kShownMax;
-  std::vector<Shown> further(std::make_move_iterator(first), std::make_move_iterator(all.end()));
-  all.erase(first, all.end());
-  return further;
-}
-
-void sum_up(LinkStatus& link) {
-  link.further_services = take_further(link.services).size();
-  for (const TopicStatus& topic : take_further(link.topics)) {
-    ++link.further_topics;
-    link.further.add_past(topic);
-    link.further.queued += topic.queued;
-  }
-}
 
 }  // namespace
 
@@ -58,6 +28,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       told_listeners_(view_),
       service_exports_(view_, options_, random_),
       service_imports_(view_, options_, options_.node),
+      missing_(view_),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
@@ -126,6 +97,7 @@ void Side::on(GraphChanged& input, const Now& now) {
 }
 
 void Side::on_graph(const Now& now) {
+  missing_.on_change(now);
   exports_.on_graph(now);
   update_exports(now);
   for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
@@ -229,6 +201,7 @@ void Side::on(TimePassed&, const Now& now) {
   imports_.on_time(now);
   service_exports_.on_time(now);
   service_imports_.on_time(now);
+  look_for_missing(now);
   clock_publisher_.on_time(outputs_, local_.claims, now);
   links_.dial_if_due(now);
 }
@@ -236,9 +209,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next :
-       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline()})
+  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+                           service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
+                           missing_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -248,6 +221,7 @@ std::optional<TimePoint> Side::next_deadline() const {
 void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
   told_listeners_.tell(link);
+  missing_.on_link_open(link, now);
   take_time_of(link, now);
 }
 
@@ -284,6 +258,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   told_listeners_.on_link_lost(link.id);
+  missing_.on_link_lost(link.id);
   imports_.on_link_lost(link.id, now);
   if (!link.life.may_return()) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
@@ -324,6 +299,7 @@ void Side::send_accepts(Link& link) {
 }
 
 Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
+  missing_.on_peer_rules(link, now);
   if (link.accepts.adopt(std::move(accepts))) recheck({&link}, now);
   return Nothing{};
 }
@@ -332,6 +308,7 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
 // a topic that they release is then not subscribed again. Calls of lost connections too.
 void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   clock_due_ = true;
+  missing_.on_change(now);
   service_exports_.hold();
   for (Link* link : links) service_exports_.review(*link, now);
   hold_actions(now);
@@ -345,10 +322,34 @@ void Side::send_offers(const Now& now) {
 }
 
 Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
+  missing_.on_change(now);
   const auto taken =
       take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
   if (taken && offer.complete) on_offers_over(link, now);
   return taken;
+}
+
+// One link at a time: each costs as much as its channels are.
+void Side::look_for_missing(const Now& now) {
+  const auto id = missing_.take_due(now);
+  const auto found = id ? links_.all().find(*id) : links_.all().end();
+  if (found == links_.all().end() || !found->second.open()) return;
+  Link& link = found->second;
+  const Outputs::Paying paying(outputs_, link.account->time);
+  LinkPicture picture;
+  exports_.add_status(link, picture.channels);
+  imports_.add_status(link, picture.channels);
+  service_exports_.add_status(link, picture.channels);
+  service_imports_.add_status(link, picture.channels);
+  picture.heard = exports_.listened_by(link);
+  auto wishes = wishes_of(local_.view, local_.claims);
+  picture.brought = std::erase_if(wishes, [&](const Wish& wish) {
+                      if (wish.exported) return false;
+                      return wish.kind == InterfaceKind::kTopic
+                                 ? imports_.has_mirror({wish.name, wish.type})
+                                 : service_imports_.has_mirror({wish.name, wish.type});
+                    }) > 0;
+  missing_.look(link, wishes, std::move(picture), now);
 }
 
 // ---- status
@@ -361,8 +362,9 @@ LinkStatus Side::status_of(const Link& link, const Now& now) const {
   imports_.add_status(link, shown);
   service_exports_.add_status(link, shown);
   service_imports_.add_status(link, shown);
+  missing_.add_status(link, shown);
   for (auto& topic : shown.topics) link.add_past(topic);
-  sum_up(shown);
+  shown.sum_up();
   return shown;
 }
 

@@ -18,6 +18,7 @@
 #include "core/ports/status.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
+#include "core/side/missing.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
@@ -63,8 +64,8 @@ class Side final : private LinksUser {
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
   [[nodiscard]] Status status(const Now& now) const;
-  // The same in parts, none of which takes long: all but the links, and each of them; nullopt: it
-  // is gone.
+  // The status in parts, each of which takes little time: everything but the links, and each link.
+  // status_of(): nullopt if the link is gone.
   [[nodiscard]] Status own_status() const;
   [[nodiscard]] std::vector<LinkId> links() const;
   [[nodiscard]] std::optional<LinkStatus> status_of(LinkId link, const Now& now) const;
@@ -89,7 +90,7 @@ class Side final : private LinksUser {
   void on(LimitsChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
-  // Of connections and logins.
+  // Inputs about connections and logins.
   void on(ConnectionOpened& input, const Now& now) { links_.on(input, now); }
   void on(DialFailed& input, const Now& now) { links_.on(input, now); }
   void on(PacketReceived& input, const Now& now) { links_.on(input, now); }
@@ -98,7 +99,7 @@ class Side final : private LinksUser {
   void on(Authenticated& input, const Now& now) { links_.on(input, now); }
   void on(IdentitiesChanged& input, const Now& now) { links_.on(input, now); }
   void on(CredentialChanged& input, const Now& now) { links_.on(input, now); }
-  // Of clients of real services.
+  // Inputs about clients of real services.
   void on(ServiceReady& input, const Now& now) { service_exports_.on(input, now); }
   void on(ResponseTaken& input, const Now& now) { service_exports_.on(input, now); }
   void on(InvocationFailed& input, const Now& now) { service_exports_.on(input, now); }
@@ -108,7 +109,14 @@ class Side final : private LinksUser {
   Result<Nothing> on(Link& link, const Offer& offer, const Now& now) override;
   Result<Nothing> on(Link& link, Accepts accepts, const Now& now) override;
   Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) override {
+    missing_.on_change(now);
     return exports_.on_listeners(link, listeners, now);
+  }
+  Result<Nothing> on(Link& link, const Ask& ask, const Now& now) override {
+    return missing_.on_ask(link, ask, now);
+  }
+  Result<Nothing> on(Link& link, const Answered& answer, const Now& now) override {
+    return missing_.on_answer(link, answer, now);
   }
   Result<Nothing> on(Link& link, const Renew& renew, const Now& now) override;
   Result<Nothing> on(Link& link, const Renewed& renewed, const Now&) override {
@@ -147,6 +155,7 @@ class Side final : private LinksUser {
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
+  void look_for_missing(const Now& now);
   [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;
 
   SideOptions options_;
@@ -164,6 +173,7 @@ class Side final : private LinksUser {
   ToldListeners told_listeners_;
   ServiceExports service_exports_;
   ServiceImports service_imports_;
+  Missing missing_;
   ClockPublisher clock_publisher_;
   LinkId clock_from_{};  // the link whose peer gives the time
   ClaimsTopic claims_topic_;

@@ -66,9 +66,9 @@ class Backlog {
 
   // Whether a new sample is to be kept: the same limits apply as for an open link.
   [[nodiscard]] bool admit(const OutSample& sample, const Now& now);
-  // A message that tells a state takes the place of one that was not begun.
+  // A message with a state takes the place of an older one that was not begun to be sent.
   void add(OutMessage message);
-  // Takes out what the peer does not have, if `after` was the last that it got. Empty afterwards.
+  // Takes out the messages behind `after`, the last one that the peer has. Afterwards it is empty.
   [[nodiscard]] std::deque<OutMessage> take(std::uint32_t after);
   // The topic will not be resumed: drops all for this reason, and keeps nothing any more.
   void end(DropReason reason);

@@ -46,10 +46,10 @@ class Backlogs {
   // kept is sent, otherwise it is dropped.
   [[nodiscard]] bool go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
                            const Now& now);
-  // Whether the rules here still say of the link what they said when its backlog was begun. Also
-  // where there is none.
+  // Whether the rules here treat the topic for the link as when its backlog was begun. True also if
+  // there is no backlog.
   [[nodiscard]] bool may_stay(LinkId link) const;
-  // Nothing is kept for the link any more; what was is dropped. False: there was nothing.
+  // Drops what is kept for the link. False: nothing was kept.
   bool end(LinkId link, DropReason reason, const Now& now);
   // Ends the backlogs whose time is over. Whether there were any.
   bool end_overdue(const Now& now);
@@ -58,7 +58,8 @@ class Backlogs {
 
  private:
   [[nodiscard]] ExportTimers::Timer timer_for(const Link& link, const Now& now);
-  // What is lost with it is added to the link's counts. The last one of a link writes the log line.
+  // Adds what is lost with the backlog to the link's counts. The last backlog of a link writes the
+  // log line.
   void remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now);
 
   ExportContext& context_;

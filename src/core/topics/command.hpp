@@ -7,8 +7,8 @@
 
 namespace connect_bridge {
 
-// Of such a topic nothing is asked for that a publisher keeps: it would reach, late and as if it
-// were new, a robot that starts or returns.
+// Whether the topic carries commands. Samples that its publishers keep are not asked for: an old
+// command would reach a robot that starts or returns as if it were new.
 inline bool is_command(const TopicKey& topic) {
   return is_command(topic.first, topic.second);
 }

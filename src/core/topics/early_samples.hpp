@@ -12,31 +12,31 @@
 
 namespace connect_bridge {
 
-// A peer that listens will demand the topic, but a new publisher's first messages are taken before
-// the offer has arrived and the demand has come back. Until then the newest samples are kept for
-// each link that listens, for at most two seconds after the first. Those of one link; single-
-// threaded.
+// The newest samples of a topic that are kept for one link until its peer demands the topic. A peer
+// that listens will demand it, but a new publisher's first messages are taken before the offer has
+// arrived there and the demand has come back. They are kept for at most two seconds after the
+// first. Single-threaded.
 class EarlySamples {
  public:
   explicit EarlySamples(TopicTimers timers) : timers_(timers) {}
 
-  // Keeps the sample, `since` when the topic's samples are early. `all`: what the early samples of
-  // all topics hold; `account`: of the link. Returns how many had to be dropped, it or the oldest,
-  // and why.
+  // Keeps the sample. `since`: when the first early sample of the topic was taken; `all`: the
+  // budget of the early samples of all topics; `account`: that of the link. Returns how many
+  // samples had to be dropped (this one or the oldest ones), and why.
   struct Dropped {
     DropReason reason;
     std::size_t count;
   };
   [[nodiscard]] Dropped add(const OutSample& sample, TimePoint since, Budget& all,
                             const std::shared_ptr<Account>& account, const Now& now);
-  // The peer has said whether it wants the topic, or its time is over: nothing more is to be kept.
-  // Returns what was.
+  // The peer has said whether it wants the topic, or the time for that is over: no more samples are
+  // kept. Returns those that were.
   std::deque<OutSample> end();
 
   [[nodiscard]] bool is_over() const { return over_; }
   [[nodiscard]] bool is_late(const Now& now) const { return !empty() && until_.at() <= now.steady; }
   [[nodiscard]] bool empty() const { return samples_.empty(); }
-  // When the oldest was taken, for whatever link.
+  // When the topic's oldest early sample was taken, also if it was for another link.
   [[nodiscard]] TimePoint since() const { return since_; }
   [[nodiscard]] const std::deque<OutSample>& samples() const { return samples_; }
 

@@ -112,16 +112,23 @@ void ExportedTopic::review(const Link& link, const Now& now) {
     backlogs_.end(link.id, DropReason::kWithdrawn, now);
     it->second.withdraw(LinkOffer::ending_of(review));
   }
-  forget_offer(link.id, now);
+  if (offers_.erase(link.id)) update_subscription(now);
 }
 
-void ExportedTopic::forget_offer(LinkId link, const Now& now) {
-  if (offers_.erase(link)) update_subscription(now);
+void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
+  const auto offer = offers_.find(link);
+  if (offer == offers_.end()) return;
+  // Of a link that did not have the topic nothing was wanted: most do not have it.
+  const bool was_open = offer->second.is_open();
+  offers_.erase(link);
+  if (was_open) update_subscription(now);
 }
 
 void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
                               const Now& now) {
   const bool subscribed = bool(subscription_);
+  const auto all_early = offer.take_early();
+  offers_.note(offer);
   // It is tried again, for all.
   if (offer.demanded() && std::exchange(failed_, false)) offer_closed_again();
   // What was kept over a break comes first; else what a worker has is of an ended demand.
@@ -130,7 +137,7 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   // A new subscription brings the samples that its publishers keep.
   if (offer.demanded() && subscribed) send_history(offer, now);                   // mutant: history
   const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
-  for (const auto& sample : offer.take_early())
+  for (const auto& sample : all_early)
     if (!kept && offer.admit(sample, TopicOffer::Age::kNew, now))
       offers_.send_to(offer, sample, now);
 }
@@ -138,9 +145,8 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
 void ExportedTopic::on_time(const Now& now) {
   if (!parked_.empty()) unpark(now);
   offers_.on_time(now);
-  bool changed = backlogs_.end_overdue(now);
-  for (auto& [link, offer] : offers_) changed = offer.drop_late(now) || changed;
-  if (changed) update_subscription(now);
+  const bool ended = backlogs_.end_overdue(now);
+  if (offers_.drop_late(now) || ended) update_subscription(now);
   // Last: what still waits anywhere keeps its origin (drained).
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);
@@ -305,8 +311,9 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   if (subscription_qos_.durability == Durability::kTransientLocal) {
     if (!Origins::is_new(origin, taken)) return offers_.drop(DropReason::kDuplicate, 1);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
-    if (Origins::was_kept(origin, taken.stamp < subscribed_at_, history_depth()))
-      age = TopicOffer::Age::kKept;
+    // The first one of a publisher that comes later counts as kept, too: it may be the only one.
+    const bool may_be_kept = taken.stamp < subscribed_at_ || origin.kept == 0;
+    if (may_be_kept && Origins::was_kept(origin, history_depth())) age = TopicOffer::Age::kKept;
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   read(sample, now);
@@ -325,23 +332,29 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
 
 void ExportedTopic::keep_early(const OutSample& sample, const Now& now) {
   // What is kept since a link was lost has these samples, too.
-  const auto awaits = [this](LinkId link, const TopicOffer& offer) {
-    return offer.is_awaited() && !backlogs_.contains(link);
-  };
+  std::vector<TopicOffer*> awaited;
+  for (const LinkId link : context_.listeners.links_of(key())) {
+    const auto offer = offers_.find(link);
+    if (offer != offers_.end() && offer->second.is_awaited() && !backlogs_.contains(link))
+      awaited.push_back(&offer->second);
+  }
   // Of bridges in one graph the first that listens may give way to another one. So a link that
   // listens a little later gets what no link has got yet, and first, so that its order is that of
   // the others.
-  for (auto& [link, offer] : offers_) {
-    if (!awaits(link, offer) || !offer.early().empty()) continue;
-    const EarlySamples* oldest = nullptr;
-    for (const auto& [other, its_offer] : offers_)
-      if (!its_offer.early().empty() && (!oldest || its_offer.early().since() < oldest->since()))
-        oldest = &its_offer.early();
-    if (!oldest || now.steady - oldest->since() >= kJoinMax) continue;
-    for (const OutSample& early : oldest->samples()) offer.keep_early(early, oldest->since(), now);
+  const EarlySamples* oldest = nullptr;
+  if (!awaited.empty())
+    for (const auto& [link, offer] : offers_.busy())
+      if (!offer->early().empty() && (!oldest || offer->early().since() < oldest->since()))
+        oldest = &offer->early();
+  if (oldest && now.steady - oldest->since() >= kJoinMax) oldest = nullptr;
+  for (TopicOffer* offer : awaited)
+    if (oldest && offer->early().empty())
+      for (const OutSample& early : oldest->samples())
+        offer->keep_early(early, oldest->since(), now);
+  for (TopicOffer* offer : awaited) {
+    offer->keep_early(sample, now.steady, now);
+    offers_.note(*offer);
   }
-  for (auto& [link, offer] : offers_)
-    if (awaits(link, offer)) offer.keep_early(sample, now.steady, now);
 }
 
 void ExportedTopic::send_history(TopicOffer& offer, const Now& now) {
@@ -359,7 +372,7 @@ void ExportedTopic::read(OutSample& sample, const Now& now) const {
 }
 
 void ExportedTopic::on_lost(const MessagesLost& lost) {
-  offers_.drop(lost.too_large ? DropReason::kTooLarge : DropReason::kQueueDepth, lost.count);
+  offers_.drop(lost.too_large ? DropReason::kTooLarge : DropReason::kLostHere, lost.count);
   if (lost.too_large) tell_once(": messages larger than max_message_size are dropped");
 }
 

@@ -34,8 +34,8 @@ class ExportedTopic {
   // The connection is about to be lost: keeps what may not have arrived, and what is published
   // until the link returns.
   void keep(LinkId link, const Now& now);
-  // Its offer has ended with the connection, or otherwise.
-  void forget_offer(LinkId link, const Now& now);
+  // Its offer has ended with the connection.
+  void on_link_lost(LinkId link, const Now& now);
   // The link will not return, or its peer has lost its state: nothing is kept for it any more.
   void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.
@@ -86,7 +86,7 @@ class ExportedTopic {
 
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);
-  // What the sample tells of itself.
+  // What the sample's content says of it.
   void read(OutSample& sample, const Now& now) const;
   void forward(Origin& origin, MessageTaken taken, const Now& now);
   // A sample was taken: keeps it for the links that will demand it.

@@ -71,7 +71,7 @@ void Exports::on_link_lost(LinkId link, const Now& now) {
   // First, so that no topic is subscribed again for a listener that goes with the same link.
   context_.listeners.on_link_lost(link);
   update_listened(now);
-  for (auto& [key, topic] : topics_) topic.forget_offer(link, now);
+  for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
 }
 
 void Exports::keep(const Link& link, const Now& now) {

@@ -56,6 +56,10 @@ class Exports {
     return earliest(context_.timers.deadline(), context_.listeners.deadline());
   }
   void add_status(const Link& link, LinkStatus& status) const;
+  // What the peer listens to, whether our rules allow it or not; local names.
+  [[nodiscard]] std::vector<TopicKey> listened_by(const Link& link) const {
+    return context_.listeners.told_by(link.id);
+  }
   // What is kept for a link that is lost.
   void add_kept(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
@@ -64,7 +68,7 @@ class Exports {
   void update_listened(const Now& now);
   // Returns its name, for update_subscriptions().
   std::string erase(std::map<TopicKey, ExportedTopic>::iterator topic);
-  // Of all types.
+  // For the topics of these names, with all their types.
   void update_subscriptions(const std::set<std::string>& names, const Now& now);
   void update_subscriptions(const std::string& name, const Now& now);
   // Null: the subscription has ended.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 #include "core/offers/export_right.hpp"
 #include "core/policy/interface.hpp"
@@ -24,8 +23,7 @@ bool has_place(const Account& account) {
 // ---- what peers tell
 
 Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
-  OfLink& of_link = links_[link.id];
-  of_link.link = &link;
+  OfLink& of_link = links_.try_emplace(link.id, *this, link).first->second;
   auto& listeners = of_link.listeners;
   // Those that go are first (docs/protocol.md, "listeners"), so a peer at its limit can replace all
   // in one message. Each may end a subscription here, so a peer must not do that without a pause.
@@ -212,11 +210,7 @@ void FarListeners::serve(OfLink& of_link, const Now& now) {
                                         std::to_string(kUnpublishedMax) +
                                         " topics for one identity, and " +
                                         std::to_string(Shares::kListenedMax) + " for all");
-    if (const Duration wait = account.wait_to_appear(account.listeners, now.steady);
-        wait > Duration::zero()) {
-      due_ = earliest(due_, now.steady + wait);
-      return;
-    }
+    if (account.listeners.ask(of_link, now.steady) != Appearing::Answer::kNow) return;
     const TopicKey key = *of_link.waiting.begin();
     static_cast<void>(take_place(key, topics_.at(key), of_link));
   }
@@ -229,9 +223,23 @@ const FarListeners::Topic* FarListeners::counting(const TopicKey& topic) const {
   return known != topics_.end() && known->second.counts ? &known->second : nullptr;
 }
 
+std::vector<TopicKey> FarListeners::told_by(LinkId link) const {
+  std::vector<TopicKey> keys;
+  if (const auto at = links_.find(link); at != links_.end())
+    for (const auto& [key, told] : at->second.topics) keys.push_back(key);
+  return keys;
+}
+
 bool FarListeners::listens(const TopicKey& topic, LinkId link) const {
   const Topic* const known = counting(topic);
   return known && known->links.contains(link);
+}
+
+std::vector<LinkId> FarListeners::links_of(const TopicKey& topic) const {
+  std::vector<LinkId> links;
+  if (const Topic* const known = counting(topic))
+    for (const auto& [link, told] : known->links) links.push_back(link);
+  return links;
 }
 
 std::string FarListeners::type_hash_of(const TopicKey& topic) const {

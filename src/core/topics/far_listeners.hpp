@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
@@ -36,7 +37,7 @@ class FarListeners {
   void on_link_lost(LinkId link);
   // Publishers came or went.
   void on_graph(const Now& now);
-  // Topics that wait may have a place now, or a turn (Account::listeners).
+  // Topics that wait may have a place now.
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
@@ -44,6 +45,10 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return counting(topic) != nullptr; }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
+  // The links that listen to it.
+  [[nodiscard]] std::vector<LinkId> links_of(const TopicKey& topic) const;
+  // All that this peer listens to, whether our rules allow it or not; local names.
+  [[nodiscard]] std::vector<TopicKey> told_by(LinkId link) const;
   // The weakest of what our rules require for those links that listen and `count`: reliability and
   // durability.
   [[nodiscard]] QosOverride rules_of(const TopicKey& topic,
@@ -55,19 +60,25 @@ class FarListeners {
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 
  private:
-  // A topic, as one peer has told it.
+  // A topic as one peer has named it.
   struct Told {
     std::uint32_t listeners = 0;
     std::string type_hash;
     bool permitted = false;
     QosOverride rule;  // while it is permitted
   };
-  struct OfLink {
-    Link* link = nullptr;
+  struct OfLink final : Appearing::Waiting {
+    OfLink(FarListeners& owner, Link& of) : link(&of), owner_(owner) {}
+    void appear(const Now& now) override { owner_.serve(*this, now); }
+
+    Link* const link;
     // By the peer's numbers; without a topic: not one that it can have.
     std::map<ListenerId, std::optional<TopicKey>> listeners;
     std::map<TopicKey, Told> topics;
     std::set<TopicKey> waiting;  // of these, for a place
+
+   private:
+    FarListeners& owner_;
   };
   struct Topic {
     std::map<LinkId, const Told*> links;  // that may have it
@@ -86,7 +97,6 @@ class FarListeners {
   [[nodiscard]] bool take_place(const TopicKey& key, Topic& topic, const OfLink& payer);
   void give_back(Topic& topic);
   void count(const TopicKey& key, Topic& topic, bool counts);
-  void stop_waiting(const TopicKey& key, const Topic& topic);
   // Gives places to the topics of this link that wait, as far as there are any.
   void serve(OfLink& of_link, const Now& now);
   [[nodiscard]] const Topic* counting(const TopicKey& topic) const;
@@ -96,7 +106,7 @@ class FarListeners {
   std::map<TopicKey, Topic> topics_;
   std::set<TopicKey> unpaid_;  // that count without a place: they were published here
   std::set<TopicKey> changed_;
-  std::optional<TimePoint> due_;  // when those that wait are to be looked at again
+  std::optional<TimePoint> due_;  // when those that wait for a place are to be looked at again
 };
 
 }  // namespace connect_bridge

@@ -15,26 +15,26 @@ class Mirror;
 class OfferedTopic;
 
 // They wait until the mirror exists (its origin's node may have no name yet), and then until the
-// subscribers here have found it: they would not receive what is published before that. One that
-// may not become older (max_age) leaves before it is too old, with those before it; one that is too
-// old already is lost. `feeder` offers the mirror's origin and counts what is lost after all; null:
-// no link offers it now. Single-threaded.
+// subscribers here have found it: they do not receive what is published before that. A message with
+// a `max_age` leaves before it is too old, and with it those before it; one that is too old already
+// is lost. `feeder`: the link that offers the mirror's origin; it counts what is lost. Null: no
+// link offers it now. Single-threaded.
 class FirstMessages {
  public:
   explicit FirstMessages(Timers<Mirror*>::Of timers) : timers_(timers) {}
 
-  // The mirror exists now, and the subscribers have found it at `found`: a deadline calls it then,
-  // or earlier for a message that cannot wait so long.
+  // The mirror exists now, and the subscribers will have found it at `found`. The deadline is then,
+  // or earlier if a message cannot wait so long.
   void wait(TimePoint found);
   [[nodiscard]] bool waits() const { return bool(due_); }
   [[nodiscard]] bool empty() const { return messages_.empty(); }
-  // Whether one more fits without displacing others.
+  // Whether one more message fits without displacing others.
   [[nodiscard]] bool fits(std::size_t bytes) const {
     return messages_.size() < kMessagesMax && bytes_ + bytes <= kBytesMax;
   }
-  // Keeps it, and drops the oldest if need be. False: it is too large.
+  // Keeps the message, and drops the oldest ones if there is no room. False: it is too large.
   bool keep(const Payload& raw, TimePoint expires, OfferedTopic* feeder);
-  // From now on they count in the budget of the feeder's link.
+  // From now on the messages count in the budget of the feeder's link.
   void draw_from(Budget* memory) { held_ = memory ? memory->hold(bytes_) : Budget::Hold(); }
   // Publishes, in order, what is due: when the subscribers have found the mirror all of them, and
   // later ones need not wait.

@@ -90,6 +90,15 @@ void ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
   }
 }
 
+std::string ImportContext::misfit(const TopicKey& topic,
+                                  const std::map<OriginId, Mirror*>& origins) const {
+  std::vector<Qos> published;
+  for (const auto& [id, mirror] : origins)
+    if (mirror->id()) published.push_back(mirror->qos());
+  const TopicState* state = graph.find(topic);
+  return state && graph_options.qos_must_fit ? unmet_policy(*state, published) : std::string();
+}
+
 void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now) {
   mirror.remove_candidate(link, now);
   if (mirror.is_over()) mirrors.erase(MirrorKey(mirror.key()));

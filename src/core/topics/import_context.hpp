@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "core/base/timers.hpp"
 #include "core/graph/side_view.hpp"
@@ -22,7 +23,7 @@ struct ImportContext : SideView {
   Timers<OfferedTopic*> held{};  // messages that a rate holds back
   // When topics look again whether there are mirrors for origins that they have left out.
   std::optional<TimePoint> looks_again_at{};
-  std::set<LinkId> demands_changed{};  // whose peers are to be told
+  std::set<LinkId> demands_changed{};  // links on which demands are to be sent
   // The mirrors that exist in the graph, and their ids there; all zero: not told, or not needed by
   // others.
   struct Made {
@@ -30,10 +31,16 @@ struct ImportContext : SideView {
     Gid gid = {};
   };
   std::map<MirrorId, Made> made{};
+  std::vector<Gid> unmade{};  // ids of those that have ended, to be told
   std::map<MirrorKey, Mirror> mirrors{};
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
+  // It does not exist in the graph any more.
+  void unmake(MirrorId mirror) {
+    if (const auto ended = made.extract(mirror); ended.mapped().gid != Gid{})
+      unmade.push_back(ended.mapped().gid);
+  }
   void look_again(const Now& now) {
     if (!looks_again_at) looks_again_at = now.steady + std::chrono::seconds(1);
   }
@@ -57,6 +64,9 @@ struct ImportContext : SideView {
   // grows stale, so it is made again without. They get the origin's last samples.
   void forget_kept(const std::map<OriginId, Mirror*>& origins, const OfferedTopic& feeder,
                    const Now& now) const;
+  // What some subscriber here requests and none of these mirrors offers; empty: nothing.
+  [[nodiscard]] std::string misfit(const TopicKey& topic,
+                                   const std::map<OriginId, Mirror*>& origins) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
 };

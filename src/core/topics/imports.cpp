@@ -1,5 +1,7 @@
 #include "core/topics/imports.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "core/policy/interface.hpp"
@@ -9,6 +11,8 @@ namespace {
 
 // Other bridges hold a publisher for less than this before it counts (NewPublishers).
 constexpr Duration kEndedNamed = std::chrono::seconds(1);
+// Thousands may be due together, as when a link has ended: the others' turns are in between.
+constexpr int kDueAtOnce = 64;
 
 }  // namespace
 
@@ -120,6 +124,7 @@ Mirror* Imports::find(MirrorId id) {
 void Imports::on_mirror_made(const MirrorMade& made) {
   const auto it = context_.made.find(made.mirror);
   if (it == context_.made.end()) return;
+  if (it->second.gid == Gid{} && made.gid != Gid{}) named_.insert(made.gid);
   it->second.gid = made.gid;
   context_.claim_changed = true;
 }
@@ -141,7 +146,9 @@ void Imports::on_publish_failed(const PublishFailed& failed) {
 }
 
 void Imports::on_time(const Now& now) {
-  while (const auto due = context_.timers.take_due(now.steady)) {
+  for (int n = 0; n < kDueAtOnce; ++n) {
+    const auto due = context_.timers.take_due(now.steady);
+    if (!due) break;
     Mirror& mirror = **due;
     mirror.on_time(now);
     if (mirror.is_over()) context_.mirrors.erase(MirrorKey(mirror.key()));
@@ -162,14 +169,19 @@ void Imports::add_mirrored(Claim& claim, const Now& now) {
     if (mirror.is_claimed()) claim.origins.push_back(key.second);
   // Others know by these ids which publishers are mirrors, also under proxy nodes (docs/protocol.md
   // section 14, rule 7). A bridge that knows this one only now may have seen one that has ended.
-  for (auto& [gid, ended] : named_)
-    if (!ended) ended = now.steady;
-  for (const auto& [id, made] : context_.made)
-    if (made.gid != Gid{}) named_[made.gid].reset();
-  std::erase_if(named_, [&](const auto& mirror) {
-    return mirror.second && *mirror.second + kEndedNamed <= now.steady;
-  });
-  for (const auto& [gid, ended] : named_) claim.mirrors.push_back(gid);
+  for (const Gid& gid : std::exchange(context_.unmade, {})) leaving_.emplace_back(now.steady, gid);
+  while (!leaving_.empty() && leaving_.front().first + kEndedNamed <= now.steady) {
+    named_.erase(named_.find(leaving_.front().second));
+    leaving_.pop_front();
+  }
+  std::unique_copy(named_.begin(), named_.end(), std::back_inserter(claim.mirrors));
+}
+
+bool Imports::has_mirror(const TopicKey& key) const {
+  for (auto it = context_.mirrors.lower_bound({key, Gid{}});
+       it != context_.mirrors.end() && it->first.first == key; ++it)
+    if (it->second.id()) return true;
+  return false;
 }
 
 void Imports::add_status(const Link& link, LinkStatus& status) const {

@@ -1,8 +1,10 @@
 // The peers' topics that exist here.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,6 +54,8 @@ class Imports {
     return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
                     context_.looks_again_at);
   }
+  // Whether some peer's publisher of this topic is mirrored here.
+  [[nodiscard]] bool has_mirror(const TopicKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
@@ -62,8 +66,9 @@ class Imports {
   [[nodiscard]] bool is_permitted_as_before(const Mirror& mirror) const;
 
   ImportContext context_;
-  // The mirrors' ids that claims have named, and since when one has not been there any longer.
-  std::map<Gid, std::optional<TimePoint>> named_;
+  // The mirrors' ids that claims name, and the last of them: not there any longer, since when.
+  std::multiset<Gid> named_;
+  std::deque<std::pair<TimePoint, Gid>> leaving_;
   std::map<LinkId, PeerTopics> peers_;
 };
 

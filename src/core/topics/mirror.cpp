@@ -50,7 +50,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
     return false;
   }
   ends_.cancel();
-  if (std::exchange(failed_, false)) paced_.cancel();
+  if (std::exchange(failed_, false)) retries_.cancel();
   // Another link may have sent the node's name already.
   const std::string node = origin.node.empty() ? origin_.node : origin.node;
   const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
@@ -70,7 +70,7 @@ bool Mirror::follow_feeder() {
   const bool same_type = is_of_its_type(*feeder());
   if (qos == qos_ && same_type) return false;
   destroy();
-  if (!same_type && std::exchange(failed_, false)) paced_.cancel();
+  if (!same_type && std::exchange(failed_, false)) retries_.cancel();
   type_hash_ = feeder()->type_hash();
   any_definition_ = feeder()->treatment().allow_type_mismatch;
   qos_ = qos;
@@ -111,9 +111,9 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
 }
 
 void Mirror::lose_link(LinkId link) {
-  auto& arrived = candidate(link)->link->arrived;
-  if (candidates_.size() > 1) return static_cast<void>(arrived.erase(key_.first));
-  note_end(arrived, key_.first, key_.second);
+  Link& lost = *candidate(link)->link;
+  if (candidates_.size() > 1) return static_cast<void>(lost.arrived.erase(key_.first));
+  note_end(lost.arrived, key_.first, key_.second, lost.memory);
   vanish();
 }
 
@@ -183,17 +183,13 @@ bool Mirror::has_waited_for_name(const Now& now) {
 
 // Endpoints that come and go cost every process in the graph.
 bool Mirror::may_be_made(const Now& now) {
-  if (paced_ && paced_.at() > now.steady) return false;
+  if (retries_ && retries_.at() > now.steady) return false;
   Link& link = *candidates_.front().link;
   // While changed rules are applied, one link's topic may be over and the next one's not yet.
   if (!import_right(context_, link, InterfaceKind::kTopic, key_.first, action_type_)) return false;
-  const Duration wait =
-      link.account->wait_to_appear(link.account->mirrors, now.steady);  // mutant: mirrors_pace
-  if (wait == Account::kPacing && !waits_) link.mirrors.note_wait();
-  paced_.cancel();
-  if (wait > Duration::zero()) paced_ = context_.timers.set(now.steady + wait, this);
-  waits_ = wait == Account::kPacing || (waits_ && wait > Duration::zero());
-  return wait == Duration::zero();
+  const auto answer = link.account->mirrors.ask(*this, now.steady);  // mutant: mirrors_pace
+  if (answer == Appearing::Answer::kLate) link.mirrors.note_wait();
+  return answer == Appearing::Answer::kNow;
 }
 
 bool Mirror::may_exist() const {
@@ -239,7 +235,7 @@ void Mirror::vanish(bool exists) {
   first_.end_wait();
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
-  context_.made.erase(id_);
+  context_.unmake(id_);
   id_ = {};
   pauses_.cancel();
   kept_.release();
@@ -257,14 +253,15 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
   failed_ = true;
   vanish(false);
   const bool passes = failed.code != "type_unknown" && failed.hash_here.empty();
-  if (passes) paced_ = context_.timers.set(now.steady + kRetry, this);
+  if (passes) retries_ = context_.timers.set(now.steady + kRetry, this);
   const bool of_type = failed.code == "type_mismatch";
   for (auto& [link, offered, declined, qos, told] : candidates_) {
     if (!offered || (of_type && !is_of_its_type(*offered))) continue;
     declined = declined || of_type;
     offered->update_demand(now);
     if (!std::exchange(told, true))
-      link->send(Decline{offered->number(), failed.code, failed.reason});
+      link->decline(offered->number(), InterfaceKind::kTopic, key_.first,
+                    {failed.reason, failed.code});
   }
   update(now);  // one with another definition may feed it
 }
@@ -274,8 +271,8 @@ void Mirror::on_time(const Now& now) {
   if (is_due(ends_)) return destroy();
   first_.publish_due(context_.outputs, id_, feeder(), now);
   if (warning_.is_due(now)) warn_incompatible(now);
-  if (is_due(paced_)) failed_ = false;
-  if (!id_ && (is_due(paced_) || is_due(naming_) || is_due(settles_))) update(now);
+  if (is_due(retries_)) failed_ = false;
+  if (!id_ && (is_due(retries_) || is_due(naming_) || is_due(settles_))) update(now);
   bool lapsed = false;
   for (Timer* const timer : {&pauses_, &expected_}) {
     if (!is_due(*timer)) continue;
@@ -361,8 +358,20 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
   if (waits && first_.keep(raw, expires, feeder())) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
   first_.publish(context_.outputs, id_, feeder(), now);
-  context_.outputs.push(Publish{id_, raw});
+  context_.outputs.push(Publish{id_, held_if_large(raw)});
   return std::nullopt;
+}
+
+Payload Mirror::held_if_large(const Payload& raw) const {
+  if (raw.size() <= kLargeSample || candidates_.empty()) return raw;
+  struct Held {
+    Payload raw;
+    std::shared_ptr<Account> account;  // before what is held of it
+    Budget::Hold bytes;
+  };
+  const auto& account = candidates_.front().link->account;
+  auto held = std::make_shared<Held>(Held{raw, account, account->memory.hold(raw.size())});
+  return Payload::wrap(std::move(held), raw.view());
 }
 
 void Mirror::charge() {

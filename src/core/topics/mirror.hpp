@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -44,10 +45,11 @@ auto* find_candidate(Candidates& candidates, LinkId link) {
   return it == candidates.end() ? nullptr : &*it;
 }
 
-// The same origin may be offered by several links (two clients in one graph): these are its
-// candidates, and the first one feeds it. It is in the graph while a candidate is left, unless the
-// origin is in the graph itself, or another bridge mirrors it. Single-threaded.
-class Mirror {
+// The publisher in this graph that stands for an origin. Several links may offer the same origin
+// (two clients in one graph): they are its candidates, and the first one feeds it. The mirror is in
+// the graph while a candidate is left, unless the origin itself is in this graph or another bridge
+// mirrors it. Single-threaded.
+class Mirror final : private Appearing::Waiting {
  public:
   Mirror(ImportContext& context, MirrorKey key);
   Mirror(const Mirror&) = delete;
@@ -76,12 +78,14 @@ class Mirror {
   // Chooses the feeding link, creates or destroys the publisher. True: the link that feeds it now
   // has not sent the origin's last samples to it.
   bool refresh(const Now& now);
-  // The same, and asks for these samples, but not `sends`, whose exporter sends them anyway.
+  // As refresh(), and asks the feeding link for these samples, unless it is the link of `sends`:
+  // that exporter sends them anyway.
   void update(const Now& now, const OfferedTopic* sends = nullptr);
   // A rule may require another QoS now. True: the publisher was created again.
   bool adopt(const OfferedTopic& offered, const Now& now);
   void destroy();
-  // What waits for its publisher to be found is not published, and may come again.
+  // The messages that wait until subscribers have found the mirror are not published; they may come
+  // again.
   void drop_first();
   // The origin's last samples are asked for again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
@@ -101,7 +105,7 @@ class Mirror {
   void expect_subscriber(const Now& now);
 
   // ---- data
-  // Why messages from this link are not published; nullopt: they are.
+  // Why the mirror publishes no messages from this link; nullopt: it publishes them.
   [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
   // Publishes, or returns why not: it was published before, or exceeds what may be kept for late
   // subscribers. If fewer samples of its size may be kept than now, the publisher is created again
@@ -113,11 +117,12 @@ class Mirror {
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
   }
-  // Something waits for its publisher to be found.
+  // Whether messages wait until subscribers have found the mirror.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
+  [[nodiscard]] const Qos& qos() const { return qos_; }  // of the publisher
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
@@ -125,8 +130,11 @@ class Mirror {
  private:
   using Timer = Timers<Mirror*>::Timer;
 
+  void appear(const Now& now) override { update(now); }
   void create(const Now& now);
   void vanish(bool exists = true);
+  // A large sample is its identity's until it is published, which takes a while.
+  [[nodiscard]] Payload held_if_large(const Payload& raw) const;
   // What the middleware may keep counts in the budget of the feeding link.
   void charge();
   [[nodiscard]] OfferedTopic* feeder() const {
@@ -139,7 +147,7 @@ class Mirror {
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
-  // True: what the feeding link offers is not what the publisher is for.
+  // Whether the publisher does not fit what the feeding link offers now.
   bool follow_feeder();
   [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
@@ -163,14 +171,13 @@ class Mirror {
   Timer settles_;   // until then it is not made: other bridges may claim the origin
   Timer pauses_;    // until then it does not want data
   Timer naming_;    // until then it is not made before its origin's node has a name
-  Timer paced_;     // until then it is not made: too many are made, or it could not be
+  Timer retries_;   // until then it is not made, as it could not be
   std::uint64_t last_number_ = 0;   // of what was published, or waits to be
   std::uint64_t before_first_ = 0;  // the same before the first one that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
-  bool waits_ = false;     // for its identity's pace: counted once
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again, or another attempt is due
 };

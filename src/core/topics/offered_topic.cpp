@@ -117,7 +117,7 @@ void OfferedTopic::decline(const Now& now) {
   if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
   const Ending why = no_longer_permitted();
   note_end(why);
-  link_.send(Decline{number_, why.code, why.reason});
+  link_.decline(number_, InterfaceKind::kTopic, key_, why);
   leave_mirrors(now);
 }
 
@@ -158,13 +158,14 @@ void OfferedTopic::hurry(DropReason otherwise, const Now& now, std::optional<Ori
     raw ? publish(waiting.message, *raw, now) : dropped_.add(otherwise);
   }
   if (first) advance(now);
-  // The last that its publisher has said: the rate counts it, but there will be no later time.
+  // It is the last message of its publisher: it counts for the rate limit, but cannot wait for it.
   while (const auto held = of ? held_.take(*of) : held_.take())
     publish(held->head, held->raw, now, true);
 }
 
 void OfferedTopic::lose(const Now& now) {
-  // What the peer was to discard comes "behind 0" if the demand is lost with the connection.
+  // Without a known sequence the next demand would say "behind 0", and the peer would send again
+  // what it was to discard, if the demand that says so is lost with this connection.
   const bool is_known = last_sequence_ > 0 || !declined_kept_;
   if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
     link_.arrived[key_] = {last_sequence_};
@@ -391,6 +392,8 @@ void OfferedTopic::add_status(LinkStatus& status) const {
   s.queued = waiting_.size() + held_.size();
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
+  s.rule = decision_.rule;
+  s.misfit = context_.misfit(key_, origins_);
   status.topics.push_back(std::move(s));
 }
 

@@ -21,22 +21,22 @@ namespace connect_bridge {
 
 class PeerTopics;
 
-// Demands the topic while one of the mirrors that it feeds wants data; receives its messages,
-// decompresses them in order, and gives them to the mirrors of their origins. While a worker has
-// one, all later messages wait behind it, of any origin, also those that need no worker: so the
-// order of each origin is that of the channel.
+// Demands the topic while one of the mirrors that it feeds wants data. Receives its messages,
+// decompresses them in order, and gives them to the mirrors of their origins. While a worker
+// decompresses a message, all later messages of the channel wait, also those of other origins and
+// those that need no worker. So each origin keeps the order of the channel.
 class OfferedTopic final : public IncomingChannel, private JobOwner {
  public:
-  // `key` has the local name; the rest as the peer offers it.
+  // `key` has the local name; everything else is as the peer offers it.
   OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& offer, Decision decision);
   OfferedTopic(const OfferedTopic&) = delete;
   OfferedTopic& operator=(const OfferedTopic&) = delete;
   ~OfferedTopic() override;
 
   void add_origin(const OriginOffer& origin, const Now& now);
-  // Our rules have changed. False: none allows it any longer.
+  // Our rules have changed. False: no rule allows the topic any longer.
   [[nodiscard]] bool recheck(const Now& now);
-  // Whether this origin of /parameter_events is a node whose parameters no rule opens.
+  // Whether this is /parameter_events and no rule allows the parameters of the origin's node.
   [[nodiscard]] bool withholds(const OriginOffer& origin) const {
     return parameter_events_ && withholds_events(context_, link_, origin.node);
   }
@@ -67,9 +67,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
-  // What a rate held back may be published now.
+  // Publishes the messages that a rate limit has held back and whose time has come.
   void publish_held(const Now& now);
-  // Messages that were counted as published are lost after all.
+  // Counts as dropped what was counted as published before: the mirror has lost it.
   void on_lost(std::uint64_t count, DropReason reason);
 
   [[nodiscard]] Link& link() const { return link_; }
@@ -93,12 +93,13 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<bool> resolve(InMessage& message, const Now& now);
   void make_room(const InMessage& message);
   void start_job();
-  // Publishes at once what waits for a worker (of this origin; none: all), as far as there is time
-  // for it, and what a rate holds back; the rest is dropped. Others' messages stay in their order.
+  // Publishes at once the messages that wait for a worker or are held back by a rate limit, of this
+  // origin (none: of all origins). Those for which there is no time are dropped. Messages of other
+  // origins keep their order.
   void hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of = {});
   // Handles the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
-  // `was_held`: its publisher's rate had refused it, and lets it pass now.
+  // `was_held`: the rate limit of its publisher had refused the message and lets it pass now.
   void publish(const MessageHead& message, const Payload& raw, const Now& now,
                bool was_held = false);
   // Whether its publisher's rate lets it pass; otherwise it is held back.
@@ -110,7 +111,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   }
   void leave_mirrors(const Now& now);
   void note_end(const Ending& why) const;
-  // Whether the peer shall keep what a lost connection loses.
+  // Whether the peer should keep the messages that a break loses, for this topic.
   [[nodiscard]] bool may_resume() const;
 
   PeerTopics& peer_;

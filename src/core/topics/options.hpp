@@ -12,13 +12,16 @@ namespace connect_bridge {
 struct TopicOptions {
   // Queue and mirror depth where the graph gives none, and the least one of reliable publishers.
   std::uint32_t default_depth = 100;
-  std::uint32_t latched_depth = 10;  // the same for transient local
+  // The same for transient local: most middlewares do not tell how many samples a publisher keeps,
+  // and most keep one; who keeps more keeps few.
+  std::uint32_t latched_depth = 10;
   // What this side exports may be kept over a break also where no rule says `resume: true`. False
   // at an operator: nothing that is older than the break moves a robot.
   bool resumes_by_default = true;
-  std::uint64_t resume_bytes_max = 16 << 20;    // of what is kept for one lost link
-  std::uint64_t history_bytes_max = 64 << 20;   // transient-local samples kept for later links
-  std::uint32_t mirrors_max = 2048;             // of one peer
+  std::uint64_t resume_bytes_max = 16 << 20;   // of what is kept for one lost link
+  std::uint64_t history_bytes_max = 64 << 20;  // transient-local samples kept for later links
+  // Of one peer, 25 kB each; more than any robot has.
+  std::uint32_t mirrors_max = 2048;
   std::uint32_t topic_mirrors_max = 256;        // of one peer and one topic
   std::uint32_t mirror_depth_max = 1000;        // what a peer may ask for; a rule may ask for more
   std::uint64_t mirror_bytes_max = 256 << 20;   // what the transient-local mirrors of a peer keep
@@ -27,7 +30,7 @@ struct TopicOptions {
   // what it publishes before is lost to them, so mirrors wait with it.
   Duration matching = Duration::zero();
   Duration clock_publish_period = Duration::zero();  // > 0: publish the peer's ROS time on /clock
-  // Of which peers; neither: of any. The first that is linked gives it.
+  // The peers whose time it may be; neither list: any peer. The first that is linked gives it.
   std::vector<std::string> clock_identities{}, clock_groups{};
 };
 

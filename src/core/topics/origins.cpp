@@ -97,9 +97,8 @@ void Origins::number(MessageTaken& taken) const {
   }
 }
 
-// The first one of a publisher that comes later counts as kept, too: it may be the only one.
-bool Origins::was_kept(Origin& origin, bool older, std::uint64_t depth) {
-  if (origin.kept >= depth || (!older && origin.kept > 0)) return false;
+bool Origins::was_kept(Origin& origin, std::uint64_t depth) {
+  if (origin.kept >= depth) return false;
   ++origin.kept;
   return true;
 }

@@ -57,9 +57,9 @@ class Origins {
   // Whether a transient-local sample of the origin, which has its number, has not been forwarded
   // before. One without a number is always new.
   [[nodiscard]] static bool is_new(Origin& origin, const MessageTaken& taken);
-  // Whether the publisher had kept this new sample for a late subscriber, as it is older than the
-  // subscription (or may be) and no more than `depth` of it came before.
-  [[nodiscard]] static bool was_kept(Origin& origin, bool older, std::uint64_t depth);
+  // Whether the publisher had kept this new sample, which may be older than the subscription, for a
+  // late subscriber: no more than `depth` of it came before.
+  [[nodiscard]] static bool was_kept(Origin& origin, std::uint64_t depth);
   [[nodiscard]] const Origin& at(const Gid& gid) const { return origins_.at(gid); }
   [[nodiscard]] bool empty() const { return origins_.empty(); }
   [[nodiscard]] std::size_t size() const { return origins_.size(); }

@@ -22,7 +22,7 @@ namespace connect_bridge {
                                     std::uint64_t history_depth, const Treatment& treatment,
                                     Keep keep, const TopicOptions& options);
 
-// What the publishers tell of a topic, as the rule wants them treated.
+// What is known of a topic's publishers, after the rule's overrides.
 [[nodiscard]] TopicTraits traits_of(const Origins& origins, bool has_header,
                                     const Treatment& treatment);
 

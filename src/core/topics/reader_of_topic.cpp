@@ -29,10 +29,10 @@ Qos qos_for(const Origins& origins, const TopicOffers& offers, const QosOverride
     if (origin.qos.history == History::kKeepAll) qos.history = History::kKeepAll;
     depth = std::max(depth, origin.qos.depth);
   }
-  for (const auto& [link, offer] : offers) {
-    const QosOverride& o = offer.treatment().qos;
+  for (const auto& [link, offer] : offers.busy()) {
+    const QosOverride& o = offer->treatment().qos;
     // The rule of a link that wants nothing must not weaken what the others get.
-    if (!offer.demanded()) continue;
+    if (!offer->demanded()) continue;
     if (o.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
     if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
     if (o.depth) depth = std::max(depth, *o.depth);

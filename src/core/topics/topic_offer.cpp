@@ -312,7 +312,8 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.demanded = demanded();
   s.origins = static_cast<std::uint32_t>(topic_.origins().size());
   s.bytes = raw_bytes_;
-  s.declined = offer_.declined();
+  s.declined = offer_.is_declined() ? offer_.declined() : "";
+  s.rule = offer_.decision().rule;
   s.keep = keep_.keep;
   s.keep_because = keep_.why;
   s.dropped = dropped_;

@@ -21,8 +21,9 @@
 
 namespace connect_bridge {
 
-// The topic's LinkOffer, whether the peer demands it, and the last step of a sample before the
-// link's queue. One that is not open stays so until it is reviewed.
+// Knows whether the topic is offered on the link (LinkOffer) and whether the peer demands it, and
+// is the last step of a sample before the link's queue. An offer that is not open stays closed
+// until it is reviewed.
 class TopicOffer final : public OutgoingChannel {
  public:
   TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link);
@@ -31,8 +32,8 @@ class TopicOffer final : public OutgoingChannel {
 
   // Opens a channel for the topic, if the peer may have it.
   [[nodiscard]] std::optional<ChannelOffer> open();
-  // What follows from changed rules, `accepts`, actions, or another definition of the type. Unless
-  // it stays, it is to be withdrawn.
+  // To be called when rules, `accepts`, actions or the type's definition have changed. Unless the
+  // result is that it stays, the caller withdraws the offer.
   [[nodiscard]] LinkOffer::Review review();
   // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
@@ -52,29 +53,29 @@ class TopicOffer final : public OutgoingChannel {
     return link_.sending().take_unarrived(number());
   }
   [[nodiscard]] Backlog::Options backlog_options(std::uint32_t last_sequence) const;
-  // Whether it is treated as the one before, so that it can take its place.
+  // Whether this offer has the same treatment as the former one, so that it can take its place.
   [[nodiscard]] bool may_take_place_of(const Backlog& backlog) const;
-  // Sends what was kept and has not arrived.
+  // Sends the messages that were kept and have not arrived.
   void go_on(Outbox::Unarrived kept, const Now& now);
-  // Whether the origin may not leave yet: the peer forgets its base when it does.
+  // Whether the removal of the origin must wait: the peer forgets the origin's base with it.
   [[nodiscard]] bool holds(OriginId origin) const;
   [[nodiscard]] static OutMessage message_of(const OutSample& sample, Codec codec,
                                              const Payload& body);
 
   // Rate limits do not apply to a sample that its publisher had kept for late subscribers, nor to
-  // the first of one that keeps its samples: it may be all that this will ever publish.
+  // the first sample of a publisher that keeps its samples: it may be the only one ever published.
   enum class Age : std::uint8_t { kNew, kKept };
   // Whether a sample goes to this peer; a drop because of a limit is counted.
-  // One that a rate refuses may leave later (take_held).
+  // A sample that a rate limit refuses may leave later (take_held).
   [[nodiscard]] bool admit(const OutSample& sample, Age age, const Now& now);
   // The next sample that waited because of a rate and may leave now.
   [[nodiscard]] std::optional<OutSample> take_held(const Now& now);
-  // Adds those that still wait.
+  // Adds the samples that still wait because of a rate limit.
   void take_all_held(std::vector<OutSample>& samples);
   void drop_held(DropReason reason);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
-  // The same for a sample that was admitted: what would leave with it waits no longer.
+  // As drop(), for a sample that was admitted: what was to leave together with it waits no longer.
   void lose(const OutSample& sample, DropReason reason);
 
   // Whether the peer listens and may not yet have had time to demand what it was offered.
@@ -83,7 +84,7 @@ class TopicOffer final : public OutgoingChannel {
   void keep_early(const OutSample& sample, TimePoint since, const Now& now);
   // The peer has said whether it wants the topic.
   std::deque<OutSample> take_early() { return early_.end(); }
-  // Whether the time for that is over just now; what was kept is dropped.
+  // Drops the samples that were kept for the peer's demand if their time is over. True if it is.
   [[nodiscard]] bool drop_late(const Now& now) {
     if (!early_.is_late(now)) return false;
     drop(DropReason::kNoDemand, early_.end().size());
@@ -115,7 +116,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();
   void hold(const OutSample& sample, TimePoint at);
-  // What it leaves with, on this link.
+  // The stamp, node and namespace by which messages of the link leave together.
   [[nodiscard]] Moment moment_of(const OutSample& sample) const;
 
   ExportContext& context_;

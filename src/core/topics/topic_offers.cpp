@@ -21,21 +21,44 @@ bool TopicOffers::erase(LinkId link) {
   const auto offer = offers_.find(link);
   if (offer == offers_.end()) return false;
   lose_under_way(offer->second);
+  busy_.erase(link);
   offers_.erase(offer);
   return true;
 }
 
 bool TopicOffers::erase_closed() {
+  std::erase_if(busy_, [](const auto& entry) { return !entry.second->is_open(); });
   return std::erase_if(offers_, [](const auto& entry) { return !entry.second.is_open(); }) > 0;
 }
 
 void TopicOffers::clear() {
   drop_under_way();
+  busy_.clear();
   offers_.clear();
 }
 
+void TopicOffers::note(TopicOffer& offer) {
+  if (offer.demanded() || !offer.early().empty()) {
+    busy_[offer.link().id] = &offer;
+  } else {
+    busy_.erase(offer.link().id);
+  }
+}
+
+bool TopicOffers::drop_late(const Now& now) {
+  bool any = false;
+  for (auto it = busy_.begin(); it != busy_.end();) {
+    TopicOffer& offer = *(it++)->second;
+    if (!offer.drop_late(now)) continue;
+    note(offer);
+    any = true;
+  }
+  return any;
+}
+
 bool TopicOffers::demanded() const {
-  return std::any_of(begin(), end(), [](const auto& entry) { return entry.second.demanded(); });
+  return std::any_of(busy_.begin(), busy_.end(),
+                     [](const auto& entry) { return entry.second->demanded(); });
 }
 
 bool TopicOffers::hold(OriginId origin) const {
@@ -43,19 +66,19 @@ bool TopicOffers::hold(OriginId origin) const {
 }
 
 bool TopicOffers::drained() const {
-  return bytes() == 0 &&
-         std::all_of(begin(), end(), [](const auto& entry) { return entry.second.drained(); });
+  return bytes() == 0 && std::all_of(busy_.begin(), busy_.end(),
+                                     [](const auto& entry) { return entry.second->drained(); });
 }
 
 // ---- samples
 
 void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& now) {
   std::map<Compression, std::vector<LinkId>> compressed;
-  for (auto& [link, offer] : offers_) {
-    if (!offer.admit(sample, age, now)) continue;
-    const Compression how = way_to(offer, sample.raw.size());
+  for (const auto& [link, offer] : busy_) {
+    if (!offer->admit(sample, age, now)) continue;
+    const Compression how = way_to(*offer, sample.raw.size());
     if (how.codec == Codec::kNone) {
-      offer.send(sample, Codec::kNone, sample.raw, now);
+      offer->send(sample, Codec::kNone, sample.raw, now);
     } else {
       compressed[how].push_back(link);
     }
@@ -193,13 +216,13 @@ Duration TopicOffers::slack_of(const Stream& stream) const {
 void TopicOffers::on_time(const Now& now) {
   for (auto& [how, stream] : streams_)
     if (stream.later && stream.later.at() <= now.steady) send_encoded(stream, now);
-  for (auto& [link, offer] : offers_)
-    while (const auto held = offer.take_held(now)) send_to(offer, *held, now);
+  for (const auto& [link, offer] : busy_)
+    while (const auto held = offer->take_held(now)) send_to(*offer, *held, now);
 }
 
 void TopicOffers::drop(DropReason reason, std::uint64_t count) {
-  for (auto& [link, offer] : offers_)
-    if (offer.demanded()) offer.drop(reason, count);
+  for (const auto& [link, offer] : busy_)
+    if (offer->demanded()) offer->drop(reason, count);
 }
 
 // The sample that a worker has for the link would be sent in its next demand before the last

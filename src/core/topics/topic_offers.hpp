@@ -31,6 +31,13 @@ class TopicOffers {
   // Whether there were any that were not open.
   bool erase_closed();
   void clear();
+  // To be called when the demand of an offer has changed, or whether it keeps early samples.
+  void note(TopicOffer& offer);
+  // Those that are demanded or keep early samples. No other one has to do with a sample, so that it
+  // costs the same however many links have the topic offered, or may not have it.
+  [[nodiscard]] const std::map<LinkId, TopicOffer*>& busy() const { return busy_; }
+  // What was kept too long for demands that did not come is dropped. Whether there was anything.
+  [[nodiscard]] bool drop_late(const Now& now);
 
   [[nodiscard]] bool contains(LinkId link) const { return offers_.contains(link); }
   [[nodiscard]] auto find(LinkId link) { return offers_.find(link); }
@@ -57,7 +64,7 @@ class TopicOffers {
   void on_time(const Now& now);
   // Takes the samples that are being compressed for the link, in order; it will not get them.
   std::vector<OutSample> take_under_way(LinkId link);
-  // The same, as its demand has ended.
+  // Drops these samples, because the demand has ended.
   void lose_under_way(TopicOffer& offer);
   // Drops all that is being compressed.
   void drop_under_way();
@@ -67,7 +74,7 @@ class TopicOffers {
   [[nodiscard]] bool hold(OriginId origin) const;
   // No sample waits for any link.
   [[nodiscard]] bool drained() const;
-  // Of samples that are being compressed.
+  // Bytes of samples that are being compressed.
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
@@ -99,6 +106,7 @@ class TopicOffers {
   TopicTimers timers_;
   Qos qos_;
   std::map<LinkId, TopicOffer> offers_;
+  std::map<LinkId, TopicOffer*> busy_;
   std::map<Compression, Stream> streams_;
 };
 

@@ -35,7 +35,8 @@ inline constexpr std::size_t kWildcardBytesMax = 4096;  // of these, each from i
 inline constexpr std::size_t kNameBytesMax = 255;       // a name, pattern, type, hash or node
 inline constexpr std::size_t kListenersMax = 1024;      // listeners of a link
 inline constexpr std::size_t kCallIdsMax = 8192;        // calls in one message
-inline constexpr std::size_t kCodeBytesMax = 32;        // of a decline, refuse or withdraw
+inline constexpr std::size_t kAskedMax = 64;            // names in one question
+inline constexpr std::size_t kCodeBytesMax = 32;        // of a decline, refuse, withdraw or answer
 inline constexpr std::size_t kReasonBytesMax = 512;     // the sentence with it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
@@ -166,6 +167,24 @@ struct Forget {
   std::vector<CallId> calls;
 };
 
+// A topic or service that somebody in the asking side's graph wants and that is not there.
+struct AskedName {
+  InterfaceKind kind = InterfaceKind::kTopic;  // kOther: of a later version
+  std::string name;                            // on the wire
+  std::string type;
+
+  friend bool operator==(const AskedName&, const AskedName&) = default;
+};
+// "ask": why does the peer not offer these?
+struct Ask {
+  std::vector<AskedName> names;
+};
+// "answer": for each of them, in their order: "not_permitted", "absent", "other_type",
+// "type_unknown", "unsupported", "there".
+struct Answered {
+  std::vector<std::string> codes;
+};
+
 // "renew": the client logs in again on the open connection, before its login expires.
 struct Renew {
   std::string method;
@@ -177,9 +196,9 @@ struct Renewed {
 };
 
 using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
-                             Attached, Refuse, Forget, Renew, Renewed, Listeners>;
+                             Attached, Refuse, Forget, Renew, Renewed, Listeners, Ask, Answered>;
 
-// Of all lists of an `accepts` together.
+// The size of all lists of an `accepts` together.
 struct AcceptsSize {
   std::size_t entries = 0;         // patterns and types
   std::size_t wildcards = 0;       // patterns with a star

@@ -39,7 +39,7 @@ concept Is = std::same_as<std::remove_const_t<T>, Message>;
 // The "type" of each message, in the order of Control.
 inline constexpr auto kControlTypes = std::to_array<std::string_view>(
     {"offer", "origins", "withdraw", "demand", "accepts", "decline", "attach", "attached", "refuse",
-     "forget", "renew", "renewed", "listeners"});
+     "forget", "renew", "renewed", "listeners", "ask", "answer"});
 static_assert(kControlTypes.size() == std::variant_size_v<Control>);
 
 void fields(auto& io, Is<Qos> auto& qos) {
@@ -153,6 +153,25 @@ void fields(auto& io, Is<ListenerTold> auto& told) {
 void fields(auto& io, Is<Listeners> auto& listeners) {
   io.list("added", listeners.added, kAddedMax);
   io.list("removed", listeners.removed, kRemovedMax);
+}
+
+void fields(auto& io, Is<AskedName> auto& asked) {
+  io.member("kind", asked.kind);
+  io.member("name", asked.name);
+  io.member("type", asked.type);
+}
+
+void fields(auto& io, Is<Ask> auto& ask) {
+  io.list("names", ask.names, kAskedMax);
+}
+
+void fields(auto& io, Is<Answered> auto& answer) {
+  io.list("codes", answer.codes, kAskedMax);
+  for (const auto& code : answer.codes) {
+    io.check(code.size() <= kCodeBytesMax, "codes", "has a code that is too long",
+             CloseCode::kTooLarge);
+    io.check(is_method(code), "codes", "has an entry that is not a word of [a-z0-9_]");
+  }
 }
 
 void fields(auto& io, Is<Attach> auto& attach) {

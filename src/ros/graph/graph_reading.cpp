@@ -3,7 +3,10 @@
 #include <rcl/graph.h>
 
 #include <algorithm>
+#include <chrono>
+#include <iterator>
 #include <string_view>
+#include <utility>
 
 #include "core/graph/graph_view.hpp"
 #include "ros/graph/service_reading.hpp"
@@ -15,6 +18,12 @@
 
 namespace connect_bridge::ros {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr Duration kLongQuestion = std::chrono::microseconds(50);
+// For the topics that others are not known to have, in each reading.
+constexpr Duration kTimeForRest = std::chrono::milliseconds(20);
 
 // Reads the endpoints of one topic into its states, one per type.
 class TopicReading {
@@ -109,35 +118,106 @@ void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridge
   });
 }
 
-}  // namespace
-
-std::optional<GraphChanged> GraphReading::read(const std::set<std::string>& watched,
-                                               const std::function<void()>& between) {
-  unknown_names_ = false;
-  BridgeParticipants bridges;
-  auto topics = read_topics(bridges, between);
-  if (!topics) return std::nullopt;
-  auto services = read_services(node_, watched, bridges, between);
-  if (!services) return std::nullopt;
-  bridges_ = std::move(bridges);
-  return GraphChanged{std::move(*topics), std::move(*services)};
+// The topics of others' nodes; nullopt: the middleware failed.
+std::optional<std::set<std::string>> topics_of_nodes(const Node& node,
+                                                     const std::function<void()>& between) {
+  const auto nodes = names_of_nodes(node);
+  if (!nodes) return std::nullopt;
+  const auto ours = node.own().nodes();
+  std::set<std::string> topics;
+  for (const NodeName& of : *nodes) {
+    if (const std::string full = full_name(of);
+        full == node.facts().full_name || ours.contains(full))
+      continue;
+    for (const auto query : {&rcl_get_publisher_names_and_types_by_node,
+                             &rcl_get_subscriber_names_and_types_by_node}) {
+      between();
+      // It finds none of a node that has just left: that is not an error.
+      const NamesAndTypes found(query, node.handle(), false, of.name.c_str(),
+                                of.name_space.c_str());
+      for (std::size_t i = 0; i < found.size(); ++i) topics.insert(found.name(i));
+    }
+  }
+  return topics;
 }
 
-std::optional<std::vector<TopicState>> GraphReading::read_topics(
-    BridgeParticipants& bridges, const std::function<void()>& between) {
-  const NamesAndTypes found(&rcl_get_topic_names_and_types, node_.handle(), false);
-  if (!found.ok()) return std::nullopt;
+}  // namespace
+
+std::optional<GraphChanged> GraphReading::read(const std::set<std::string>& watched, bool changed,
+                                               const std::function<void(Duration)>& between) {
+  unknown_names_ = false;
+  rested_ = {};
+  if (changed) rounds_ = 1;
+  auto asked = Clock::now();
+  const auto leave_to_others = [&] {
+    const auto began = Clock::now();
+    const Duration took = began - asked;
+    between(took < kLongQuestion ? Duration::zero() : took);
+    asked = Clock::now();
+    rested_ += asked - began;
+  };
+  BridgeParticipants bridges;
+  if (!read_topics(bridges, leave_to_others)) return std::nullopt;
+  auto services = read_services(node_, watched, bridges, leave_to_others);
+  if (!services) return std::nullopt;
+  auto called = read_called(node_, *services, leave_to_others);
   std::vector<TopicState> topics;
-  topics.reserve(found.size());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    between();
-    TopicReading reading(node_, found.name(i), bridges);
-    if (!reading.read()) return std::nullopt;
-    unknown_names_ = unknown_names_ || reading.unknown_names;
-    std::move(reading.states.begin(), reading.states.end(), std::back_inserter(topics));
-  }
+  for (const auto& [name, states] : topics_)
+    topics.insert(topics.end(), states.begin(), states.end());
   attribute(topics, bridges);
-  return topics;
+  bridges_ = std::move(bridges);
+  return GraphChanged{std::move(topics), std::move(*services), std::move(called)};
+}
+
+bool GraphReading::read_topics(BridgeParticipants& bridges, const std::function<void()>& between) {
+  auto topics = topics_of_nodes(node_, between);
+  if (!topics) return false;
+  topics->insert(kClaimsTopic);
+  for (const auto& [name, states] : topics_) topics->insert(name);
+  for (const std::string& name : *topics) {
+    between();
+    if (!read_states(name, bridges)) return false;
+  }
+  return read_rest(bridges, between);
+}
+
+// What is there of nodes whose names are not known, or not unique, and of programs without ROS.
+bool GraphReading::read_rest(BridgeParticipants& bridges, const std::function<void()>& between) {
+  const auto end = Clock::now() + kTimeForRest;
+  while (unfinished()) {
+    if (next_ == rest_.size()) {
+      between();
+      const NamesAndTypes found(&rcl_get_topic_names_and_types, node_.handle(), false);
+      if (!found.ok()) return false;
+      rest_.clear();
+      for (std::size_t i = 0; i < found.size(); ++i)
+        if (!topics_.contains(found.name(i))) rest_.emplace_back(found.name(i));
+      next_ = 0;
+      --rounds_;
+    }
+    for (; next_ < rest_.size(); ++next_) {
+      if (Clock::now() >= end) return true;
+      between();
+      if (!read_states(rest_[next_], bridges)) return false;
+    }
+  }
+  return true;
+}
+
+bool GraphReading::read_states(const std::string& topic, BridgeParticipants& bridges) {
+  TopicReading reading(node_, topic.c_str(), bridges);
+  if (!reading.read()) return false;
+  unknown_names_ = unknown_names_ || reading.unknown_names;
+  keep(topic, std::move(reading.states));
+  return true;
+}
+
+void GraphReading::keep(const std::string& topic, std::vector<TopicState> states) {
+  if (states.empty()) {
+    topics_.erase(topic);
+  } else {
+    topics_[topic] = std::move(states);
+  }
 }
 
 bool GraphReading::read_topic(const std::string& topic, GraphChanged& graph) {
@@ -145,6 +225,7 @@ bool GraphReading::read_topic(const std::string& topic, GraphChanged& graph) {
   TopicReading claims(node_, kClaimsTopic, bridges_);
   TopicReading reading(node_, topic.c_str(), bridges_);
   if (!claims.read() || !reading.read()) return false;
+  keep(topic, reading.states);
   attribute(reading.states, bridges_);
   auto& topics = graph.topics;
   const auto is_of_it = [&](const TopicState& state) { return state.name == topic; };

@@ -113,13 +113,13 @@ void GraphWatcher::look_again(Duration delay) {
 }
 
 void GraphWatcher::run() {
-  bool due = true;
+  bool due = true, changed = true;
   while (true) {
     if (due) {
       ReadyList::mark(slot(), kReadyChanged);
       const auto begin = Clock::now();
-      read();
-      const Duration took = Clock::now() - begin;
+      read(changed);
+      const Duration took = Clock::now() - begin - reading_.rested();
       reading_ns_ = took.count();
       ++readings_;
       const auto rest = pace_.after(took, Clock::now());
@@ -127,9 +127,12 @@ void GraphWatcher::run() {
     }
     if (stopping()) return;
     const bool again = incomplete_ && retries_ < kRetriesMax;
-    const auto again_at = again ? Clock::now() + retry_delay(retries_) : Clock::time_point::max();
+    const auto again_at = reading_.unfinished() ? Clock::now()
+                          : again               ? Clock::now() + retry_delay(retries_)
+                                                : Clock::time_point::max();
     do {
-      due = wait(std::min(again_at, serve())) || Clock::now() >= again_at;
+      changed = wait(std::min(again_at, serve()));
+      due = changed || Clock::now() >= again_at;
     } while (!due && !stopping());
   }
 }
@@ -137,6 +140,13 @@ void GraphWatcher::run() {
 bool GraphWatcher::stopping() {
   const std::lock_guard lock(mutex_);
   return stop_;
+}
+
+void GraphWatcher::leave(Duration rest) {
+  const auto until = Clock::now() + rest;
+  serve();
+  std::unique_lock lock(mutex_);
+  if (rest > Duration::zero()) poked_.wait_until(lock, until, [this] { return stop_; });
 }
 
 GraphWatcher::Clock::time_point GraphWatcher::serve() {
@@ -194,7 +204,7 @@ void GraphWatcher::pause(Duration duration, Duration if_asked) {
   }
 }
 
-void GraphWatcher::read() {
+void GraphWatcher::read(bool changed) {
   read_again_ = false;
   const bool asked = refresh_.exchange(false);
   std::set<std::string> watched;
@@ -203,7 +213,7 @@ void GraphWatcher::read() {
     watched = watched_;
   }
   answered_.clear();
-  auto graph = reading_.read(watched, [this] { serve(); });
+  auto graph = reading_.read(watched, changed, [this](Duration rest) { leave(rest); });
   incomplete_ = reading_.unknown_names() || !graph;
   retries_ = incomplete_ ? retries_ + 1 : 0;
   if (!graph) {

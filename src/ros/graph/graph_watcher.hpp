@@ -60,11 +60,14 @@ class GraphWatcher final : public Entity {
   bool wait(Clock::time_point deadline);
   // `if_asked`: when a reading is asked for, as a sample of an unknown publisher waits for it.
   void pause(Duration duration, Duration if_asked);
+  // Between the questions of a reading: serves, and leaves the middleware to others for this time.
+  void leave(Duration rest);
   // Reads the topics that are asked for and marks the look that is due; returns when the next of
   // them will be.
   Clock::time_point serve();
   std::optional<std::string> take_asked();
-  void read();
+  // `changed`: something may have changed since the last reading.
+  void read(bool changed);
   void read_topic(const std::string& topic);
   void tell(GraphChanged graph);
   bool stopping();

@@ -3,6 +3,7 @@
 #include <rcl/graph.h>
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "ros/node/own_endpoints.hpp"
@@ -23,18 +24,12 @@ struct Nodes {
 
 // The nodes of others.
 std::optional<Nodes> read_nodes(const Node& node) {
-  auto allocator = rcl_get_default_allocator();
-  auto names = rcutils_get_zero_initialized_string_array();
-  auto name_spaces = rcutils_get_zero_initialized_string_array();
   const auto ours_before = node.own().nodes();
-  if (!ignore_error(rcl_get_node_names(node.handle(), allocator, &names, &name_spaces))) {
-    return std::nullopt;
-  }
+  const auto names = names_of_nodes(node);
+  if (!names) return std::nullopt;
   const auto ours_after = node.own().nodes();
   std::map<NodeName, std::size_t> counts;
-  for (std::size_t i = 0; i < names.size; ++i) ++counts[{name_spaces.data[i], names.data[i]}];
-  ignore_error(rcutils_string_array_fini(&names));
-  ignore_error(rcutils_string_array_fini(&name_spaces));
+  for (const NodeName& name : *names) ++counts[name];
 
   std::optional<Nodes> nodes{std::in_place};
   for (const auto& [found, count] : counts) {
@@ -224,6 +219,20 @@ std::vector<ServiceState> ServiceReading::finish() {
   return states;
 }
 
+constexpr std::size_t kUnservedMax = 256;  // services without a server
+
+// A client writes requests.
+bool is_called(const Node& node, const std::string& service) {
+  if (!middleware().tells_servers())
+    return distro::count_clients(node.handle(), service.c_str(), 0).value_or(0) > 0;
+  const std::string topic = "rq" + service + "Request";
+  const TopicEndpoints writers(&rcl_get_publishers_info_by_topic, node.handle(), topic.c_str(),
+                               true);
+  return std::any_of(writers.begin(), writers.end(), [&](const auto& info) {
+    return !node.own().contains(distro::gid_of(info.endpoint_gid));
+  });
+}
+
 }  // namespace
 
 bool BridgeParticipants::attribute(const Gid& gid, std::string& name_space,
@@ -237,6 +246,20 @@ bool BridgeParticipants::attribute(const Gid& gid, std::string& name_space,
   return true;
 }
 
+std::optional<std::vector<NodeName>> names_of_nodes(const Node& node) {
+  auto names = rcutils_get_zero_initialized_string_array();
+  auto name_spaces = rcutils_get_zero_initialized_string_array();
+  if (!ignore_error(
+          rcl_get_node_names(node.handle(), rcl_get_default_allocator(), &names, &name_spaces)))
+    return std::nullopt;
+  std::optional<std::vector<NodeName>> found{std::in_place};
+  for (std::size_t i = 0; i < names.size; ++i)
+    found->push_back({name_spaces.data[i], names.data[i]});
+  ignore_error(rcutils_string_array_fini(&names));
+  ignore_error(rcutils_string_array_fini(&name_spaces));
+  return found;
+}
+
 std::optional<std::vector<ServiceState>> read_services(const Node& node,
                                                        const std::set<std::string>& watched,
                                                        const BridgeParticipants& bridges,
@@ -246,6 +269,28 @@ std::optional<std::vector<ServiceState>> read_services(const Node& node,
   ServiceReading reading(node, watched, bridges, between);
   if (!reading.add_all(*nodes)) return std::nullopt;
   return reading.finish();
+}
+
+std::vector<CalledService> read_called(const Node& node, const std::vector<ServiceState>& served,
+                                       const std::function<void()>& between) {
+  std::set<std::string> names;
+  for (const ServiceState& service : served) names.insert(service.name);
+  for (const auto& [name, count] : node.own().servers()) names.insert(name);
+  const std::string own = node.facts().full_name + "/";
+  std::vector<CalledService> called;
+  std::size_t asked = 0;
+  between();
+  const NamesAndTypes found(&rcl_get_service_names_and_types, node.handle());
+  for (std::size_t i = 0; i < found.size() && asked < kUnservedMax; ++i) {
+    const std::string name = found.name(i);
+    if (names.contains(name) || name.starts_with(own)) continue;
+    ++asked;
+    between();
+    if (!is_called(node, name)) continue;
+    for (const char* type : found.types(i)) called.push_back({name, type});
+  }
+  std::sort(called.begin(), called.end());
+  return called;
 }
 
 }  // namespace connect_bridge::ros

@@ -29,10 +29,19 @@ struct BridgeParticipants {
   [[nodiscard]] bool attribute(const Gid& gid, std::string& name_space, std::string& name) const;
 };
 
+// All nodes, also those of one name; nullopt: the middleware failed.
+std::optional<std::vector<NodeName>> names_of_nodes(const Node& node);
+
 // All services with the servers of others; nullopt: the middleware failed. The servers of `watched`
 // services have their ids. `between` is called before each long question.
 std::optional<std::vector<ServiceState>> read_services(
     const Node& node, const std::set<std::string>& watched, const BridgeParticipants& bridges,
     const std::function<void()>& between = [] {});
+
+// The services that a node of others has a client of and that nobody serves: neither `served`,
+// which are all that others serve, nor this process. At most some hundred. `between` is called
+// before each long question. None if the middleware fails.
+std::vector<CalledService> read_called(const Node& node, const std::vector<ServiceState>& served,
+                                       const std::function<void()>& between);
 
 }  // namespace connect_bridge::ros

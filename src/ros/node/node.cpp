@@ -10,6 +10,7 @@
 #include <rcl/node.h>
 #include <rcl/node_options.h>
 #include <rcl/publisher.h>
+#include <rcl/remap.h>
 #include <rcl/time.h>
 #include <rcl_interfaces/msg/parameter_event.h>
 #include <rcutils/logging.h>
@@ -83,6 +84,25 @@ std::vector<std::string> parameter_files_of(const rcl_arguments_t& arguments) {
   return names;
 }
 
+// What a node of this name will be called, with what remaps it.
+std::string future_name(const rcl_arguments_t& arguments, const std::string& name) {
+  auto allocator = rcl_get_default_allocator();
+  const auto text_or = [&](char* text, const std::string& otherwise) {
+    if (text == nullptr) return otherwise;
+    std::string copy(text);
+    allocator.deallocate(text, allocator.state);
+    return copy;
+  };
+  char* output = nullptr;
+  ignore_error(rcl_remap_node_name(nullptr, &arguments, name.c_str(), allocator, &output));
+  const std::string last = text_or(output, name);
+  output = nullptr;
+  ignore_error(rcl_remap_node_namespace(nullptr, &arguments, name.c_str(), allocator, &output));
+  std::string space = text_or(output, "/");
+  if (space.empty() || space.front() != '/') space.insert(space.begin(), '/');
+  return space + (space.back() == '/' ? "" : "/") + last;
+}
+
 }  // namespace
 
 struct Node::State {
@@ -101,6 +121,7 @@ struct Node::State {
   void open(const NodeOptions& options);
   void open_context(const NodeOptions& options);
   void read_arguments(const NodeOptions& options);
+  void read_parameters();
   std::size_t domain();
   void open_publisher_ids();
   void open_parameter_events();
@@ -137,11 +158,13 @@ void Node::State::read_arguments(const NodeOptions& options) {
 void Node::State::open(const NodeOptions& options) {
   const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // else rcl says why
   ask_for_whole_graph(is_loaded);
-  const FastDdsProfile profile(is_loaded,
-                               options.publishes_images ? FastDdsProfile::kLargeSegment : 0);
-  warnings = profile.problems();
   open_context(options);
   read_arguments(options);
+  facts.full_name = future_name(context.global_arguments, options.name);
+  read_parameters();
+  const bool publishes_images = options.publishes_images && options.publishes_images(facts);
+  const FastDdsProfile profile(is_loaded, publishes_images ? FastDdsProfile::kLargeSegment : 0);
+  warnings = profile.problems();
   all_arguments.assign(options.argv, options.argv + options.argc);
   const std::string no_file = begin_log(context.global_arguments, all_arguments);
   logging = true;
@@ -168,6 +191,9 @@ void Node::State::open(const NodeOptions& options) {
   facts.name_space = rcl_node_get_namespace(&node);
   facts.full_name = rcl_node_get_fully_qualified_name(&node);
   own.settle_node(facts.full_name);
+}
+
+void Node::State::read_parameters() {
   read_overrides(context.global_arguments, facts.full_name, facts.parameter_overrides,
                  facts.others_with_parameters);
   facts.parameter_files = parameter_files_of(context.global_arguments);

@@ -31,12 +31,17 @@ class RosError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+struct NodeFacts;
+
 struct NodeOptions {
   std::string name;  // "connect_server", unless the arguments say otherwise
   // The arguments of main(): --ros-args with __node, __ns, --log-level, --params-file, -p.
   int argc = 0;
   const char* const* argv = nullptr;
-  bool publishes_images = false;  // or other messages of megabytes: see FastDdsProfile
+  // Whether it will publish images, or other messages of megabytes (FastDdsProfile). It is asked
+  // before the node is made, with what is known then: names, arguments, parameters. Empty: it will
+  // not.
+  std::function<bool(const NodeFacts& known)> publishes_images{};
 };
 
 // What is known of it from the start on.

@@ -27,7 +27,8 @@ struct ParameterFile {
   [[nodiscard]] std::string problem() const;
 };
 
-// Of a pipe, which can be read once only, equal keys are not found.
+// Reads the file, and looks for keys that stand there twice (not in a pipe, which can be read only
+// once).
 [[nodiscard]] ParameterFile read_parameter_file(const std::string& file);
 
 // The problems of all files of --params-file among the arguments of main(), before rcl reads them:

@@ -18,8 +18,8 @@ class ServerSight {
 
   // A server counts as gone when requests reached none for this time, and the graph has none.
   static constexpr Duration kPatience = std::chrono::milliseconds(75);
-  // The same while the graph has a server. Longer than two heartbeats (3 s) with which Fast DDS
-  // announces again what was lost.
+  // The time while the graph still has a server. It is longer than two heartbeats (3 s each), with
+  // which Fast DDS announces again what was lost.
   static constexpr Duration kPatienceInGraph = std::chrono::seconds(10);
 
   // reached: requests reach a server now; in_graph: the graph has one, perhaps half of it.

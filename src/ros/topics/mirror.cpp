@@ -17,57 +17,78 @@ constexpr std::size_t kUncheckedBytesMax = 1024;
 
 }  // namespace
 
-Mirror::Mirror(Shared& shared, Create create)
-    : Entity(shared.ready, kReadyFailed), shared_(shared), create_(std::move(create)) {}
-
-Mirror::~Mirror() {
+Publisher::~Publisher() {
   if (!open_) return;
   ignore_error(rcl_publisher_fini(&publisher_, node_.get()));
   if (own_id_) shared_.node.own().remove(*own_id_);
 }
 
-std::optional<Refusal> Mirror::open() {
-  auto type = shared_.types.message(create_.type, create_.type_hash, create_.any_definition);
+std::optional<Refusal> Publisher::open(const CreateMirror& create) {
+  topic_ = create.topic;
+  type_name_ = create.type;
+  auto type = shared_.types.message(create.type, create.type_hash, create.any_definition);
   if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
   type_ = std::move(std::get<MessageType>(type));
-  node_ = shared_.proxies.get(create_.node);
+  node_ = shared_.proxies.get(create.node);
   rcl_publisher_options_t options = rcl_publisher_get_default_options();
-  options.qos = to_rmw(create_.qos);
+  options.qos = to_rmw(create.qos);
   auto making = shared_.node.own().making();
   const rcl_ret_t result = rcl_publisher_init(&publisher_, node_.get(), type_.handle.get(),
-                                              create_.topic.c_str(), &options);
+                                              create.topic.c_str(), &options);
   if (result != RCL_RET_OK)
-    return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
+    return endpoint_failure(shared_.node, create.topic, create.type, "cannot publish on", result);
   open_ = true;
   own_id_ = shared_.node.add_own(publisher_);
   making.unlock();
-  if (own_id_) shared_.report(MirrorMade{create_.id, *own_id_});
-  if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
+  if (own_id_) shared_.report(MirrorMade{create.id, *own_id_});
+  if (type_.introspection == nullptr) shared_.tell_not_installed(create.type);
   if (type_.introspection != nullptr && has_keys(*type_.introspection))
-    shared_.tell_keys(create_.type);
-  if (!create_.any_definition) shared_.tell_if_unhashed(create_.type, create_.type_hash);
-  if (!type_.other_hash.empty()) shared_.report(TypeDiffers{create_.id, type_.other_hash});
+    shared_.tell_keys(create.type);
+  if (!create.any_definition) shared_.tell_if_unhashed(create.type, create.type_hash);
+  if (!type_.other_hash.empty()) shared_.report(TypeDiffers{create.id, type_.other_hash});
   return std::nullopt;
 }
 
-void Mirror::publish(ByteView bytes) {
+std::optional<std::string> Publisher::publish(ByteView bytes) {
+  if (ended_) return "the publisher of " + topic_ + " has ended";
   const bool small = bytes.size() <= kUncheckedBytesMax && type_.other_hash.empty();
   if (const auto* fields = type_.introspection; fields != nullptr && !small) {
     if (const auto problem = check_cdr(bytes, *fields, sample_limits(bytes.size())))
-      return refuse("a peer's message on " + create_.topic + " is no " + create_.type + ": " +
-                    *problem);
+      return "a peer's message on " + topic_ + " is no " + type_name_ + ": " + *problem;
   }
   const rcl_serialized_message_t message = as_serialized(bytes);
   const rcl_ret_t result = rcl_publish_serialized_message(&publisher_, &message, nullptr);
-  if (result == RCL_RET_OK) {
-    ++shared_.counters.published;
-    return;
-  }
-  refuse(error_text("cannot publish on " + create_.topic, result));
+  if (result == RCL_RET_OK) return std::nullopt;
+  return error_text("cannot publish on " + topic_, result);
 }
 
-void Mirror::refuse(const std::string& text) {
-  shared_.node.log(shared_.unpublished, LogLevel::kWarn, text);
+Mirror::Mirror(Shared& shared, Create create)
+    : Entity(shared.ready, kReadyFailed),
+      shared_(shared),
+      create_(std::move(create)),
+      publisher_(std::make_shared<Publisher>(shared)) {}
+
+Mirror::~Mirror() {
+  publisher_->end();
+}
+
+std::optional<Refusal> Mirror::open() {
+  return publisher_->open(create_);
+}
+
+void Mirror::publish(const Publish& sample, LargeSamples& large) {
+  if (beside_ == 0 && sample.payload.size() <= kLargeSample) {
+    ++beside_;
+    return on_published(publisher_->publish(sample.payload.view()));
+  }
+  ++beside_;
+  large.add({publisher_, sample});
+}
+
+void Mirror::on_published(const std::optional<std::string>& problem) {
+  --beside_;
+  if (!problem) return static_cast<void>(++shared_.counters.published);
+  shared_.node.log(shared_.unpublished, LogLevel::kWarn, *problem);
   if (unpublished_++ == 0) ReadyList::mark(slot(), kReadyFailed);
 }
 

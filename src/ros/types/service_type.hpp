@@ -16,7 +16,7 @@ struct ServiceType {
   const rosidl_service_type_support_t* handle = nullptr;  // for rcl
   std::string hash;                                       // "RIHS01_...", or empty: not known
   bool is_installed = false;
-  // The same of its requests and responses; empty also where the type is not installed.
+  // Hashes of the types of requests and responses; empty also where the type is not installed.
   std::string request_hash, response_hash;
   std::unique_ptr<MessageForm> request, response;
 };

@@ -43,7 +43,7 @@ class TypeSupports {
   // the hash of the installed definition, where the distribution has hashes; a type that is not
   // installed has it from there. `any_definition`: the installed definition may have another hash.
   Message message(const std::string& type, const std::string& hash, bool any_definition = false);
-  // The same of "std_srvs/srv/SetBool" or "<package>/action/<Action>_SendGoal".
+  // As message(), for a service: "std_srvs/srv/SetBool" or "<package>/action/<Action>_SendGoal".
   Service service(const std::string& type, const std::string& hash, bool any_definition = false);
 
   // Why a subscription to, or (`is_service`) a client of, such a type cannot be made, as far as

@@ -10,21 +10,18 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-TEST(Config, SharesReachTheCoreAndTheNetwork) {
+TEST(Config, SharesReachTheCore) {
   const Config usual = config_of({}, Role::kServer);
   const AccountOptions core;
   EXPECT_EQ(side_options(usual).account.memory_bytes_max, core.memory_bytes_max);
   EXPECT_EQ(side_options(usual).account.offence_period, core.offence_period);
-  EXPECT_EQ(usual.socket.receive_bytes_per_second, 0);
   const Config own = config_of(yaml(R"(
 memory_max: 16777216
-peer_bytes_per_second: 8
 limits: {offences_per_minute: 60}
 )"),
                                Role::kServer);
   EXPECT_EQ(side_options(own).account.memory_bytes_max, 16U << 20);
   EXPECT_EQ(side_options(own).account.offence_period, std::chrono::seconds(1));
-  EXPECT_EQ(own.socket.receive_bytes_per_second, 8);
   EXPECT_THAT(own.warnings, Contains(HasSubstr("memory_max: less than 3 times max_message_size")));
 }
 

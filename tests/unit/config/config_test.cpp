@@ -22,7 +22,6 @@ TEST(Config, ServerDefaults) {
   const Config config = config_of({}, Role::kServer);
   EXPECT_EQ(config.listen_address, "127.0.0.1");
   EXPECT_EQ(config.listen.port, 9090);
-  EXPECT_EQ(config.listen.path, "/");
   EXPECT_EQ(config.socket.congestion_control, "auto");
   EXPECT_TRUE(config.carries_types_not_installed);
   EXPECT_THAT(config.policy.rules(), IsEmpty());
@@ -109,7 +108,7 @@ rule:
     server_queue: 3
     call_timeout: 2.5
     qos:
-      {reliability: best_effort, durability: transient_local, depth: 3, deadline: 1, lifespan: 2.5}
+      {reliability: best_effort, durability: transient_local, depth: 3}
 )"),
                                   Role::kServer);
   ASSERT_EQ(config.policy.rules().size(), 1U);
@@ -127,8 +126,7 @@ rule:
   expected.bytes_per_second_max = 1000;
   expected.max_age = std::chrono::milliseconds(300);
   expected.queue_bytes_max = 4096;
-  expected.qos = {Reliability::kBestEffort, Durability::kTransientLocal, 3, std::chrono::seconds(1),
-                  std::chrono::milliseconds(2500)};
+  expected.qos = {Reliability::kBestEffort, Durability::kTransientLocal, 3};
   expected.calls_max = 5;
   expected.server_queue = 3;
   expected.call_timeout = std::chrono::milliseconds(2500);
@@ -174,10 +172,7 @@ graph: nodes
 max_message_size: 1048576
 dead_after: 5
 connections_max: 2
-connections_per_identity_max: 1
-latched_depth: 4
 memory_max: 8388608
-mirrors_max: 3
 prefix: /robot1
 remap: ["/scan:=/laser"]
 auth: {token: 0123456789abcdef}
@@ -188,9 +183,6 @@ auth: {token: 0123456789abcdef}
   EXPECT_EQ(options.reassembly.open_bytes_max, 256U << 20);
   EXPECT_EQ(options.dead_after, std::chrono::seconds(5));
   EXPECT_EQ(options.links_max, 2U);
-  EXPECT_EQ(options.identity_links_max, 1U);
-  EXPECT_EQ(options.latched_depth, 4U);
-  EXPECT_EQ(options.mirrors_max, 3U);
   EXPECT_EQ(options.mirror_bytes_max, 4U << 20);
   EXPECT_TRUE(options.proxy_nodes);
   const NameMap names = options.names.of("").value();
@@ -203,7 +195,7 @@ TEST(Config, PublishedClockIsNotForwardedToo) {
   const Config config = config_of(yaml(R"(
 url: ws://localhost
 rules: [all]
-rule: {all: {import_topics: ["/**"], export_topics: ["/**"], clock: publish, clock_rate: 100}}
+rule: {all: {import_topics: ["/**"], export_topics: ["/**"], clock: publish}}
 )"),
                                   Role::kClient);
   const auto decide = [&](Direction direction) {
@@ -346,7 +338,7 @@ rule:
                                   Role::kServer);
   EXPECT_EQ(
       explain(config),
-      "listens: on 0.0.0.0, port 9090, path /, with TLS (certificate /c.pem); reachable by "
+      "listens: on 0.0.0.0, port 9090, with TLS (certificate /c.pem); reachable by "
       "others\n"
       "login: token, taken from the parameter auth.token\n"
       "rules, the first that allows an interface decides:\n"

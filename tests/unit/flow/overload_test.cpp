@@ -1,187 +1,110 @@
-// More is published on a channel than its link carries: what waits, and what does not.
+#include "core/flow/overload.hpp"
+
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <variant>
-#include <vector>
-
-#include "core/flow/outbox.hpp"
 #include "unit/flow/script.hpp"
 
 namespace connect_bridge::flow_test {
 namespace {
 
-constexpr std::size_t kPart = 100'000;
-constexpr std::size_t kParts = 5;  // of a message
+// Time in milliseconds.
+struct Judge {
+  void came(std::int64_t oldest, std::int64_t at) { subject.came(time(oldest), time(at)); }
+  void began(std::int64_t since, std::int64_t at) { subject.began(time(since), time(at)); }
+  static TimePoint time(std::int64_t ms) { return TimePoint{} + std::chrono::milliseconds(ms); }
 
-enum class Of : std::uint8_t { kState, kEvents };
-
-// A channel on a link that takes a part every so many ms.
-class Link {
- public:
-  explicit Link(std::int64_t part_ms, Of of = Of::kState, std::uint32_t depth = 100)
-      : part_ms_(part_ms), of_(of), outbox_(options()) {
-    QueueOptions channel = queue(Priority::kBulk);
-    channel.depth = depth;
-    channel.queue_bytes_max = 1 << 30;
-    outbox_.add_channel(kA, channel);
-  }
-
-  // Runs until `ms`; publisher 1 publishes a message at each of these times, 2 at the others.
-  void run(std::int64_t until, const std::vector<std::int64_t>& publish,
-           const std::vector<std::int64_t>& other = {}) {
-    for (; now_ < until; ++now_) {
-      publish_at(publish, {1});
-      publish_at(other, {2});
-      if (now_ % part_ms_ == 0 && !stands_) take();
-    }
-  }
-  void stand(bool stands) { stands_ = stands; }
-  [[nodiscard]] std::uint64_t dropped(DropReason reason) {
-    return outbox_.counts(kA).dropped.of(reason);
-  }
-
-  // How old each message was when its last part left, ms: of publisher 1, of publisher 2.
-  std::vector<std::int64_t> ages;
-  std::vector<std::int64_t> other_ages;
-
- private:
-  static OutboxOptions options() {
-    OutboxOptions options;
-    options.queue_delay_target = {};
-    options.fragment_bytes = kPart;
-    options.packet_bytes = 1;
-    options.data_bytes_max = 1ULL << 40;
-    options.unacknowledged_bytes_max = 1ULL << 40;
-    return options;
-  }
-
-  void publish_at(const std::vector<std::int64_t>& times, OriginId publisher) {
-    for (auto count = std::count(times.begin(), times.end(), now_); count > 0; --count) {
-      OutMessage next = message(kParts * kPart, at_ms(now_));
-      next.subject = publisher;
-      if (of_ == Of::kState) next.state = 0;
-      outbox_.push(kA, std::move(next), now_ms(now_));
-    }
-  }
-
-  void take() {
-    const auto sent = outbox_.counts(kA).sent;
-    const auto packet = outbox_.next(now_ms(now_));
-    if (!packet) return;
-    const Bytes bytes = joined(*packet);
-    FrameReader reader(bytes);
-    const auto frame = reader.next();
-    if (const auto* first = std::get_if<MessageFrame>(&*frame.value())) {
-      published_ = (first->stamp - at_ms(0)) / 1'000'000;
-      of_other_ = first->subject == OriginId{2};
-    }
-    if (outbox_.counts(kA).sent > sent)
-      (of_other_ ? other_ages : ages).push_back(now_ - published_);
-  }
-
-  const std::int64_t part_ms_;
-  const Of of_;
-  Outbox outbox_;
-  std::int64_t now_ = 0;
-  std::int64_t published_ = 0;
-  bool of_other_ = false;
-  bool stands_ = false;
+  Overload subject;
 };
 
-std::vector<std::int64_t> every(std::int64_t period, std::int64_t from, std::int64_t until) {
-  std::vector<std::int64_t> times;
-  for (std::int64_t ms = from; ms < until; ms += period) times.push_back(ms);
-  return times;
+// More came than left, and each waited for more than 50 ms, for 100 ms.
+Judge overloaded() {
+  Judge s;
+  s.came(0, 60);
+  s.came(0, 150);
+  EXPECT_TRUE(s.subject.stands());
+  return s;
 }
 
-std::int64_t oldest_after(const std::vector<std::int64_t>& ages, std::size_t first) {
-  return *std::max_element(ages.begin() + static_cast<std::ptrdiff_t>(first), ages.end());
+TEST(Overload, IsTooLongAWaitForAWholeInterval) {
+  Judge s;
+  s.came(0, 50);
+  s.came(0, 60);  // too long since 50
+  s.came(0, 149);
+  EXPECT_FALSE(s.subject.stands());
+  s.came(0, 150);
+  EXPECT_TRUE(s.subject.stands());
 }
 
-// A message takes 200 ms. What arrives is about as old as two of them, however much more than the
-// link carries is published; and as many arrive as the link carries.
-TEST(Overload, WhatArrivesIsNowHoweverSmallTheOverloadIs) {
-  for (const std::int64_t period : {20, 100, 133, 188, 198}) {
-    Link link(40);
-    link.run(30'000, every(period, 0, 30'000));
-    EXPECT_GE(link.ages.size(), 148U) << period;
-    EXPECT_LE(oldest_after(link.ages, 15), 3 * 200 + 100) << period;
-  }
+TEST(Overload, ABurstThatHasLeftIsNone) {
+  Judge s;
+  s.came(0, 60);
+  s.began(60, 110);  // it waited for 50 ms: the time begins anew
+  s.came(110, 170);
+  s.came(110, 250);
+  EXPECT_FALSE(s.subject.stands());
 }
 
-TEST(Overload, APublisherSlowerThanTheLinkIsNeverThinned) {
-  Link link(40);
-  link.run(30'000, every(205, 0, 29'000));
-  EXPECT_EQ(link.dropped(DropReason::kNewerAvailable), 0U);
+TEST(Overload, WhereAsMuchLeavesAsComesThereIsNone) {
+  Judge s;
+  s.came(0, 60);
+  s.began(0, 70);
+  s.began(0, 140);
+  s.came(60, 150);
+  EXPECT_FALSE(s.subject.stands());
+  s.came(60, 151);
+  EXPECT_TRUE(s.subject.stands());
 }
 
-// However fast the other one is; neither does the fast one starve.
-TEST(Overload, PublishersOfOneTopicTakeTurns) {
-  Link link(40);
-  link.run(30'000, every(20, 0, 30'000), every(1000, 7, 29'000));
-  EXPECT_EQ(link.other_ages.size(), 29U);
-  EXPECT_GE(link.ages.size(), 115U);
-  Link both(40);
-  both.run(30'000, every(20, 0, 30'000), every(30, 0, 30'000));
-  EXPECT_NEAR(static_cast<double>(both.ages.size()), static_cast<double>(both.other_ages.size()),
-              4);
-  EXPECT_LE(oldest_after(both.ages, 15), 900);
+TEST(Overload, IsOverWhenForAnIntervalNothingHasWaitedLong) {
+  Judge s = overloaded();
+  s.began(150, 200);
+  s.began(249, 299);
+  EXPECT_TRUE(s.subject.stands());
+  s.began(250, 300);
+  EXPECT_FALSE(s.subject.stands());
 }
 
-TEST(Overload, ABurstArrivesWhole) {
-  Link link(4);  // 20 ms for a message
-  link.run(5'000, std::vector<std::int64_t>(100, 0));
-  EXPECT_EQ(link.ages.size(), 100U);
-  link.run(10'000, every(1, 6'000, 6'100));
-  EXPECT_EQ(link.ages.size(), 200U);
+TEST(Overload, GoesOnWhileMessagesAreReplacedOrWaitLong) {
+  Judge s = overloaded();
+  s.began(150, 200);
+  s.subject.replaced();
+  s.began(250, 300);
+  EXPECT_TRUE(s.subject.stands());
+  s.began(300, 351);  // 51 ms
+  s.began(380, 400);
+  EXPECT_TRUE(s.subject.stands());
+  s.began(480, 500);
+  EXPECT_FALSE(s.subject.stands());
 }
 
-TEST(Overload, BurstsLoseOnlyWhatDoesNotFit) {
-  Link link(44, Of::kState, 5);
-  for (const int start : {0, 5'000, 10'000}) {
-    link.ages.clear();
-    const int later = start + 60;  // the first is under way
-    link.run(start + 5'000, {start, later, later, later, later, later, later, later});
-    EXPECT_EQ(link.ages.size(), 6U);
-  }
+TEST(Overload, IsOverAtOnceWhenNothingWaits) {
+  Judge s = overloaded();
+  s.subject.over();
+  EXPECT_FALSE(s.subject.stands());
+  s.came(160, 300);
+  EXPECT_FALSE(s.subject.stands());
 }
 
-TEST(Overload, EndsWhenTheLinkKeepsUp) {
-  Link link(44);  // 220 ms for a message
-  link.run(5'000, every(100, 0, 4'000));
-  const auto before = link.ages.size();
-  link.run(10'000, {5'000, 5'010, 5'020});
-  EXPECT_EQ(link.ages.size(), before + 3);
+// A message that takes 400 ms to leave makes the next one wait.
+TEST(Overload, LargeMessagesHaveMoreTime) {
+  Judge s;
+  for (int i = 0; i < 2; ++i) s.subject.sent(std::chrono::milliseconds(400));
+  s.came(0, 250);
+  s.came(0, 251);
+  s.came(0, 1049);
+  EXPECT_FALSE(s.subject.stands());
+  s.came(0, 1050);
+  EXPECT_TRUE(s.subject.stands());
 }
 
-TEST(Overload, AfterAPathThatStoodWhatIsNowComesFirst) {
-  Link link(10);  // 50 ms for a message
-  link.run(3'010, every(300, 0, 3'010));
-  link.stand(true);  // the last one is under way
-  link.run(6'000, every(300, 3'200, 6'000));
-  link.stand(false);
-  const auto before = link.ages.size();
-  link.run(6'200, {});
-  ASSERT_EQ(link.ages.size(), before + 2);  // that one, and the newest
-  EXPECT_LE(link.ages.back(), 300 + 100);
-}
-
-TEST(Overload, OfEventsEachOneWaitsForFiveSeconds) {
-  Link link(40, Of::kEvents, 1'000'000);  // 200 ms for a message
-  link.run(4'000, every(100, 0, 4'000));
-  EXPECT_EQ(link.ages.size(), 20U);
-  EXPECT_EQ(link.dropped(DropReason::kQueueTime), 0U);
-  link.run(30'000, every(100, 4'000, 30'000));
-  EXPECT_GT(link.dropped(DropReason::kQueueTime), 0U);
-  EXPECT_LE(oldest_after(link.ages, 0), 5'000 + 200 + 200);
-  EXPECT_GE(link.ages.size(), 148U);
-  // What is over is sent whole.
-  const auto before = link.ages.size();
-  const auto dropped = link.dropped(DropReason::kQueueTime);
-  link.run(50'000, {});
-  EXPECT_GE(link.ages.size(), before + 24);
-  EXPECT_EQ(link.dropped(DropReason::kQueueTime), dropped);
+// The path stood still while it was under way.
+TEST(Overload, OneThatTookLongAloneIsNoMeasure) {
+  Judge s;
+  s.subject.sent(std::chrono::milliseconds(4));
+  s.subject.sent(std::chrono::milliseconds(4000));
+  s.came(0, 60);
+  s.came(0, 152);
+  EXPECT_TRUE(s.subject.stands());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -86,7 +87,8 @@ struct Numbered {
   }
 
   Nobody user;
-  std::shared_ptr<Account> account = std::make_shared<Account>(one_channel_a_second());
+  Shares all{one_channel_a_second()};
+  std::shared_ptr<Account> account = std::make_shared<Account>(one_channel_a_second(), &all);
   Link link{{1}, user, account};
   Sends mouth;
 };
@@ -239,6 +241,37 @@ TEST(Link, ALostConnectionTakesItsChannelsButNeitherNumbersNorWhatWasAdmitted) {
   EXPECT_NE(s.link.open_channel(s.mouth), number);
   EXPECT_FALSE(passes("/a", 1));
   EXPECT_TRUE(passes("/b", 1));
+}
+
+// A peer may offer others on each connection.
+TEST(Link, WhatIsRememberedOfATopicTakesMemoryOfTheLink) {
+  Numbered s;
+  const auto keep = [&](const std::string& name) {
+    TopicStatus seen;
+    seen.topic = name;
+    seen.messages = 1;
+    const std::uint64_t before = s.link.memory.used();
+    s.link.keep_counts({seen});
+    return s.link.memory.used() - before;
+  };
+  const auto limit = [&](const std::string& name) {
+    Treatment slow;
+    slow.max_rate = 1;
+    const std::uint64_t before = s.link.memory.used();
+    static_cast<void>(s.link.rate_of({name, "p/msg/T"}, Gid{}, slow, now_ms(0)));
+    return s.link.memory.used() - before;
+  };
+  const std::string name(200, 'a');
+  for (const auto& take : {std::function(keep), std::function(limit)}) {
+    EXPECT_GT(take(name), name.size() + sizeof(RateLimit));
+    EXPECT_EQ(take(name), 0U);
+  }
+  const auto all = s.link.memory.hold(s.link.memory.room());
+  EXPECT_EQ(keep("/other"), 0U);
+  TopicStatus other;
+  other.topic = "/other";
+  s.link.add_past(other);
+  EXPECT_EQ(other.messages, 0U);
 }
 
 TEST(Link, EachChannelOfADemandGoesOnBehindItsOwnSequence) {

@@ -11,6 +11,8 @@ class QuietUser : public LinksUser {
   Result<Nothing> on(Link&, const Offer&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, Accepts, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on(Link&, const Ask&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on(Link&, const Answered&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renew&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renewed&, const Now&) override { return Nothing{}; }
   void on_peer_time(Link&, const TimeReply&, Stamp) override {}

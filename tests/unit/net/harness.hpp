@@ -169,14 +169,25 @@ class RawPeer {
     ::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
     connected = ::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
   }
-  ~RawPeer() { ::close(socket_); }
+  ~RawPeer() {
+    if (socket_ >= 0) ::close(socket_);
+  }
   RawPeer(const RawPeer&) = delete;
   RawPeer& operator=(const RawPeer&) = delete;
 
   void send(std::string_view bytes) {
     if (::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) < 0) ended = true;
   }
+  // Whether there was room for any of it.
+  bool send_some(std::string_view bytes) {
+    return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) > 0;
+  }
   void half_close() { ::shutdown(socket_, SHUT_WR); }
+  void reset() {
+    const linger at_once{1, 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+    ::close(std::exchange(socket_, -1));
+  }
   // Takes what is there; sets `ended` when the other side has closed.
   void poll() {
     char buffer[4096];

@@ -349,16 +349,12 @@ TEST(Dial, CanBeGivenUp) {
   EXPECT_TRUE(pair.client.opened.empty());
 }
 
-TEST(Dial, ReportsTheStatusOfAServerThatDeclines) {
-  ListenOptions options;
-  options.path = "/connect";
-  Pair pair{options};
-  EXPECT_FALSE(pair.connect());
-  EXPECT_NE(pair.client.failures[kDial].find("HTTP 404 Not Found: This is a ROS2 Connect server"),
-            std::string::npos);
-  DialOptions right = pair.dial_options();
-  right.url.target = "/connect?x=1";
-  EXPECT_TRUE(pair.connect(right, {78}));
+// Behind a proxy each robot has a path of its own.
+TEST(Dial, AnyPathOpens) {
+  Pair pair;
+  DialOptions dial = pair.dial_options();
+  dial.url.target = "/robot7?x=1";
+  EXPECT_TRUE(pair.connect(dial, {78}));
 }
 
 }  // namespace

@@ -123,7 +123,7 @@ TEST(AddressRange, HasTheFirstBits) {
 
 std::string forwarded_for(const std::vector<std::string_view>& lines,
                           const std::vector<std::string>& trusted = {"10.0.0.0/8"}) {
-  return text_of_source(forwarded_source(ForwardedBy::kXForwardedFor, lines, ranges(trusted)));
+  return text_of_source(forwarded_source(lines, ranges(trusted)));
 }
 
 TEST(ForwardedSource, IsTheRightmostThatIsNoTrustedProxy) {
@@ -144,24 +144,6 @@ TEST(ForwardedSource, WhatAClientWritesItselfIsNotBelieved) {
   EXPECT_EQ(forwarded_for({""}), "none");
   EXPECT_EQ(forwarded_for({}), "none");
   EXPECT_EQ(forwarded_for({","}), "none");
-}
-
-TEST(ForwardedSource, OfRfc7239) {
-  const auto source = [](std::string_view line) {
-    return text_of_source(
-        forwarded_source(ForwardedBy::kForwarded, {line}, ranges({"10.0.0.0/8"})));
-  };
-  EXPECT_EQ(source("for=203.0.113.5;proto=https;by=10.0.0.1"), "203.0.113.5 0");
-  EXPECT_EQ(source("proto=https; For=\"[2001:db8::5]:4711\""), "2001:db8::5 4711");
-  EXPECT_EQ(source("for=192.0.2.66, for=203.0.113.5, for=10.0.0.1"), "203.0.113.5 0");
-  EXPECT_EQ(source("for=\"a, for=192.0.2.66\", for=203.0.113.5"), "203.0.113.5 0");
-  EXPECT_EQ(source("for=_hidden"), "none");
-  EXPECT_EQ(source("for=unknown, for=10.0.0.1"), "10.0.0.1 0");
-  EXPECT_EQ(source("by=10.0.0.1"), "none");
-  EXPECT_EQ(source("for=203.0.113.5:_port"), "203.0.113.5 0");
-  EXPECT_EQ(source("for=\"203.0.113.5\\"), "none");
-  EXPECT_EQ(source("for=\"open, for=203.0.113.5"), "203.0.113.5 0");
-  EXPECT_EQ(source("for=\"open\\, for=\"203.0.113.5\""), "203.0.113.5 0");
 }
 
 }  // namespace

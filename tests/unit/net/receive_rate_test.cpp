@@ -6,11 +6,9 @@
 namespace connect_bridge::test {
 namespace {
 
-// Messages and bytes have a rate each.
 TEST(ReceiveRate, WhoSendsTooMuchIsReadSlowly) {
   SocketOptions sockets;
   sockets.receive_packets_per_second = 200;
-  sockets.receive_bytes_per_second = 1'000'000;
   sockets.receive_burst = 100ms;
   Pair pair{{}, sockets};
   ASSERT_TRUE(pair.connect());
@@ -21,13 +19,6 @@ TEST(ReceiveRate, WhoSendsTooMuchIsReadSlowly) {
   EXPECT_LT(pair.server.packets(id), 120U);
   EXPECT_TRUE(pair.loop.until([&] { return pair.server.packets(id) == 300U; }));
   EXPECT_GT(pair.server.network.counts().held, 0U);
-
-  ASSERT_TRUE(pair.connect(ConnectionId{3}));
-  const ConnectionId camera = pair.accepted();
-  for (int i = 0; i < 10; ++i) pair.client.send({3}, std::string(100'000, 'x'));
-  pair.loop.run_for(300ms);
-  EXPECT_LT(pair.server.packets(camera), 6U);
-  EXPECT_TRUE(pair.loop.until([&] { return pair.server.packets(camera) == 10U; }));
   EXPECT_EQ(pair.server.network.counts().extra_frames, 0U);
 }
 

@@ -17,6 +17,7 @@
 namespace connect_bridge {
 namespace {
 
+using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -73,7 +74,7 @@ std::string token(const std::string& payload,
 }
 
 JwtOptions options() {
-  return {"https://id.example", "robot", {"HS256", "RS256", "ES256", "EdDSA"}, "groups"};
+  return {"https://id.example", "robot", "groups"};
 }
 
 std::string claims(const std::string& more = {}) {
@@ -255,12 +256,9 @@ TEST(Jwt, IsRefusedForItsAlgorithm) {
                              R"({"alg":null})", R"({"alg":["HS256"]})", R"({"alg":"HS512"})"}) {
     for (const char* signature : {"", "AAAA"})
       EXPECT_THAT(refusal_of(to_base64url(view_of(header)) + "." + body + "." + signature),
-                  HasSubstr("algorithm is not in"))
+                  AnyOf(HasSubstr("no key for it"), HasSubstr("no algorithm")))
           << header;
   }
-  JwtOptions public_only = options();
-  public_only.algorithms = {"RS256", "ES256", "EdDSA"};
-  EXPECT_THAT(refusal_of(token(claims()), public_only), HasSubstr("algorithm is not in"));
   EXPECT_THAT(refusal_of(token(claims(), R"({"alg":"HS256","crit":["b64"]})")),
               HasSubstr("extensions"));
   EXPECT_THAT(refusal_of(token(claims(), R"({"alg":"HS256","kid":"r"})")),
@@ -303,10 +301,8 @@ class OneKey : public KeySource {
 };
 
 TEST(JwtLogin, WithoutAnyKeysYetNobodyIsWrong) {
-  JwtOptions options;
-  options.algorithms = {"HS256"};
   int wanted = 0;
-  JwtLogin login(options, std::make_unique<OneKey>(wanted, false));
+  JwtLogin login({}, std::make_unique<OneKey>(wanted, false));
   const auto judged = [&](const std::string& token) {
     return login.judge({"", Bytes(token.begin(), token.end()), ""}, kJwtNow);
   };
@@ -346,7 +342,6 @@ TEST(JwtLogin, FollowsItsKeysWholeOrNotAtAll) {
   const AuthSetup setup = make_jwt_login({{"jwt_keys", file},
                                           {"jwt_issuer", "https://id.example"},
                                           {"jwt_audience", "robot"},
-                                          {"jwt_algorithms", "EdDSA HS256"},
                                           {"jwt_groups_claim", "groups"}});
   ASSERT_THAT(setup.problems, IsEmpty());
   const auto judge = [&] {

@@ -28,6 +28,25 @@ TEST(RelayFile, HasTheParametersOfAServerThatARelayHasToo) {
   EXPECT_EQ(file.config->auth.token_file, "robots.yaml");
 }
 
+TEST(RelayFile, HasProxiesThatAreTrusted) {
+  std::string text = kRight;
+  const std::string port = "port: 443";
+  text.replace(text.find(port), port.size(), port + ", trusted_proxies: [192.0.2.1, 10.0.0.0/8]");
+  const RelayFile file = read_relay_file(text, {});
+  ASSERT_TRUE(file.config) << testing::PrintToString(file.problems);
+  EXPECT_EQ(file.config->listen.trusted_proxies.size(), 2U);
+  text.replace(text.find("192.0.2.1"), 9, "somewhere");
+  EXPECT_THAT(relay_problems(text), testing::HasSubstr("listen.trusted_proxies"));
+}
+
+TEST(RelayFile, ShowsItsStatusOnTheLoopbackAlone) {
+  const std::string text = kRight;
+  const RelayFile file = read_relay_file(text + "status: {listen: \"127.0.0.1:9091\"}\n", {});
+  ASSERT_TRUE(file.config);
+  EXPECT_EQ(file.config->status.port, 9091);
+  EXPECT_NE(relay_problems(text + "status: {listen: \"0.0.0.0:9091\"}\n"), "");
+}
+
 TEST(RelayFile, TellsAllThatIsWrong) {
   const std::string text = kRight;
   EXPECT_THAT(relay_problems(text + "rules: [all]\n"),

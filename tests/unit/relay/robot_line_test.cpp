@@ -6,6 +6,7 @@
 #include "auth/authenticator.hpp"
 #include "config/invitation.hpp"
 #include "net/authority.hpp"
+#include "relay/relay.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -26,12 +27,28 @@ TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
   EXPECT_EQ(line.pin, pin_of_file(folder + "/server.crt", problem));
   LoginOptions login;
   login.token_file = folder + "/robots.yaml";
-  const AuthSetup robots = make_authenticator({login, std::nullopt}, Stamp{0});
-  ASSERT_TRUE(robots.authenticator) << testing::PrintToString(robots.problems);
-  const Bytes token(line.code.begin(), line.code.end());
-  const Judgement judged = robots.authenticator->judge({"token", token, "peer"}, Stamp{0});
-  ASSERT_TRUE(judged.identity);
-  EXPECT_EQ(judged.identity->name, "robot7");
+  const auto whose = [&](const std::string& token) {
+    const AuthSetup robots = make_authenticator({login, std::nullopt}, Stamp{0});
+    EXPECT_TRUE(robots.authenticator) << testing::PrintToString(robots.problems);
+    return robots.authenticator
+        ->judge({"token", Bytes(token.begin(), token.end()), "peer"}, Stamp{0})
+        .identity;
+  };
+  const auto judged = whose(line.code);
+  ASSERT_TRUE(judged);
+  EXPECT_EQ(judged->name, "robot7");
+  EXPECT_THAT(judged->groups, testing::ElementsAre(kLineGroup));
+  const Invitation other = parse_relay_line(
+      add_robot(folder + "/relay.yaml", {true, "relay.example", 443, "/", "robot8"}, problem),
+      problem);
+  // The name is its token's, and the code is used.
+  const std::string own = "a-token-of-its-own";
+  EXPECT_EQ(hand_over(login.token_file, "robot7", sha256(view_of(own)), Stamp{0}), "");
+  EXPECT_FALSE(whose(line.code));
+  ASSERT_TRUE(whose(own));
+  EXPECT_EQ(whose(own)->name, "robot7");
+  EXPECT_THAT(whose(own)->groups, testing::IsEmpty());
+  EXPECT_TRUE(whose(other.code));
 }
 
 TEST(RobotLine, IsNotMadeForAFileThatIsWrong) {

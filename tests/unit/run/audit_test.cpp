@@ -173,6 +173,18 @@ TEST(AuditBook, StrangersWriteLessThanAMegabyteAnHour) {
   EXPECT_EQ(taken(book, call_of("/s"), 1, 3600s), 1);
 }
 
+TEST(AuditBook, ANoisyStrangerHidesNoOther) {
+  AuditBook book;
+  Audit noise = stranger(1);
+  noise.address = "192.0.2.1:5000";
+  EXPECT_EQ(taken(book, noise, 1000, 1s), 50);
+  noise.address = "192.0.2.1:5001";
+  EXPECT_EQ(taken(book, noise, 1000, 2s), 0);
+  Audit other = stranger(2);
+  other.address = "[2001:db8::1]:5000";
+  EXPECT_EQ(taken(book, other, 50, 2s), 50);
+}
+
 TEST(AuditBook, ForgetsWhoIsQuiet) {
   AuditBook book;
   for (std::size_t i = 0; i < AuditBook::kAccountsMax; ++i)

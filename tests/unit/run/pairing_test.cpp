@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pwd.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -65,7 +66,28 @@ TEST(Invitation, SaysWhenAnotherPortIsDialed) {
     EXPECT_THAT(text(same), testing::Not(HasSubstr("It dials"))) << same;
 }
 
-// Each further try costs the server one of ten.
+// In a journal, or the log of a container, others would read the code.
+TEST_F(PairingStart, AnInvitationIsPrintedToATerminalOnly) {
+  const Start start = serve({"--pair"});
+  std::string problem;
+  const auto print = [&](bool terminal) {
+    return invitation_to_print(start, 9090, terminal, problem);
+  };
+  const std::string code = start.invitation->code;
+  const std::string file = start.folder->invitation_file();
+  EXPECT_THAT(print(true), HasSubstr(code));
+  EXPECT_FALSE(start.folder->has("invitation"));
+  EXPECT_THAT(print(false), testing::AllOf(HasSubstr(file), testing::Not(HasSubstr(code))));
+  EXPECT_THAT(test::content(file), HasSubstr(code));
+  EXPECT_EQ(std::filesystem::status(file).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  EXPECT_EQ(problem, "");
+  std::filesystem::remove_all(start.folder->path());
+  EXPECT_EQ(print(false), "");
+  EXPECT_THAT(problem, HasSubstr("the invitation cannot be written"));
+}
+
+// The shell's history repeats it.
 TEST(Invitation, ARefusedOneIsNotShownAgain) {
   Joining joining;
   joining.made_by = "server --pair";
@@ -85,6 +107,8 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   EXPECT_THAT(parse_config(first.parameters, Role::kServer, {}).problems, IsEmpty());
   EXPECT_THAT(serve({}).parameters, IsEmpty());  // nothing stays of what may not even start
   EXPECT_EQ(first.keep(), "");
+  EXPECT_TRUE(first.folder->has("server.key"));
+  EXPECT_FALSE(first.folder->has("ca.key")) << "it signs whatever it is asked to";
   const Start later = serve({});
   EXPECT_THAT(later.problems, IsEmpty());
   EXPECT_EQ(later.parameters, first.parameters);
@@ -342,20 +366,20 @@ TEST_F(PairingStart, TwoOfAKindAreRefused) {
               ElementsAre(HasSubstr("--drive says which end is the robot")));
 }
 
-// Its names would be those of the first.
-TEST_F(PairingStart, ASecondRobotNeedsAServerOfItsOwn) {
+// Else its names would be those of the first.
+TEST_F(PairingStart, ASecondRobotNeedsNamesByIdentity) {
   ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
   EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());  // nobody has paired yet
-  const PairingFolder folder("/connect_server");
   TokenEntry robot;
-  robot.identity = "paired/robot1";
-  ASSERT_EQ(append_token_entry(folder.file("tokens.yaml"), robot), "");
+  robot.identity = "robot1";
+  ASSERT_EQ(append_token_entry(PairingFolder("/connect_server").file("tokens.yaml"), robot), "");
   EXPECT_THAT(serve({"--pair", "--drive"}).problems,
               ElementsAre(HasSubstr("this server has a robot already")));
-  EXPECT_THAT(serve({}).problems, IsEmpty());
+  EXPECT_EQ(robot_end({}, {}, "/connect_server"), Role::kClient);
+  ASSERT_EQ(serve({"--pair", "--drive"}, {{"prefix", std::string{"by_identity"}}}).keep(), "");
+  EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());
   const Start second = start_with({{"prefix", std::string{"/robot2"}}},
                                   read_arguments({"--pair", "--drive"}, Role::kServer), "/robot2");
-  EXPECT_THAT(second.problems, IsEmpty());
   EXPECT_EQ(second.keep(), "");
   EXPECT_EQ(start_with({}, {}, "/robot2").parameters, second.parameters);
 }
@@ -380,6 +404,15 @@ TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   EXPECT_THAT(serve({}, lax).problems, IsEmpty());
   EXPECT_THAT(serve({"--pair"}, lax).problems, IsEmpty());
   ::chmod(folder.path().c_str(), 0700);
+}
+
+TEST(PairingFolder, IsInTheHomeOfTheUserWhateverTheEnvironmentSays) {
+  const char* const home = ::getenv("HOME");
+  const std::string before = home ? home : "";
+  ::unsetenv("HOME");
+  const std::string path = PairingFolder("/robot").path();
+  if (home) ::setenv("HOME", before.c_str(), 1);
+  EXPECT_EQ(path, std::string(::getpwuid(::geteuid())->pw_dir) + "/.ros/connect_bridge/robot");
 }
 
 // After a full disk or an editing mistake.

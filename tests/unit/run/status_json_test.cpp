@@ -92,10 +92,17 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   exported.dropped.add(DropReason::kRate, 4);
   exported.declined = "no such type";
   exported.keep_because = "an event";
+  exported.rule = "look";
   TopicStatus imported;
   imported.topic = "/b";
   imported.type = "p/msg/T";
   imported.latency_ms = 2.5;
+  imported.misfit = "durability";
+  MissingName missing;
+  missing.name = "/c", missing.type = "p/msg/T";
+  missing.reason = MissingReason::kDenied;
+  missing.rule = "shut";
+  missing.text = "it is denied";
   LinkStatus link;
   link.number = 8;
   link.peer = "10.0.0.2:4";
@@ -116,6 +123,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
                 std::chrono::microseconds(1250)};
   link.topics = {exported, imported};
   link.services = {a_service()};
+  link.missing = {missing};
+  link.further_missing = 3;
   Status status;
   status.links = {link};
   EXPECT_EQ(Json::parse(to_json({status, {}})).at("links"), Json::parse(R"([{
@@ -127,14 +136,18 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
-       "keep": "all", "keep_because": "an event", "declined": "no such type"},
+       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
-       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {}, "latency_ms": 2.5}],
+       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
+       "misfit": "durability", "latency_ms": 2.5}],
     "services": [
       {"service": "/s", "type": "p/srv/S", "direction": "export", "attached": true, "pending": 1,
        "waiting": 2, "calls": 3, "answered": 4, "refused": 5, "timed_out": 6, "forgotten": 7,
        "lost": 8, "duplicates": 9, "request_bytes": 10, "response_bytes": 11,
-       "declined": "no such type"}]}])"));
+       "declined": "no such type"}],
+    "missing": [{"kind": "topic", "name": "/c", "type": "p/msg/T", "direction": "import",
+       "reason": "denied", "rule": "shut", "text": "it is denied"}],
+    "further_missing": {"count": 3}}])"));
 }
 
 TEST(StatusJson, NamesOfPeopleAreHiddenFromOtherUsers) {
@@ -167,6 +180,12 @@ TEST(StatusJson, TheFileIsReplacedInOneStep) {
   text << std::ifstream(file).rdbuf();
   EXPECT_EQ(text.str(), "{2}\n");
   EXPECT_FALSE(std::filesystem::exists(file + ".part"));
+  using std::filesystem::perms;
+  const perms alone = perms::owner_read | perms::owner_write;
+  EXPECT_EQ(std::filesystem::status(file).permissions(), alone);
+  std::filesystem::permissions(file, alone | perms::group_read);
+  EXPECT_EQ(write_atomically(file, "{3}"), "");
+  EXPECT_EQ(std::filesystem::status(file).permissions(), alone | perms::group_read);
   EXPECT_EQ(write_atomically(folder / "nowhere" / "x", "{}").find("cannot write"), 0U);
   std::filesystem::create_directories(folder / "taken" / "x");
   EXPECT_EQ(write_atomically(folder / "taken", "{}").find("cannot replace"), 0U);

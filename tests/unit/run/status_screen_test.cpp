@@ -49,6 +49,16 @@ TEST(StatusScreen, RatesAndStates) {
   EXPECT_THAT(status_screen(status(3, 40), nullptr, 100), Not(HasSubstr("10 kB")));
 }
 
+TEST(StatusScreen, WhatIsMissingAndWhy) {
+  Json now = status(1, 0);
+  EXPECT_THAT(status_screen(now, nullptr, 9), Not(HasSubstr("DOES NOT CROSS")));
+  now["links"][0]["missing"] = Json::parse(R"([{"kind": "topic", "name": "/cmd_vel",
+    "direction": "export", "reason": "not_taken", "text": "the peer takes it only as a Twist"}])");
+  EXPECT_THAT(
+      status_screen(now, nullptr, 9),
+      testing::ContainsRegex("/cmd_vel +topic +export +7 +the peer takes it only as a Twist\n"));
+}
+
 TEST(StatusScreen, WhyATopicDoesNotCross) {
   Json now = status(1, 0);
   Json& topic = now["links"][0]["topics"][0];

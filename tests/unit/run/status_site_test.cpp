@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <iterator>
 
-#include "run/runtime_folder.hpp"
+#include "auth/runtime_folder.hpp"
 
 namespace connect_bridge {
 namespace {

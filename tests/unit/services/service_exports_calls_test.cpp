@@ -29,30 +29,6 @@ TEST(ServiceExports, ACallAndItsAnswer) {
   EXPECT_EQ(s.said(1), "");
 }
 
-TEST(ServiceExports, ARequestThatArrivesTwiceIsExecutedOnce) {
-  Script s(server({callable()}));
-  attached(s);
-  s.message(1, 1, 5, "q");
-  s.message(1, 1, 5, "q");
-  s.message(1, 1, 4, "older");
-  EXPECT_EQ(s.did(), "invoke 1.1 q\n");
-  EXPECT_EQ(first(s).duplicates, 2U);
-}
-
-TEST(ServiceExports, NoMoreCallsAtATimeThanTheRuleSays) {
-  auto capped = callable();
-  capped.treatment.calls_max = 2;
-  Script s(server({capped}));
-  attached(s);
-  for (std::uint32_t call = 1; call <= 4; ++call) s.message(1, 1, call, std::to_string(call));
-  EXPECT_EQ(s.did(), "invoke 1.1 1\ninvoke 1.2 2\n");
-  EXPECT_EQ(first(s).waiting, 2U);
-  answer(s, 2, "a");
-  EXPECT_EQ(s.did(), "invoke 1.3 3\n");
-  s.say(1, Forget{{1}, {{1}}});  // nobody waits for it any longer
-  EXPECT_EQ(s.did(), "drop_invocation 1.1\ninvoke 1.4 4\n");
-}
-
 TEST(ServiceExports, BeyondWhatMayWaitACallIsRefused) {
   auto capped = callable();
   capped.treatment.calls_max = 2;
@@ -103,60 +79,6 @@ TEST(ServiceExports, BytesOfRequestsAndAnswersAreBounded) {
   EXPECT_EQ(s.said(1), "refuse 1 2 limit\n");
 }
 
-TEST(ServiceExports, ACallIsGivenUpInTime) {
-  auto timed = callable();
-  timed.treatment.calls_max = 1;
-  timed.treatment.call_timeout = std::chrono::seconds(2);
-  Script s(server({timed}));
-  attached(s);
-  s.message(1, 1, 1, "q");
-  s.message(1, 1, 2, "waits");
-  s.did();
-  s.pass(1999);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "drop_invocation 1.1\n");
-  EXPECT_EQ(s.said(1), "refuse 1 1 timeout\nrefuse 1 2 timeout\n");
-  answer(s, 1, "late");
-  EXPECT_EQ(s.said(1), "");
-  EXPECT_EQ(first(s).timed_out, 2U);
-}
-
-TEST(ServiceExports, ARequestThatTheMiddlewareRefusesIsRefused) {
-  Script s(server({callable()}));
-  attached(s);
-  s.message(1, 1, 1, "q");
-  s.give(InvocationFailed{{1}, {1}, "these bytes are no request"});
-  EXPECT_EQ(s.said(1), "refuse 1 1 failed\n");
-  EXPECT_EQ(first(s).pending, 0U);
-}
-
-TEST(ServiceExports, AfterAReconnectAnswersComeAgainAndNothingIsExecutedTwice) {
-  Script s(server({callable()}));
-  s.graph({}, {service("/s")});
-  const Token128 session = s.join(1);
-  s.say(1, Attach{{1}, {1}});
-  s.give(ServiceReady{{1}, true, ""});
-  for (std::uint32_t call = 1; call <= 4; ++call) s.message(1, 1, call, std::to_string(call));
-  answer(s, 1, "a1");
-  s.said(1);
-  s.acknowledge(1);
-  answer(s, 2, "a2");
-  s.said(1);  // and it is lost
-  s.did();
-  s.lose(1);
-  answer(s, 3, "a3");
-  EXPECT_EQ(s.did(), "");  // the calls go on
-  s.join(2, session);
-  s.say(2, Attach{{2}, {1}});
-  EXPECT_EQ(s.said(2), "attached 2 1 seen 4 open 2 3 4\n2.2 a2, 2.3 a3\n");
-  s.message(2, 1, 4, "4");
-  s.message(2, 1, 5, "5");
-  EXPECT_EQ(s.did(), "invoke 1.5 5\n");
-  answer(s, 4, "a4");
-  EXPECT_EQ(s.said(2), "2.4 a4\n");
-}
-
 TEST(ServiceExports, ADeadLinksCallsAreDropped) {
   Script s(server({callable()}));
   attached(s);
@@ -169,41 +91,6 @@ TEST(ServiceExports, ADeadLinksCallsAreDropped) {
   answer(s, 1, "late");
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.status().memory_bytes, 0U);
-}
-
-TEST(ServiceExports, AnAnswerIsCompressedAsTheRuleSays) {
-  auto treated = callable();
-  treated.treatment.compression = {Codec::kZstd, 3};
-  auto options = server({treated});
-  options.compress_job_bytes = 1000;
-  Script s(options);
-  attached(s);
-  s.message(1, 1, 1, "q1");
-  s.message(1, 1, 2, "q2");
-  s.did();
-  answer(s, 1, std::string(2000, 'x'));
-  EXPECT_EQ(s.did(), "compress 1\n");
-  answer(s, 2, std::string(500, 'y'));
-  EXPECT_EQ(s.said(1), "1.2 zstd\n");
-  s.give(JobDone{{1}, sample("smaller")});
-  EXPECT_EQ(s.said(1), "1.1 zstd\n");
-}
-
-TEST(ServiceExports, CompressedRequestsReachTheServerInTheirOrder) {
-  auto options = server({callable()});
-  options.compress_job_bytes = 1000;
-  Script s(options);
-  attached(s);
-  s.compressed(1, 1, 1, std::string(100, 'a'));
-  s.compressed(1, 1, 2, std::string(2000, 'b'));
-  s.message(1, 1, 3, "c");
-  EXPECT_EQ(s.did(), "invoke 1.1 " + std::string(100, 'a') + "\ndecompress 1\n");
-  s.give(JobDone{{1}, sample("b")});
-  EXPECT_EQ(s.did(), "invoke 1.2 b\ninvoke 1.3 c\n");
-  s.compressed(1, 1, 4, std::string(2000, 'd'));
-  s.did();
-  s.give(JobDone{{2}, {}});
-  EXPECT_EQ(s.did(), "close 1 4002\n");
 }
 
 TEST(ServiceExports, ASmallRequestThatDoesNotDecompressEndsTheConnection) {

@@ -58,22 +58,6 @@ TEST(ServiceExports, AnotherProcessAtTheOtherEndHasAskedNothing) {
   EXPECT_NE(did.find("drop_invocation 1.1\nuncall_service 1\n"), std::string::npos) << did;
 }
 
-TEST(ServiceExports, CallsOfAPeerThatComesBackWithoutThemEnd) {
-  Script s(server({callable()}));
-  s.graph({}, {service("/s")});
-  const Token128 session = s.join(1);
-  s.say(1, Attach{{1}, {1}});
-  s.give(ServiceReady{{1}, true, ""});
-  s.message(1, 1, 1, "q");
-  s.lose(1);
-  s.join(2, session);
-  s.did();
-  s.pass(29'000);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1000);
-  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
-}
-
 TEST(ServiceExports, WhatIsNoLongerAllowedEnds) {
   Script s(server({callable()}));
   attached(s);
@@ -109,17 +93,6 @@ TEST(ServiceExports, WhatWaitsIsNotBegunWhenItsRightEnds) {
   s.give(PolicyChanged{Policy({rule({}, {})})});
   EXPECT_EQ(s.did(),
             "drop_invocation 1.1\ndrop_invocation 1.2\nuncall_service 1\nuncall_service 2\n");
-}
-
-TEST(ServiceExports, ARuleThatAllowsMoreBeginsWhatWaits) {
-  auto capped = callable();
-  capped.treatment.calls_max = 1;
-  Script s(server({capped}));
-  attached(s);
-  for (std::uint32_t call = 1; call <= 2; ++call) s.message(1, 1, call, "q");
-  EXPECT_EQ(s.did(), "invoke 1.1 q\n");
-  s.give(PolicyChanged{Policy({callable()})});
-  EXPECT_EQ(s.did(), "invoke 1.2 q\n");
 }
 
 TEST(ServiceExports, TheEndOfAPeersCallNumbersIsItsOwn) {
@@ -163,31 +136,6 @@ TEST(ServiceExports, AnAttachMayCrossTheWithdraw) {
   s.say(1, Attach{{1}, {5}});
   s.say(1, Attach{{1}, {5}});  // a number that is in use
   EXPECT_EQ(s.did(), "close 1 4009\n");
-}
-
-TEST(ServiceExports, APeerThatAttachesAndEndsWithoutPauseIsClosed) {
-  Script s(server({callable()}));
-  attached(s);
-  std::string did;
-  for (std::uint32_t i = 2; i < 20'000 && did.find("close") == std::string::npos; ++i) {
-    s.say(1, Withdraw{{{i - 1}}});
-    s.say(1, Attach{{1}, {i}});
-    did = s.did();
-  }
-  EXPECT_NE(did.find("close 1 4006"), std::string::npos);
-}
-
-TEST(ServiceExports, APeerThatDoesNotEndItsRequestsIsClosed) {
-  Script s(server({callable()}));
-  s.graph({}, {service("/s")});
-  s.join(1);
-  s.graph({}, {});
-  for (std::uint32_t i = 1; i <= 4096; ++i) s.say(1, Attach{{1}, {i}});
-  s.say(1, Withdraw{{{7}}});
-  s.say(1, Attach{{1}, {5000}});
-  EXPECT_EQ(s.did(), "");
-  s.say(1, Attach{{1}, {5001}});
-  EXPECT_EQ(s.did(), "close 1 4006\n");
 }
 
 TEST(ServiceExports, APeerThatBreaksTheProtocolIsClosed) {

@@ -23,41 +23,6 @@ TEST(ServiceImports, CallsAreAnsweredToTheirCallers) {
   EXPECT_EQ(s.status().memory_bytes, 0U);
 }
 
-TEST(ServiceImports, ARequestIsKeptUntilThePeerHasIt) {
-  Script s(server({callable()}));
-  mirrored(s);
-  request(s, 11, "12345678");
-  s.said(1);
-  EXPECT_EQ(s.status().memory_bytes, 12U);
-  s.acknowledge(1);
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-  EXPECT_EQ(first(s).pending, 1U);
-}
-
-TEST(ServiceImports, AfterAReconnectOnlyWhatThePeerHasNotSeenIsSentAgain) {
-  Script s(server({callable()}));
-  s.graph({});
-  const Token128 session = s.join(1);
-  s.pass(kDiscovered);
-  s.say(1, Offer{{service_channel(1, "/s")}, true});
-  s.say(1, Attached{{1}, {1}, {0}});
-  for (std::uint32_t i = 1; i <= 4; ++i) request(s, 10 + i, "q" + std::to_string(i));
-  s.said(1);
-  s.did();
-  s.lose(1);
-  request(s, 15, "q5");  // the mirror lives on
-  EXPECT_EQ(s.did(), "");
-  s.join(2, session);
-  s.say(2, Offer{{service_channel(3, "/s")}, true});
-  EXPECT_EQ(s.said(2), "attach 3 2\n");
-  // 1 was refused meanwhile, 2 has its answer, 3 and later never arrived; 8 is somebody else's.
-  s.say(2, Attached{{3}, {2}, {2}, {{2}, {1000}}});
-  EXPECT_EQ(s.did(), "drop_request 1.11\n");
-  EXPECT_EQ(s.said(2), "2.3 q3, 2.4 q4, 2.5 q5\n");
-  s.message(2, 3, 2, "a2");
-  EXPECT_EQ(s.did(), "respond 1.12 a2\n");
-}
-
 TEST(ServiceImports, CallsThatNobodyHereKnowsAreForgottenThere) {
   Script s(server({callable()}));
   s.graph({});
@@ -69,20 +34,6 @@ TEST(ServiceImports, CallsThatNobodyHereKnowsAreForgottenThere) {
   EXPECT_EQ(s.said(1), "forget 1 38 39\n");
   request(s, 1, "q");
   EXPECT_EQ(s.said(1), "1.41 q\n");
-}
-
-TEST(ServiceImports, ACallerThatIsGoneIsForgottenThereToo) {
-  Script s(server({callable()}));
-  mirrored(s);
-  request(s, 11, "q1");
-  request(s, 12, "q2");
-  request(s, 13, "q3");
-  s.said(1);
-  s.acknowledge(1);
-  s.give(CallersGone{{1}, {{11}, {13}, {99}}});
-  EXPECT_EQ(s.did(), "drop_request 1.11\ndrop_request 1.13\n");
-  EXPECT_EQ(s.said(1), "forget 1 1 3\n");
-  EXPECT_EQ(first(s).pending, 1U);
 }
 
 // Control messages overtake requests: a forget would come before what it means.
@@ -154,39 +105,6 @@ TEST(ServiceImports, ACallIsGivenUpALittleLaterThanThePeerDoes) {
   EXPECT_EQ(s.did(), "drop_request 1.11\n");
   EXPECT_EQ(s.said(1), "forget 1 1\n");
   EXPECT_NE(s.logged.find("1 call(s) not answered in time, last one of /s"), std::string::npos);
-}
-
-TEST(ServiceImports, RequestsAreCompressedInTheirOrder) {
-  auto treated = callable();
-  treated.treatment.compression = {Codec::kZstd, 3};
-  auto options = server({treated});
-  options.compress_job_bytes = 1000;
-  Script s(options);
-  mirrored(s);
-  request(s, 1, std::string(2000, 'x'));
-  request(s, 2, std::string(500, 'y'));
-  EXPECT_EQ(s.did(), "compress 1\n");
-  EXPECT_EQ(s.said(1), "");
-  s.give(JobDone{{1}, sample("smaller")});
-  EXPECT_EQ(s.said(1), "1.1 zstd, 1.2 zstd\n");
-}
-
-TEST(ServiceImports, CompressedAnswersReachTheirCallers) {
-  auto options = server({callable()});
-  options.compress_job_bytes = 1000;
-  Script s(options);
-  mirrored(s);
-  for (std::uint32_t i = 1; i <= 3; ++i) request(s, i, "q");
-  s.compressed(1, 1, 1, std::string(2000, 'a'));
-  s.compressed(1, 1, 2, std::string(100, 'b'));
-  EXPECT_EQ(s.did(), "decompress 1\nrespond 1.2 " + std::string(100, 'b') + "\n");
-  s.say(1, Refuse{{1}, {{1}}, "limit", "it was answered"});
-  s.give(JobDone{{1}, sample("a")});
-  EXPECT_EQ(s.did(), "respond 1.1 a\n");
-  s.compressed(1, 1, 3, std::string(2000, 'c'));
-  s.did();
-  s.give(JobDone{{2}, {}});
-  EXPECT_EQ(s.did(), "drop_request 1.3\nclose 1 4002\n");
 }
 
 // Small answers of a hostile peer must not become gigabytes here, in the loop or in workers.

@@ -37,18 +37,6 @@ TEST(ServiceImports, OnlyWhatARuleAllowsIsImported) {
   EXPECT_EQ(s.did(), "");
 }
 
-TEST(ServiceImports, ADeadLinkTakesTheMirrorWithIt) {
-  Script s(server({callable()}));
-  mirrored(s);
-  request(s, 11, "q");
-  s.lose(1);
-  s.pass(2900);
-  EXPECT_EQ(s.did(), "");
-  s.pass(101);
-  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-}
-
 TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
   Script s(server({callable()}));
   s.graph({});
@@ -61,41 +49,6 @@ TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
   s.join(2, session);
   s.say(2, Offer{{}, true});
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
-}
-
-TEST(ServiceImports, WithItsConnectionALinkLosesTheClaimToWhatHasNoMirror) {
-  Script s(server({callable()}));
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
-  s.join(1);
-  s.pass(kDiscovered);
-  s.say(1, Offer{{service_channel(1, "/s")}, true});
-  s.say(1, Attached{{1}, {1}, {0}});
-  EXPECT_EQ(s.did(), kClaim);
-  s.lose(1);
-  EXPECT_EQ(s.did(), "claim []\n");
-}
-
-TEST(ServiceImports, OfTwoBridgesThatClaimAtOnceTheSmallerSideIdMirrors) {
-  Script s(server({callable()}));
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
-  s.join(1);
-  s.pass(kDiscovered);
-  s.say(1, Offer{{service_channel(1, "/s")}, true});
-  s.say(1, Attached{{1}, {1}, {0}});
-  s.did();
-  s.claim_service(9, 255, "/s");  // it is the one to give way
-  EXPECT_EQ(s.did(), "");
-  s.claim_service(9, 0, "/s");
-  EXPECT_EQ(s.did(), "claim []\n");
-  EXPECT_EQ(s.said(1), "attach 1 1\nwithdraw 1\n");
-  s.claim(9, 255, {});
-  s.claim(9, 0, {});
-  EXPECT_EQ(s.did(), kClaim);
-  s.say(1, Attached{{1}, {2}, {0}});
-  s.pass(999);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
 }
 
 TEST(ServiceImports, AMirrorThatFailsIsDeclined) {
@@ -132,19 +85,6 @@ TEST(ServiceImports, MirrorsBelongToANodeOfTheirOwnIfAsked) {
   while (const auto action = s.side.next_action())
     if (const auto* create = std::get_if<CreateServiceMirror>(&*action)) node = create->node;
   EXPECT_EQ(node, "/robot1/robot/peer_node");
-}
-
-TEST(ServiceImports, WhatComesAndGoesWithoutEndIsClosed) {
-  Script s(server({callable()}));
-  mirrored(s);
-  std::uint32_t channel = 1;
-  for (; channel <= 12'000; ++channel) {
-    s.say(1, Withdraw{{{channel}}});
-    s.say(1, Offer{{service_channel(channel + 1, "/s")}, false});
-  }
-  EXPECT_EQ(s.did().find("close"), std::string::npos);
-  s.say(1, Withdraw{{{channel}}});
-  EXPECT_EQ(s.did().substr(0, 12), "close 1 4006");
 }
 
 TEST(ServiceImports, APeerThatBreaksTheProtocolIsClosed) {

@@ -95,26 +95,6 @@ TEST(SideLogin, StaysWhatItWasWhenARenewalIsRefused) {
   }
 }
 
-TEST(SideLogin, IsRenewedOneAtATimeAndNotInAFlood) {
-  Script s(server());
-  s.login(1, {}, anna());
-  s.did();
-  s.say(1, Renew{"token", "a"});
-  s.say(1, Renew{"token", "b"});
-  EXPECT_EQ(s.did(), "authenticate 1 token renewal turn anna\nclose 1 4009\n");
-  s.give(answer(anna()));  // too late: nobody is there
-  EXPECT_EQ(s.did(), "");
-  s.login(2, {}, anna());
-  s.did();
-  for (int i = 0; i < 16; ++i) {
-    s.say(2, Renew{"token", "a"});
-    s.give(Authenticated{{2}, anna(), ""});
-  }
-  EXPECT_THAT(s.did(), testing::Not(HasSubstr("close")));
-  s.say(2, Renew{"token", "a"});
-  EXPECT_EQ(s.did(), "close 2 4006\n");
-}
-
 TEST(SideLogin, AnswersAreForClients) {
   Script s(server());
   s.login(1, {}, anna());
@@ -252,17 +232,6 @@ TEST(SideLogin, AClientDialsWithTheNewCredentialAndDoesNotWaitForIt) {
   const auto login = decode_login(flow_test::joined(*s.side.next_packet({2}, {})));
   ASSERT_TRUE(login);
   EXPECT_EQ(login.value().credential, bytes("new"));
-}
-
-TEST(SideLogin, ACredentialThatChangesWhileAClientLogsInIsRenewedThen) {
-  Script s(with_token());
-  s.give(TimePassed{});
-  s.give(ConnectionOpened{{1}, "10.0.0.1"});
-  s.give(CredentialChanged{bytes("new")});
-  Welcome welcome;
-  welcome.side = welcome.session = Script::peer_id(77);
-  s.binary(1, encode(welcome));
-  EXPECT_THAT(s.said(1), HasSubstr("renew token new\n"));
 }
 
 TEST(SideLogin, AClientSaysWhatItNeeds) {

@@ -1,7 +1,10 @@
 // Who pays for the loop's time, and whose packet is read next.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
 #include <variant>
+#include <vector>
 
 #include "unit/side/script.hpp"
 
@@ -64,6 +67,66 @@ TEST(LoopTime, SoIsWhatIsSentToIt) {
   s.arrive(1);
   s.arrive(2);
   EXPECT_EQ(s.turn(), 2U);
+}
+
+// What is due for who has used much waits for the packets of the others.
+TEST(LoopTime, DueWorkOfWhoUsesMuchComesLater) {
+  TwoLinks s;
+  s.say(1, Accepts{});
+  std::vector<OriginOffer> origins;
+  for (std::uint8_t i = 1; i <= 4; ++i) origins.push_back(origin(i, i));
+  s.say(1, Offer{{channel(1, "/b", origins)}, true});
+  s.pass(1000);
+  s.did();
+  std::vector<OriginOffer> others;
+  for (std::uint8_t i = 5; i <= 9; ++i) others.push_back(origin(i, i));
+  s.say(1, Offer{{channel(2, "/c", others)}, true});
+  const auto made = [&] {
+    int mirrors = 0;
+    while (const auto action = s.side.next_action())
+      mirrors += int(std::holds_alternative<CreateMirror>(*action));
+    return mirrors;
+  };
+  EXPECT_EQ(made(), 2);
+  s.arrive(2);
+  s.spend(0ms);
+  s.say(1, Accepts{});
+  s.spend(10ms);
+  s.pass(100);
+  EXPECT_EQ(made(), 0);
+  EXPECT_EQ(s.turn(), 2U);
+  s.pass(100);
+  EXPECT_EQ(made(), 3);
+}
+
+// So do packets for it, if they are not urgent.
+TEST(LoopTime, PacketsForWhoUsesMuchLeaveLater) {
+  TwoLinks s;
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  s.said(1);
+  s.demand(1, 1);
+  s.did();
+  const auto packet = [&] { return s.side.next_packet({1}, flow_test::now_ms(s.at)).has_value(); };
+  while (packet()) s.spend(1ms);
+  s.arrive(2);
+  s.take(2, 1, "small");
+  EXPECT_TRUE(packet());
+  while (packet()) {
+  }
+  s.take(2, 1, std::string(5000, 'x'));
+  EXPECT_FALSE(packet());
+  EXPECT_EQ(s.turn(), 2U);
+  s.say(2, Accepts{});
+  std::vector<std::uint32_t> ready;
+  while (const auto next = s.side.take_ready()) ready.push_back(next->value);
+  EXPECT_NE(std::find(ready.begin(), ready.end(), 1U), ready.end());
+  EXPECT_TRUE(packet());
+  // Not for ever.
+  s.arrive(2);
+  s.take(2, 1, std::string(5000, 'x'));
+  EXPECT_FALSE(packet());
+  s.at += 500;
+  EXPECT_TRUE(packet());
 }
 
 TEST(LoopTime, WhosePacketWaitsIsNotSilent) {

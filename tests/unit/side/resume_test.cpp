@@ -73,46 +73,6 @@ TEST(SideResume, WhatABreakLosesComesLaterAndOnce) {
   EXPECT_NE(s.logged.find("3 messages come late, 0 are lost"), std::string::npos) << s.logged;
 }
 
-// A long list of the peer is compared a little at a time: until then nothing is over.
-TEST(SideResume, AlsoWhenThePeersListTakesTime) {
-  Exporting s;
-  s.take(2, 1, "b");
-  s.said(1);
-  s.lose(1);
-  s.take(2, 1, "c");
-  s.login(2, s.session);
-  Accepts many{{{{"/**"}, {}}}, {}};
-  for (int i = 1; i <= 3500; ++i)
-    many.deny.push_back("/x" + std::to_string(i) + std::string(40, 'y'));
-  many.deny.push_back("/b");
-  s.say(2, many);
-  s.pass(1000);
-  s.said(2);
-  s.say(2, Demand{{{2}}, 1, true, {2}});
-  EXPECT_EQ(all_said(s, 2), "2.1 c\n");
-}
-
-TEST(SideResume, WhatDidNotArriveComesAgain) {
-  Exporting s;
-  s.take(2, 1, "b");
-  EXPECT_EQ(s.said(1), "1.1 b\n");
-  s.lose(1);
-  s.come_back();
-  s.say(2, Demand{{{2}}, 1, true, {1}});
-  EXPECT_EQ(s.said(2), "2.1 b\n");
-}
-
-TEST(SideResume, AnImporterThatDoesNotGoOnGetsNothingOfIt) {
-  Exporting s;
-  s.lose(1);
-  s.take(2, 1, "b");
-  s.come_back();
-  s.say(2, Demand{{{2}}, 1, true});
-  s.take(2, 1, "c");
-  EXPECT_EQ(s.said(2), "2.1 c\n");
-  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
-}
-
 TEST(SideResume, NumbersRiseAlsoWhereNothingIsLeft) {
   Exporting s;
   s.lose(1);
@@ -222,26 +182,6 @@ TEST(SideResume, TheTimeToKeepHasAnEnd) {
   EXPECT_NE(s.logged.find("0 messages come late, 1 are lost"), std::string::npos) << s.logged;
 }
 
-TEST(SideResume, TheTopicThatHasMostLosesItsOldest) {
-  auto options = keeping();
-  options.resume_bytes_max = 10'000;
-  Script s(std::move(options));
-  s.graph({topic("/large").pub(1), topic("/small").pub(2)});
-  const auto session = s.join(1);
-  s.say(1, Demand{{{1}, {2}}, 1, true});
-  s.did();
-  s.lose(1);
-  s.take(3, 2, "small");
-  for (int i = 0; i < 10; ++i) s.take(2, 1, std::string(3000, static_cast<char>('0' + i)));
-  EXPECT_EQ(s.join(2, session), session);
-  s.say(2, Demand{{{3}, {4}}, 1, true, {0, 0}});
-  const std::string said = all_said(s, 2);
-  EXPECT_NE(said.find("4.1 small"), std::string::npos);
-  EXPECT_EQ(said.find(std::string(3000, '6')), std::string::npos);
-  EXPECT_NE(said.find(std::string(3000, '7')), std::string::npos);
-  EXPECT_EQ(s.dropped(DropReason::kResumeBound), 7U);
-}
-
 TEST(SideResume, AnotherProcessAtTheOtherEndGetsNothing) {
   Exporting s;
   s.lose(1);
@@ -262,15 +202,6 @@ TEST(SideResume, RulesThatForbidItEndWhatIsKept) {
   EXPECT_EQ(s.did(), "unsubscribe 2\n");
 }
 
-TEST(SideResume, RulesThatTreatItOtherwiseEndWhatIsKept) {
-  Exporting s;
-  s.lose(1);
-  auto urgent = everything();
-  urgent.treatment.priority = Priority::kUrgent;
-  s.give(PolicyChanged{Policy({urgent})});
-  EXPECT_EQ(s.did(), "unsubscribe 2\n");
-}
-
 TEST(SideResume, OtherRulesLeaveWhatIsKept) {
   Exporting s;
   s.lose(1);
@@ -281,24 +212,6 @@ TEST(SideResume, OtherRulesLeaveWhatIsKept) {
   s.come_back();
   s.say(2, Demand{{{2}}, 1, true, {1}});
   EXPECT_EQ(all_said(s, 2), "2.1 b\n2.1 c\n");
-}
-
-// A new login may bring a group for which the topic is treated otherwise.
-TEST(SideResume, WhoComesBackInAnotherGroupGetsNothingOfWhatIsTreatedOtherwise) {
-  SideOptions options = keeping();
-  Rule crew = everything();
-  crew.groups = {"crew"};
-  crew.treatment.priority = Priority::kHigh;
-  options.policy = Policy({crew, everything()});
-  Exporting s(std::move(options));
-  s.lose(1);
-  s.take(2, 1, "b");
-  EXPECT_EQ(s.login(2, s.session, Identity{"", {"crew"}, 0, ""}), s.session);
-  s.say(2, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-  s.did();
-  s.said(2);
-  s.say(2, Demand{{{2}}, 1, true, {1}});
-  EXPECT_EQ(all_said(s, 2), "");
 }
 
 // A token that somebody else renews is an everyday matter.

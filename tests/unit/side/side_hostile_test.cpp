@@ -66,43 +66,6 @@ TEST(Side, BodiesOfADeclinedChannelTakeNoMemory) {
   EXPECT_EQ(s.status().memory_bytes, 0U);
 }
 
-// Silent connections, however many, do not keep out who logs in.
-TEST(Side, TheOldestConnectionWithoutALoginGivesWay) {
-  Script s(server());
-  for (std::uint32_t i = 1; i <= 256; ++i) s.give(ConnectionOpened{{i}, "10.0.0.9"});
-  EXPECT_EQ(s.did().find("close"), std::string::npos);
-  s.give(ConnectionOpened{{257}, "10.0.0.9"});
-  EXPECT_EQ(s.did(), "close 1 4012\n");
-  s.login(258);
-  EXPECT_EQ(s.did(), "close 2 4012\nauthenticate 258 none\ngate 258\n");
-}
-
-TEST(Side, ALoginMustBeQuickWhenManyWait) {
-  Script s(server());
-  for (std::uint32_t i = 1; i <= 129; ++i) s.give(ConnectionOpened{{i}, "10.0.0.9"});
-  s.did();
-  s.pass(1000);
-  EXPECT_EQ(s.did(), "close 129 4004\n");
-  s.pass(4000);
-  EXPECT_NE(s.did().find("close 1 4004\n"), std::string::npos);
-}
-
-// The login method may need its time: who has shown its login is not the one who holds a place.
-TEST(Side, ALoginThatIsJudgedHasItsWholeTimeHoweverManyWait) {
-  Script s(server());
-  for (std::uint32_t i = 1; i <= 128; ++i) s.give(ConnectionOpened{{i}, "10.0.0.9"});
-  s.give(ConnectionOpened{{129}, "10.0.0.8"});
-  s.binary(129, encode(Hello{1, 1, Script::peer_id(129), {}, "/peer"}));
-  s.pass(900);
-  s.did();
-  s.binary(129, encode(Login{"token", {}}));
-  EXPECT_EQ(s.did(), "authenticate 129 token\n");
-  s.pass(4099);
-  EXPECT_EQ(s.did().find("close 129"), std::string::npos);
-  s.pass(1);
-  EXPECT_NE(s.did().find("close 129 4004\n"), std::string::npos);
-}
-
 TEST(Side, OneIdentityDoesNotTakeAllPlaces) {
   auto options = server();
   options.links_max = 5;

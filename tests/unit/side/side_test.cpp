@@ -91,16 +91,6 @@ TEST(Side, OnlyAfterAChangeOfItsRouteTheServerMustAnswerSoon) {
   EXPECT_NE(s.did().find("close"), std::string::npos);
 }
 
-TEST(Side, AServerThatIsAwayForADayIsDialedAllTheTime) {
-  Script s(client());
-  s.give(TimePassed{});
-  for (std::uint32_t dial = 1; dial < 1000; ++dial) {
-    EXPECT_NE(s.did().find("dial " + std::to_string(dial) + "\n"), std::string::npos);
-    s.give(DialFailed{{dial}, "refused"});
-    s.pass(1500);
-  }
-}
-
 // But a proxy that answers in its place is asked more rarely after a while.
 TEST(Side, WhatAnswersInTheServersPlaceIsDialedRarelyAfterAWhile) {
   Script s(client());
@@ -217,25 +207,6 @@ TEST(Side, ARefusedOrExpiredLoginIsClosedWithTheSameWords) {
     }
   }
   EXPECT_TRUE(s.status().links.empty());
-}
-
-TEST(Side, AnIdentityThatExpiresEndsTheLink) {
-  Script s(server());
-  s.login(1, {}, {"anna", {}, flow_test::at_ms(5000)});
-  s.did();
-  s.pass(4000);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1500);  // seen with the next deadline of the link
-  EXPECT_EQ(s.did(), "close 1 4013\n");
-}
-
-TEST(Side, ANewerConnectionOfASessionReplacesTheOlder) {
-  Script s(server());
-  const auto session = s.join(1);
-  EXPECT_EQ(s.login(2, session), session);
-  EXPECT_EQ(s.did(), "authenticate 2 none\nclose 1 4005\ngate 2\n");
-  EXPECT_EQ(s.status().links.size(), 1U);
-  EXPECT_EQ(s.said(1), "");
 }
 
 TEST(Side, CountsOutliveAConnection) {

@@ -100,15 +100,6 @@ TEST(Strangers, AnAddressMayHaveTheShareOfSeveral) {
   EXPECT_EQ(door.tries(5, "127.0.0.1", {}, 2), "");
 }
 
-TEST(Strangers, WrongLoginsOfAllAreLimitedToo) {
-  Door door(strict());
-  for (std::uint32_t i = 1; i <= 5; ++i)
-    EXPECT_EQ(door.tries(i, "10.0.1." + std::to_string(i), {}), refused(i));
-  EXPECT_EQ(door.tries(6, "10.0.1.6", {}), "");
-  EXPECT_EQ(door.tries(7, "10.0.1.7", called("anna")), "gate 7\n");
-  EXPECT_EQ(door.s.status().strangers.wrong_logins_late, 1U);
-}
-
 // It takes the place of a connection without a login for as long as it waits.
 TEST(Strangers, WhoWaitsForALateAnswerGivesWay) {
   SideOptions options = strict();
@@ -118,14 +109,6 @@ TEST(Strangers, WhoWaitsForALateAnswerGivesWay) {
   EXPECT_EQ(door.s.status().strangers.waiting, 8U);
   EXPECT_EQ(door.tries(11, "10.0.0.9", called("anna")), "gate 11\n");
   EXPECT_EQ(door.s.status().strangers.gave_way, 1U);
-}
-
-TEST(Strangers, WhoGoesAwayBeforeALateAnswerIsForgotten) {
-  Door door(strict());
-  for (std::uint32_t i = 1; i <= 3; ++i) door.tries(i, "10.0.0.9", {});
-  door.s.lose(3);
-  door.s.pass(6000);
-  EXPECT_EQ(door.s.did(), "");
 }
 
 // ---- offences
@@ -207,22 +190,6 @@ TEST(Strangers, ALinkThatHasNotOffendedGoesOnAtOnce) {
   offend(s, 6);
   s.login(7, session, called("shared"));
   EXPECT_EQ(s.did(), "authenticate 7 none\n");
-}
-
-TEST(Strangers, AWithdrawnCredentialIsNotLetInAfterItHasWaited) {
-  Script s(patient());
-  Identity who = called("hostile");
-  who.credential = "token:1";
-  for (std::uint32_t i = 1; i <= 2; ++i) {
-    s.login(i, {}, who);
-    s.did();
-    offend(s, i);
-  }
-  s.login(3, {}, who);
-  EXPECT_EQ(s.did(), "authenticate 3 none\n");
-  s.give(IdentitiesChanged{{{"token:1", std::nullopt}}});
-  s.pass(2000);
-  EXPECT_EQ(s.did(), "close 3 4003\n");
 }
 
 TEST(Strangers, SilenceIsNoOffence) {

@@ -9,7 +9,7 @@
 namespace connect_bridge::topics_test {
 namespace {
 
-OutSample of_size(std::size_t bytes) {
+OutSample sample_of(std::size_t bytes) {
   return {OriginId{1}, 0, 0, Payload::adopt(Bytes(bytes)), {}};
 }
 
@@ -17,7 +17,7 @@ OutSample of_size(std::size_t bytes) {
 struct Early {
   // How many were dropped.
   std::size_t add(std::size_t bytes, std::int64_t at = 0) {
-    return subject.add(of_size(bytes), ms(at).steady, all, account, ms(at)).count;
+    return subject.add(sample_of(bytes), ms(at).steady, all, account, ms(at)).count;
   }
 
   Budget all;

@@ -20,7 +20,7 @@ TEST(ExportedTopic, IsSubscribedWhileALinkDemandsIt) {
   EXPECT_EQ(s.did(), "subscribe 1 /a reliable volatile 100\n");
   s.take(1, "hello");
   EXPECT_EQ(peer.said(), "1.1 hello\n");
-  s.subject.forget_offer(peer.link.id, ms(0));
+  s.subject.on_link_lost(peer.link.id, ms(0));
   EXPECT_EQ(s.did(), "unsubscribe 1\n");
   EXPECT_EQ(peer.link.outgoing({1}), nullptr);
 }

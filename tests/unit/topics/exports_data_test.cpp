@@ -29,24 +29,6 @@ void begin(Script& s, const Qos& q = qos()) {
   s.did();
 }
 
-TEST(SideExportsData, WhatThePeerDoesNotTakeIsDroppedAndTold) {
-  Script s(client());
-  s.graph({topic("/a").pub(1)});
-  s.be_welcomed(1, 10);
-  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
-  s.demand(1, 1);
-  s.said(1);
-  s.did();
-  s.take(2, 1, "123456");   // 10 bytes with its encapsulation
-  s.take(2, 1, "1234567");  // 11
-  s.take(2, 1, "12345678");
-  EXPECT_EQ(s.said(1), "1.1 123456\n");
-  EXPECT_EQ(s.dropped(DropReason::kTooLarge), 2U);
-  s.did();
-  EXPECT_NE(s.logged.find("a message of 11 bytes"), std::string::npos);
-  EXPECT_EQ(s.logged.find("a message of 12 bytes"), std::string::npos);  // told once
-}
-
 TEST(SideExportsData, AClientTellsItsLimitWithWhatItAccepts) {
   auto s = demanding({});
   begin(s);
@@ -100,26 +82,13 @@ TEST(SideExportsData, PatternsBeyondWhatIsComparedAreRefused) {
   }
 }
 
-TEST(SideExportsData, RatesAreEachLinksOwn) {
-  Treatment treatment;
-  treatment.max_rate = 1;
-  auto s = demanding(treatment);
-  begin(s);
-  s.take(2, 1, "a");
-  s.join(2);
-  s.demand(2, 1);
-  s.take(2, 1, "b");
-  EXPECT_EQ(s.said(1), "1.1 a\n");
-  EXPECT_EQ(s.said(2), "1.1 b\n");
-}
-
 TEST(SideExportsData, LossesBelowAreCounted) {
   auto s = demanding({});
   begin(s);
   s.give(MessagesLost{{2}, 3, false});
   s.give(MessagesLost{{2}, 5, true});
   s.give(MessagesLost{{77}, 9, true});
-  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 3U);
+  EXPECT_EQ(s.dropped(DropReason::kLostHere), 3U);
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 5U);
 }
 
@@ -244,24 +213,6 @@ TEST(SideExportsData, TheLastSamplesOfAllReachASecondPeerAtOnce) {
   s.join(2);
   s.demand(2, 1);
   EXPECT_EQ(s.said(2), "1.1 a large map, 1.2 another map\n");
-}
-
-TEST(SideExportsData, AndLikewiseWhenTheyAreCompressed) {
-  constexpr std::uint32_t kSamples = 6;
-  Treatment treatment;
-  treatment.compression.codec = Codec::kZstd;
-  auto s = demanding(treatment);
-  begin(s, latched(kSamples));
-  for (std::uint32_t job = 1; job <= kSamples; ++job) {
-    s.take(2, 1, std::string(1 << 20, 'x'), job);
-    s.give(JobDone{{job}, Payload::adopt({1, 2, 3})});
-  }
-  s.join(2);
-  s.demand(2, 1);
-  for (std::uint32_t job = 1; job <= kSamples; ++job)
-    s.give(JobDone{{kSamples + job}, Payload::adopt({1, 2, 3})});
-  EXPECT_EQ(s.said(2), "1.1 zstd, 1.1 zstd, 1.1 zstd, 1.1 zstd, 1.1 zstd, 1.1 zstd\n");
-  EXPECT_EQ(s.dropped(DropReason::kQueueBytes, 1), 0U);
 }
 
 // It would come before the last samples, among which it is.

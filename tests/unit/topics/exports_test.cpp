@@ -39,51 +39,6 @@ TEST(SideExports, RightsAreThoseOfTheIdentity) {
   EXPECT_EQ(s.said(2), "accepts 0 rules\noffer complete\n");
 }
 
-TEST(SideExports, DemandMakesExactlyOneSubscriptionForTwoLinks) {
-  Script s(server());
-  s.graph({topic("/a").pub(1, qos(5))});
-  s.join(1);
-  s.join(2);
-  s.demand(1, 1);
-  EXPECT_EQ(s.did(), "subscribe 2 /a reliable volatile 100\n");
-  s.demand(2, 1);
-  s.demand(2, 1);  // repeating a demand changes nothing
-  EXPECT_EQ(s.did(), "");
-  s.take(2, 1, "hello");
-  EXPECT_EQ(s.said(1), "1.1 hello\n");
-  EXPECT_EQ(s.said(2), "1.1 hello\n");
-  s.demand(1, 1, false);
-  EXPECT_EQ(s.did(), "");
-  s.take(2, 1, "again");
-  EXPECT_EQ(s.said(1), "");
-  EXPECT_EQ(s.said(2), "1.1 again\n");
-  s.demand(2, 1, false);
-  EXPECT_EQ(s.did(), "unsubscribe 2\n");
-  s.demand(1, 1);
-  EXPECT_EQ(s.did(), "subscribe 3 /a reliable volatile 100\n");
-}
-
-TEST(SideExports, ADemandThatComesAndGoesMakesFewSubscriptions) {
-  Script s(server());
-  s.graph({topic("/a").pub(1)});
-  s.join(1);
-  for (int i = 0; i < 100; ++i) {
-    s.demand(1, 1, true);
-    s.demand(1, 1, false);
-  }
-  const auto lines = s.did();
-  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 2 * 10);
-  s.demand(1, 1, true);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1000);
-  EXPECT_EQ(s.did(), "subscribe 12 /a reliable volatile 100\n");
-  s.demand(1, 1, false);
-  s.pass(20'000);
-  EXPECT_EQ(s.did(), "unsubscribe 12\n");
-  s.demand(1, 1, true);  // a late one is forgotten with its demand
-  EXPECT_EQ(s.did(), "subscribe 13 /a reliable volatile 100\n");
-}
-
 TEST(SideExports, DemandForWhatIsNotThereIsIgnored) {
   Script s(server());
   s.join(1);
@@ -111,23 +66,6 @@ TEST(SideExports, AVolatileTopicHasNoHistory) {
   s.join(2);
   s.demand(2, 1);
   EXPECT_EQ(s.said(2), "");
-}
-
-TEST(SideExports, TheSubscriptionFitsAllPublishers) {
-  Script s(server());
-  s.graph({topic("/a").pub(1, latched(1))});
-  s.join(1);
-  s.demand(1, 1);
-  EXPECT_EQ(s.did(), "subscribe 2 /a reliable latched 100\n");
-  s.graph({topic("/a").pub(1, latched(1)).pub(2, best_effort())});
-  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /a best_effort volatile 100\n");
-  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n");
-  EXPECT_NE(s.logged.find("transient-local and volatile publishers"), std::string::npos);
-  s.graph({topic("/a").pub(1, latched(1))});
-  EXPECT_EQ(s.did(), "");  // its last samples may still be under way
-  s.pass(301);
-  EXPECT_EQ(s.did(), "unsubscribe 3\nsubscribe 4 /a reliable latched 100\n");
-  EXPECT_EQ(s.said(1), "origins 1 +[] -[2]\n");
 }
 
 TEST(SideExports, DepthAloneIsNoReasonForANewVolatileSubscription) {
@@ -204,26 +142,6 @@ TEST(SideExports, AFailedSubscriptionIsTriedAgainForALinkThatComesLater) {
   EXPECT_EQ(s.said(1), "withdraw 2 type_unknown\n");
   s.demand(1, 2);  // it crossed the withdraw
   EXPECT_EQ(s.did(), "");
-}
-
-TEST(SideExports, OriginsComeAndGoAndTheTopicWithTheLast) {
-  Script s(server());
-  s.join(1);
-  s.graph({topic("/a").pub(1)});
-  EXPECT_EQ(s.said(1), "offer 1/a[1]\n");
-  s.graph({topic("/a").pub(1).pub(2)});
-  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n");
-  s.graph({topic("/a").pub(2)});
-  s.pass(299);
-  EXPECT_EQ(s.said(1), "");
-  s.graph({topic("/a").pub(1).pub(2)});  // it came back before anybody noticed
-  s.pass(1000);
-  EXPECT_EQ(s.said(1), "");
-  s.graph({});
-  s.pass(300);
-  EXPECT_EQ(s.said(1), "withdraw 1\n");
-  s.graph({topic("/a").pub(1)});
-  EXPECT_EQ(s.said(1), "offer 2/a[1]\n");  // a channel number is never used again
 }
 
 TEST(SideExports, APublishersLastSamplesCross) {

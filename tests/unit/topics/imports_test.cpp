@@ -78,19 +78,6 @@ TEST(SideImports, WhatTheMiddlewareRefusesIsADrop) {
   EXPECT_EQ(s.status().links.at(0).topics.at(0).messages, 1U);
 }
 
-TEST(SideImports, DiscoveryIsAwaitedAfterAStart) {
-  Script s(server());
-  s.join(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
-  EXPECT_EQ(s.did(), "");  // no mirror before the first graph
-  s.graph({topic("/a").sub(1)});
-  s.pass(499);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-}
-
 TEST(SideImports, OriginsComeAndGo) {
   Imports s;
   s.offer(1, {channel(1, "/a", {origin(1, 11)})});
@@ -182,18 +169,6 @@ TEST(SideImports, ChannelsHaveALimit) {
   EXPECT_EQ(s.did(), "close 1 4006\n");
 }
 
-TEST(SideImports, MirrorsHaveALimit) {
-  auto options = server();
-  options.mirrors_max = 1;
-  Script s(options);
-  s.graph({});
-  s.join(1);
-  s.pass(500);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 11), origin(2, 12)})}, true});
-  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
-  EXPECT_NE(s.logged.find("no more mirrors for /peer"), std::string::npos);
-}
-
 // As after a restart: the old publisher is in the graph for some time beside the new one.
 TEST(SideImports, AnOriginWithoutAMirrorGetsOneWhenAnotherHasEnded) {
   auto options = server();
@@ -229,17 +204,6 @@ TEST(SideImports, ADemandEndsWithTheOnlyOriginThatWantedIt) {
   EXPECT_EQ(s.said(2), "");
 }
 
-TEST(SideImports, ALocalOriginIsNotMirrored) {
-  Imports s({everything()}, {topic("/a").pub(11).sub(1)});
-  s.said(1);
-  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(1), "");
-  s.graph({topic("/a").sub(1)});  // it has just ended here, and is offered for a moment longer
-  s.pass(100);
-  EXPECT_EQ(s.did(), "");
-}
-
 TEST(SideImports, AMirrorGoesWhenItsOriginAppearsHere) {
   Imports s({everything()}, {topic("/a").sub(1)});
   s.offer(1, {channel(1, "/a", {origin(1, 11)})});
@@ -248,32 +212,6 @@ TEST(SideImports, AMirrorGoesWhenItsOriginAppearsHere) {
   s.graph({topic("/a").pub(11).sub(1)});
   EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
   EXPECT_EQ(s.said(1), "offer 1/a[1]\ndemand 1 off\n");
-}
-
-TEST(SideImports, AFailedMirrorIsDeclinedAndTriedWithItsOriginAgain) {
-  Imports s({everything()}, {topic("/a").sub(1)});
-  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
-  s.said(1);
-  s.did();
-  s.give(MirrorFailed{{2}, "type_unknown", "no such type"});
-  EXPECT_EQ(s.did(), "claim []\n");
-  EXPECT_EQ(s.said(1), "decline 1 type_unknown\ndemand 1 off\n");
-  s.graph({topic("/a").sub(1).sub(2)});
-  EXPECT_EQ(s.did(), "");
-  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});
-  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [12]\n");
-}
-
-TEST(SideImports, WhatASubscriberCannotGetIsToldOnce) {
-  Imports s({everything()}, {topic("/a").sub(1, latched())});
-  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
-  s.did();
-  s.logged.clear();
-  for (int i = 0; i < 2; ++i) s.graph({topic("/a").sub(1, latched()).sub(2, latched()).sub(3 + i)});
-  s.did();
-  EXPECT_EQ(s.logged,
-            "/a: the durability that /n2 requests is not offered by /peer_node on the other side: "
-            "it receives nothing from it\n");
 }
 
 }  // namespace

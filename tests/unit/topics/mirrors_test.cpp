@@ -76,15 +76,6 @@ TEST(SideMirrors, ANewSessionHasMirrorsOfTheOldOneUntilItIsDead) {
   EXPECT_EQ(s.did(), "publish 2 a\n");
 }
 
-TEST(SideMirrors, OfAnotherIdentitysSessionNothingIsContinued) {
-  auto options = server();
-  Script s(options);
-  const auto session = s.login(1, {}, {"anna", {}, 0});
-  s.lose(1);
-  EXPECT_NE(s.login(2, session, {"bert", {}, 0}), session);
-  EXPECT_EQ(s.login(3, session, {"anna", {}, 0}), session);
-}
-
 TEST(SideMirrors, ASilentLinkIsDeadAtOnceAndItsMirrorsToo) {
   Mirrors s;
   s.fall_silent(1);
@@ -112,26 +103,6 @@ TEST(SideMirrors, AServerThatSaysGoodbyeIsMostlyRestarted) {
   EXPECT_EQ(s.did().find("unmirror"), std::string::npos);
   s.pass(2);
   EXPECT_NE(s.did().find("unmirror 2\n"), std::string::npos);
-}
-
-TEST(SideMirrors, TwoLinksWithOneOriginHaveOneMirror) {
-  Mirrors s(qos());
-  s.join(2);
-  s.say(2, Offer{{channel(7, "/map", {origin(1, 11)})}, true});
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(2), "");  // it stands by
-  s.message(1, 1, 1, "a", 10);
-  EXPECT_EQ(s.did(), "publish 2 a\n");
-  s.lose(1);
-  EXPECT_EQ(s.said(2), "demand 7 on\n");
-  s.message(2, 7, 1, "a", 10);  // it is behind the first
-  s.message(2, 7, 1, "b", 20);
-  EXPECT_EQ(s.did(), "publish 2 b\n");
-  s.pass(3000);  // link 1 is dead; link 2 is not
-  EXPECT_EQ(s.did(), "");
-  s.say(2, Withdraw{{{7}}});
-  s.pass(200);
-  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
 }
 
 // The old connection seems alive until it has been silent for dead_after.
@@ -183,18 +154,6 @@ TEST(SideMirrors, ClaimsAreToldNowAndThen) {
 TEST(SideMirrors, WhoTakesOverADemandedChannelIsAskedForTheLastSamples) {
   Mirrors s;
   s.join(2);
-  // Link 2 is first with publisher 12, and so its channel is demanded already.
-  s.say(2, Offer{{channel(7, "/map", {origin(1, 12, latched()), origin(2, 11, latched())})}, true});
-  EXPECT_EQ(s.said(2), "demand 7 on\n");
-  s.lose(1);
-  EXPECT_EQ(s.said(2), "demand 7 off\n");
-  s.pass(250);
-  EXPECT_EQ(s.said(2), "demand 7 on\n");
-}
-
-TEST(SideMirrors, LikewiseWhenTheFirstWithdraws) {
-  Mirrors s;
-  s.join(2);
   s.say(2, Offer{{channel(7, "/map", {origin(1, 12, latched()), origin(2, 11, latched())})}, true});
   EXPECT_EQ(s.said(2), "demand 7 on\n");
   s.say(1, Withdraw{{{1}}});
@@ -237,21 +196,6 @@ TEST(SideMirrors, OriginsThatComeAndGoTooOftenEndTheLink) {
   EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
 }
 
-// The last samples that a new demand begins with would be older than what is under way.
-TEST(SideMirrors, WhatIsUnderWayOfAnEndedDemandIsNotTakenForTheNext) {
-  Mirrors s;
-  s.graph({topic("/map")});
-  s.graph({topic("/map").sub(1)});
-  s.message(1, 1, 1, "c", 30);  // for the first demand: what was said since is not read yet
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
-  EXPECT_EQ(s.said(1), "demand 1 off\ndemand 1 on\n");
-  s.message(1, 1, 1, "a", 10);
-  s.message(1, 1, 1, "b", 20);
-  s.message(1, 1, 1, "c", 30);
-  EXPECT_EQ(s.did(), "publish 2 a\npublish 2 b\npublish 2 c\n");
-}
-
 // Its rules may weaken what it offers.
 TEST(SideMirrors, AnotherLinksOfferIsFollowedWhenItFeeds) {
   Mirrors s;
@@ -289,17 +233,6 @@ TEST(SideMirrors, AfterAReconnectTheSamplesOfEachOriginAreKnown) {
 constexpr char kNoName[] = "_NODE_NAME_UNKNOWN_";
 constexpr char kNothing[] = " on the other side: it receives nothing from it\n";
 
-TEST(SideMirrors, TellNothingWhereTheMiddlewareJoinsAnyQos) {
-  SideOptions options = server();
-  options.qos_must_fit = false;
-  Mirrors s(best_effort(), std::move(options));
-  s.did();
-  s.logged.clear();
-  s.graph({topic("/map").sub(1).sub(2, qos(), "rviz")});
-  s.did();
-  EXPECT_EQ(s.logged, "");
-}
-
 TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenItsNameIsKnown) {
   Mirrors s(best_effort());
   s.did();
@@ -316,38 +249,6 @@ TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenItsNameIsKnown) {
   s.pass(5000);
   s.did();
   EXPECT_EQ(s.logged, told);
-}
-
-TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenTheOriginsNameIsKnown) {
-  Mirrors s;
-  s.logged.clear();
-  OriginOffer nameless = origin(2, 12, best_effort());
-  nameless.node.clear();
-  s.say(1, OriginsChanged{{1}, {nameless}, {}});
-  s.did();
-  EXPECT_EQ(s.logged, "");
-  nameless.node = "/late";
-  s.say(1, OriginsChanged{{1}, {nameless}, {}});
-  s.did();
-  EXPECT_EQ(
-      s.logged,
-      std::string("/map: the reliability that /n1 requests is not offered by /late") + kNothing);
-}
-
-TEST(SideMirrors, TellOfASubscriberThatNeverHasAName) {
-  Mirrors s;
-  s.say(1, OriginsChanged{{1}, {origin(2, 12, best_effort())}, {}});
-  s.did();
-  s.logged.clear();
-  s.graph({topic("/map").sub(1, qos(), kNoName)});
-  s.did();
-  EXPECT_EQ(s.logged, "");
-  s.pass(5000);
-  s.did();
-  EXPECT_EQ(s.logged,
-            std::string("/map: the reliability that a subscriber here requests is not offered by "
-                        "/peer_node") +
-                kNothing);
 }
 
 }  // namespace

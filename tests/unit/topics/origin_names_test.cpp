@@ -8,16 +8,6 @@
 namespace connect_bridge::side_test {
 namespace {
 
-TEST(OriginNames, ANameThatComesLaterIsTold) {
-  Script s(server());
-  s.graph({topic("/a").pub(1, {}, "_NODE_NAME_UNKNOWN_")});
-  s.join(1);
-  s.graph({topic("/a").pub(1)});
-  EXPECT_EQ(s.said(1), "origins 1 +[1] -[]\n");
-  s.graph({topic("/a").pub(1)});
-  EXPECT_EQ(s.said(1), "");
-}
-
 TEST(OriginNames, NodesAreNamedAsOnTheWire) {
   auto options = server();
   options.names = NameMap("/robot1", {});
@@ -134,24 +124,6 @@ TEST(OriginNames, NamesDoNotCountAsOrigins) {
   EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
 }
 
-// docs/protocol.md, "origins": what is removed makes room for what is added.
-TEST(OriginNames, AllPublishersOfATopicCanBeReplacedAtOnce) {
-  Script s(roomy());
-  s.graph({});
-  s.pass(1000);
-  s.join(1);
-  const auto before = numbered(1, 600);
-  s.offer(1, {channel(1, "/a", before)}, true);
-  OriginsChanged change{{1}, numbered(601, 600), {}};
-  for (const auto& origin : before) change.removed.push_back(origin.origin);
-  s.say(1, change);
-  EXPECT_EQ(s.did().find("close"), std::string::npos);
-  EXPECT_EQ(s.status().links.at(0).topics.at(0).origins, 600U);
-  // One beyond the limit still ends the connection.
-  s.say(1, OriginsChanged{{1}, numbered(2000, kChannelOriginsMax - 600 + 1), {}});
-  EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
-}
-
 // Those without a mirror count, too.
 TEST(OriginNames, OriginsThatAreLeftOutCount) {
   SideOptions options = server();
@@ -165,27 +137,6 @@ TEST(OriginNames, OriginsThatAreLeftOutCount) {
   EXPECT_EQ(s.did().find("close"), std::string::npos);
   s.say(1, OriginsChanged{{1}, numbered(3000, 1), {}});
   EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
-}
-
-// What is remembered of them is part of the peer's memory.
-TEST(OriginNames, OriginsThatAreLeftOutTakeTheirPartOfTheMemory) {
-  constexpr std::uint64_t kMemory = 64 << 10;
-  SideOptions options = server();
-  options.topic_mirrors_max = 10;
-  options.account.memory_bytes_max = kMemory;
-  Script s(options);
-  s.graph({});
-  s.pass(1000);
-  s.join(1);
-  s.offer(1, {channel(1, "/a", numbered(1, 200))}, true);
-  const std::uint64_t held = s.status().shared_bytes;
-  EXPECT_GT(held, 190U * sizeof(OriginId));
-  s.say(1, OriginsChanged{{1}, {}, {{11}}});
-  EXPECT_LT(s.status().shared_bytes, held);
-  for (std::uint32_t i = 2; i < 20; ++i)
-    s.offer(1, {channel(i, "/b" + std::to_string(i), numbered(i << 16, kChannelOriginsMax))});
-  EXPECT_LT(s.status().shared_bytes, kMemory);
-  EXPECT_EQ(s.did().find("close"), std::string::npos);
 }
 
 // A publisher that is offered under another number in the message that removes the old one keeps

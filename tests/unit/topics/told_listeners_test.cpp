@@ -1,75 +1,74 @@
-// What a side reports about the subscriptions in its graph.
+// What a peer is told of the subscriptions here.
+#include "core/topics/told_listeners.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
-#include "unit/side/script.hpp"
+#include "unit/topics/one_link.hpp"
 
-namespace connect_bridge::side_test {
+namespace connect_bridge::topics_test {
 namespace {
 
-// The listeners sent to the peer, without other messages.
-std::string reports(Script& s, std::uint32_t connection = 1) {
-  std::string lines;
-  while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
-    const Bytes bytes = flow_test::joined(*packet);
-    if (!packet->text) continue;
-    const auto control =
-        decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    if (control && std::holds_alternative<Listeners>(control.value()))
-      lines += word_of(control.value()) + "\n";
+// The peer may publish /cmd_vel and all below /fib.
+struct Telling : Actions {
+  Telling() { policy = Policy({rule({"/scan"}, {"/cmd_vel", "/fib/**"})}); }
+
+  std::string see(const std::vector<Topic>& topics) {
+    graph = picture(topics);
+    subject.tell(peer.link);
+    return peer.said();
   }
-  return lines;
-}
 
-struct ToldListenersTest : testing::Test {
-  ToldListenersTest() { s.join(1); }
-
-  Script s{server({rule({"/scan"}, {"/cmd_vel", "/fib/**"})})};
+  OneLink peer;
+  ToldListeners subject{side};
 };
 
-TEST_F(ToldListenersTest, WhatIsListenedToAndThePeerMaySend) {
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base"), topic("/scan").sub(6)});
-  EXPECT_EQ(reports(s), "listeners +1/cmd_vel -[]\n");
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base").sub(7, qos(), "arm"), topic("/scan").sub(6)});
-  EXPECT_EQ(reports(s), "");
-  s.graph({topic("/cmd_vel").sub(7, best_effort(), "arm")});
-  EXPECT_EQ(reports(s), "");
-  s.graph({topic("/scan").sub(6)});
-  EXPECT_EQ(reports(s), "listeners -[1]\n");
+TEST(ToldListeners, WhatIsListenedToAndThePeerMaySend) {
+  Telling s;
+  EXPECT_EQ(s.see({topic("/cmd_vel").sub(5, qos(), "base"), topic("/scan").sub(6)}),
+            "listeners +1/cmd_vel -[]\n");
+  EXPECT_EQ(
+      s.see({topic("/cmd_vel").sub(5, qos(), "base").sub(7, qos(), "arm"), topic("/scan").sub(6)}),
+      "");
+  EXPECT_EQ(s.see({topic("/cmd_vel").sub(7, best_effort(), "arm")}), "");
+  EXPECT_EQ(s.see({topic("/cmd_vel").pub(8)}), "listeners -[1]\n");
+  EXPECT_EQ(s.see({topic("/cmd_vel").sub(5)}), "listeners +2/cmd_vel -[]\n");
 }
 
-TEST_F(ToldListenersTest, WhatABridgeSubscribesToIsNoListener) {
-  s.graph({topic(kClaimsTopic).pub(9, latched(), "other_bridge"),
-           topic("/cmd_vel").sub(5, qos(), "other_bridge")});
-  EXPECT_EQ(reports(s), "");
+TEST(ToldListeners, AnActionsTopicsHaveNone) {
+  Telling s;
+  EXPECT_EQ(s.see({topic("/fib/_action/feedback").sub(5)}), "");
 }
 
-TEST_F(ToldListenersTest, AnActionsTopicsHaveNone) {
-  s.graph({topic("/fib/_action/feedback").sub(5)});
-  EXPECT_EQ(reports(s), "");
+TEST(ToldListeners, RulesThatChange) {
+  Telling s;
+  s.see({topic("/cmd_vel").sub(5), topic("/scan").sub(6)});
+  s.policy = Policy({rule({}, {"/scan"})});
+  s.subject.tell(s.peer.link);
+  EXPECT_EQ(s.peer.said(), "") << "rules are asked once";
+  s.subject.recheck(s.peer.link);
+  EXPECT_EQ(s.peer.said(), "listeners +2/scan -[1]\n");
 }
 
-TEST_F(ToldListenersTest, RulesThatChange) {
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base"), topic("/scan").sub(6, qos(), "slam")});
-  reports(s);
-  s.give(PolicyChanged{Policy({rule({}, {"/scan"})})});
-  EXPECT_EQ(reports(s), "listeners +2/scan -[1]\n");
+TEST(ToldListeners, ANewConnectionIsToldAll) {
+  Telling s;
+  s.see({topic("/cmd_vel").sub(5)});
+  s.subject.on_link_lost(s.peer.link.id);
+  s.peer.lose();
+  s.subject.tell(s.peer.link);  // nobody is there
+  s.peer.connect();
+  s.subject.tell(s.peer.link);
+  EXPECT_EQ(s.peer.said(), "listeners +1/cmd_vel -[]\n");
 }
 
-TEST_F(ToldListenersTest, ANewConnectionIsToldAll) {
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base")});
-  reports(s);
-  s.lose(1);
-  s.login(2);
-  EXPECT_EQ(reports(s, 2), "listeners +1/cmd_vel -[]\n");
-}
-
-TEST_F(ToldListenersTest, NoMoreThanThePeerTakes) {
+TEST(ToldListeners, NoMoreThanThePeerTakes) {
   std::vector<Topic> crowd;
   for (int i = 0; i < 1100; ++i) crowd.push_back(topic("/fib/t" + std::to_string(i)).sub(5));
-  s.graph(crowd);
-  const std::string lines = reports(s);
+  Telling s;
+  const std::string lines = s.see(crowd);
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '+'), 1024);
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 1024 / kAddedMax);
   s.did();
@@ -78,4 +77,4 @@ TEST_F(ToldListenersTest, NoMoreThanThePeerTakes) {
 }
 
 }  // namespace
-}  // namespace connect_bridge::side_test
+}  // namespace connect_bridge::topics_test

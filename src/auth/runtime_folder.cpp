@@ -1,4 +1,4 @@
-#include "run/runtime_folder.hpp"
+#include "auth/runtime_folder.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>

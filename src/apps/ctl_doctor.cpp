@@ -1,0 +1,211 @@
+#include "apps/ctl_doctor.hpp"
+
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "apps/ctl_asked.hpp"
+#include "auth/runtime_folder.hpp"
+#include "config/syntax.hpp"
+#include "core/wire/text.hpp"
+#include "run/assembly.hpp"
+#include "run/check.hpp"
+#include "run/diagnosis.hpp"
+#include "run/exit_codes.hpp"
+#include "run/probe.hpp"
+
+namespace {
+
+using namespace connect_bridge;
+
+constexpr auto kPatienceOfDoctor = std::chrono::seconds(15);
+constexpr int kSomethingWrong = 1;
+constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
+                                      "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
+
+void append(std::vector<Found>& to, std::vector<Found> from, const std::string& subject = {}) {
+  for (Found& found : from) {
+    if (found.subject.empty()) found.subject = subject;
+    to.push_back(std::move(found));
+  }
+}
+
+std::string content_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+ProcessFacts this_process() {
+  ProcessFacts facts;
+  facts.user = ::geteuid();
+  for (const char* name : kVariables)
+    if (const char* value = std::getenv(name)) facts.variables[name] = value;
+  return facts;
+}
+
+// Of the program behind "FOLDER/connect_server-17.status"; false: it cannot be known.
+bool process_of(const std::string& socket, ProcessFacts& facts) {
+  const auto dash = socket.rfind('-'), dot = socket.rfind('.');
+  if (dash == std::string::npos || dot == std::string::npos || dot <= dash) return false;
+  const std::string folder = "/proc/" + socket.substr(dash + 1, dot - dash - 1);
+  const std::string environment = content_of(folder + "/environ");
+  struct stat owner {};
+  if (environment.empty() || ::stat(folder.c_str(), &owner) != 0) return false;
+  facts.user = owner.st_uid;
+  for (std::size_t at = 0; at < environment.size();) {
+    const std::string entry = environment.c_str() + at;
+    at += entry.size() + 1;
+    const auto equals = entry.find('=');
+    for (const char* name : kVariables)
+      if (entry.substr(0, equals) == name) facts.variables[name] = entry.substr(equals + 1);
+  }
+  return true;
+}
+
+MachineFacts this_machine() {
+  MachineFacts facts;
+  facts.congestion_controls = content_of("/proc/sys/net/ipv4/tcp_allowed_congestion_control");
+  while (facts.congestion_controls.ends_with('\n')) facts.congestion_controls.pop_back();
+  struct statvfs shared {};
+  if (::statvfs("/dev/shm", &shared) == 0)
+    facts.shared_memory_free_bytes =
+        static_cast<std::uint64_t>(shared.f_bavail) * static_cast<std::uint64_t>(shared.f_frsize);
+  return facts;
+}
+
+// By a login of its own, with the client's own code for the way, TLS and the login.
+std::vector<Found> look_through_link(const Config& config) {
+  Assembly assembly = assemble(config, "/ctl_doctor");
+  if (!assembly.parts) return {};  // its problems are told as those of the file
+  Probe probe(std::move(*assembly.parts), {});
+  const std::string failure = probe.open(kPatienceOfDoctor);
+  if (failure.empty()) {
+    probe.close();
+    return {};
+  }
+  return {diagnose_failure(failure)};
+}
+
+std::vector<Found> look_at_file(const DoctorOrder& order) {
+  const FileJudged judged = judge_file(order.what, order.role);
+  std::vector<Found> found;
+  for (const std::string& problem : judged.problems)
+    append(found, {diagnose_problem(problem)}, order.what);
+  if (!judged.config) return found;
+  append(found, diagnose_config(*judged.config), order.what);
+  const bool dials = judged.role == Role::kClient && judged.problems.empty() && !order.offline;
+  if (dials) append(found, look_through_link(*judged.config), judged.config->dial.url.text("ws"));
+  return found;
+}
+
+std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string>& wrong) {
+  ParameterMap parameters{{"url", order.what}};
+  const bool has_token = !order.token_file.empty();
+  parameters["auth.method"] = std::string(has_token ? "token" : "none");
+  if (has_token) parameters["auth.token_file"] = order.token_file;
+  if (!order.ca.empty()) parameters["tls.ca"] = order.ca;
+  if (!order.pin.empty()) parameters["tls.pin"] = std::vector<std::string>{order.pin};
+  const Parsed parsed = parse_config(parameters, Role::kClient, surroundings());
+  for (const auto& problem : parsed.problems) wrong.push_back(to_text(problem));
+  std::vector<Found> found;
+  if (parsed.config) append(found, look_through_link(*parsed.config), order.what);
+  return found;
+}
+
+std::vector<Found> look_at_side(const std::string& where, bool& answers) {
+  Asked asked(where, "/api/status");
+  answers = asked.problem().empty();
+  if (!answers) return {};
+  const Json status = Json::parse(asked.rest(), nullptr, false);
+  std::vector<Found> found = diagnose_status(status);
+  ProcessFacts side;
+  if (where.find('/') != std::string::npos && process_of(where, side))
+    append(found, diagnose_processes(side, this_process()));
+  return found;
+}
+
+std::vector<Found> look_at_what_runs() {
+  std::vector<Found> found;
+  const auto sockets = status_sockets();
+  bool any = false;
+  for (const std::string& socket : sockets) {
+    bool answers = false;
+    append(found, look_at_side(socket, answers), sockets.size() > 1 ? socket : "");
+    any = any || answers;
+  }
+  if (!any) found.push_back({"nobody_runs", {}, {}});
+  append(found, diagnose_machine(this_machine()));
+  return found;
+}
+
+bool is_socket(const std::string& what) {
+  struct stat facts {};
+  return ::stat(what.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode);
+}
+
+int no_answers_about(const std::string& what, const std::string& problem) {
+  std::fprintf(stderr, "%s: %s\n", to_text(what, what.size()).c_str(),
+               to_text(problem, problem.size()).c_str());
+  return kExitConfiguration;
+}
+
+int print_list() {
+  std::puts("| finding | cause | what to do |\n| --- | --- | --- |");
+  for (const Finding& finding : all_findings())
+    std::printf("| `%s`%s | %s | %s |\n", std::string(finding.id).c_str(),
+                finding.is_hint ? " (hint)" : "", std::string(finding.cause).c_str(),
+                std::string(finding.cure).c_str());
+  return 0;
+}
+
+}  // namespace
+
+CLI::App* add_doctor_command(CLI::App& app, DoctorOrder& order) {
+  auto* doctor = app.add_subcommand("doctor", "Say why it does not work: the cause and the cure");
+  doctor->footer(
+      "Exit code: 0 if nothing is wrong as far as it sees, 1 if something is, 2 if the question is "
+      "wrong.");
+  doctor->add_option("what", order.what,
+                     "A parameter file (of a client also the link that it makes), a URL as "
+                     "wss://robot:9090, an address of status.listen, or a socket. Without it: this "
+                     "user's programs on this machine");
+  doctor->add_option("--role", order.role, "For a file: server or client")
+      ->check(CLI::IsMember({"server", "client"}));
+  doctor->add_option("--token-file", order.token_file, "For a URL: the file with the token");
+  doctor->add_option("--ca", order.ca, "For a URL: the authority of the server's certificate");
+  doctor->add_option("--pin", order.pin, "For a URL: the pin of the server's key");
+  doctor->add_flag("--offline", order.offline, "Of a client's file: do not dial");
+  doctor->add_flag("--json", order.json, "As JSON");
+  doctor->add_flag("--list", order.list, "Print all that it can find, as a table");
+  return doctor;
+}
+
+int run_doctor(const DoctorOrder& order) {
+  if (order.list) return print_list();
+  std::signal(SIGPIPE, SIG_IGN);
+  std::vector<Found> found;
+  const std::string& what = order.what;
+  if (what.empty()) {
+    found = look_at_what_runs();
+  } else if (what.starts_with("ws://") || what.starts_with("wss://")) {
+    std::vector<std::string> wrong;
+    found = look_at_url(order, wrong);
+    if (!wrong.empty()) return no_answers_about(what, wrong.front());
+  } else if (is_socket(what) || syntax::parse_status_address(what)) {
+    bool answers = false;
+    found = look_at_side(what, answers);
+    if (!answers) return no_answers_about(what, "nobody answers");
+  } else {
+    found = look_at_file(order);
+  }
+  std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);
+  return has_fault(found) ? kSomethingWrong : 0;
+}

@@ -1,0 +1,150 @@
+// What peers make appear in the local graph, one after another.
+#pragma once
+
+#include <algorithm>
+#include <list>
+#include <optional>
+#include <utility>
+
+#include "core/base/pace.hpp"
+#include "core/base/time.hpp"
+#include "core/base/timers.hpp"
+#include "core/link/loop_turns.hpp"
+#include "core/ports/payer.hpp"
+
+namespace connect_bridge {
+
+// Publishers, services and subscriptions that are to appear wait in lines, one for each identity
+// and pace. Each endpoint takes the middleware some 0.3 ms in which everything else waits, so one
+// comes at a time, and whoever has used least of the loop's time is next. What waits costs nothing.
+// Single-threaded; outlives its lines.
+class Appearing {
+ public:
+  class Line;
+
+  // What is to appear. It leaves its line when it ends.
+  class Waiting {
+   public:
+    Waiting(const Waiting&) = delete;
+    Waiting& operator=(const Waiting&) = delete;
+    // Its turn has come: it asks again (Line::ask), or wants to appear no more.
+    virtual void appear(const Now& now) = 0;
+
+   protected:
+    Waiting() = default;
+    ~Waiting() { leave(); }
+
+   private:
+    friend Line;
+    friend Appearing;
+    void leave() {
+      if (line_) line_->remove(*this);
+    }
+
+    Line* line_ = nullptr;  // in which it waits
+    std::list<Waiting*>::iterator place_;
+  };
+
+  enum class Answer {
+    kNow,   // it appears, and is counted
+    kSoon,  // it waits, as only a few appear in one step
+    kLate,  // the same, and said once: the identity makes more appear than its pace allows
+  };
+
+  class Line {
+   public:
+    // Without `all` nobody gives turns: what may not appear at once waits for ever.
+    Line(Appearing* all, Payer payer, int at_once, Duration period)
+        : all_(all), payer_(std::move(payer)), pace_(at_once, period) {}
+    Line(const Line&) = delete;
+    Line& operator=(const Line&) = delete;
+    ~Line() {
+      while (!waiting_.empty()) waiting_.front()->leave();
+    }
+
+    [[nodiscard]] Answer ask(Waiting& who, TimePoint now) {
+      if (all_ && all_->turn_ == std::pair<const Line*, const Waiting*>(this, &who)) {
+        all_->turn_ = {};
+        return count(now);
+      }
+      if (who.line_ == this) return Answer::kSoon;
+      who.leave();
+      const bool free = waiting_.empty() && pace_.free_at() <= now;
+      if (free && (!all_ || all_->pace_.take(now))) return count(now);
+      const bool late =
+          pace_.free_at() + pace_.period() * static_cast<std::int64_t>(waiting_.size()) > now;
+      add(who, now);
+      return late ? Answer::kLate : Answer::kSoon;
+    }
+
+   private:
+    friend Appearing;
+    friend Waiting;
+
+    Answer count(TimePoint now) {
+      static_cast<void>(pace_.take(now));
+      return Answer::kNow;
+    }
+    void add(Waiting& who, TimePoint now) {
+      if (waiting_.empty()) {
+        since_ = now;
+        if (all_) all_->lines_.push_back(this);
+      }
+      who.line_ = this;
+      who.place_ = waiting_.insert(waiting_.end(), &who);
+    }
+    void remove(Waiting& who) {
+      waiting_.erase(who.place_);
+      who.line_ = nullptr;
+      if (all_ && waiting_.empty()) all_->lines_.remove(this);
+    }
+
+    Appearing* const all_;
+    const Payer payer_;
+    Pace pace_;
+    std::list<Waiting*> waiting_;
+    TimePoint since_{};  // of its last turn, or as long as something waits
+  };
+
+  Appearing() = default;
+  Appearing(const Appearing&) = delete;
+  Appearing& operator=(const Appearing&) = delete;
+
+  // Gives a turn if it is time. Packets of those who have used less come first.
+  void on_time(const LoopTurns& packets, const Now& now) {
+    if (next_at_ > now.steady || pace_.free_at() > now.steady) return;
+    Line* next = nullptr;
+    for (Line* const line : lines_)
+      if (line->pace_.free_at() <= now.steady &&
+          (!next || line->payer_->rank() < next->payer_->rank()))
+        next = line;
+    if (!next) return;
+    if (packets.come_before(*next->payer_, next->since_, now.steady)) {  // mutant: appear_later
+      next_at_ = now.steady + pace_.period();
+      return;
+    }
+    next->since_ = now.steady;
+    static_cast<void>(pace_.take(now.steady));
+    Waiting& first = *next->waiting_.front();
+    first.leave();
+    turn_ = {next, &first};
+    first.appear(now);
+    turn_ = {};
+  }
+  // When a turn may be given.
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    std::optional<TimePoint> first;
+    for (const Line* const line : lines_) first = earliest(first, line->pace_.free_at());
+    if (first) first = std::max({*first, pace_.free_at(), next_at_});
+    return first;
+  }
+
+ private:
+  // Between two of them the loop does something else.
+  Pace pace_{2, std::chrono::microseconds(500)};
+  TimePoint next_at_{};     // others come first until then
+  std::list<Line*> lines_;  // in which something waits
+  std::pair<const Line*, const Waiting*> turn_{};
+};
+
+}  // namespace connect_bridge

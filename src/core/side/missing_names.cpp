@@ -1,0 +1,326 @@
+#include "core/side/missing_names.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "core/offers/export_right.hpp"
+#include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::string_view kRosout = "/rosout";
+// So much of what is published here is lost before it reaches the bridge: one in so many.
+constexpr std::uint64_t kLostShare = 4;
+constexpr std::uint64_t kLostMin = 10;
+
+bool is_hidden(std::string_view name) {
+  return name.find("/_") != std::string_view::npos;
+}
+
+// Of an action the goals stand for all of it.
+bool may_be_wished(InterfaceKind kind, const std::string& name, const std::string& type) {
+  if (is_of_bridges(name) || name == kRosout || name == kParameterEvents) return false;
+  if (!has_action_token(name)) return !is_hidden(name);
+  const auto part = part_of_action(kind, name, type);
+  return part && part->part == ActionPart::kSendGoal && !is_hidden(part->action);
+}
+
+std::string_view action_type_of(const Wish& wish) {
+  const auto part = part_of_action(wish.kind, wish.name, wish.type);
+  return part ? part->action_type : std::string_view{};
+}
+
+MissingName named(const Wish& wish) {
+  MissingName missing;
+  missing.kind = wish.kind;
+  missing.exported = wish.exported;
+  missing.name = wish.name;
+  missing.type = wish.type;
+  if (const auto part = part_of_action(wish.kind, wish.name, wish.type)) {
+    missing.kind = InterfaceKind::kAction;
+    missing.name = part->action;
+    missing.type = part->action_type;
+  }
+  return missing;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  constexpr std::size_t kWordsMax = 4;
+  std::string text;
+  for (std::size_t i = 0; i < words.size() && i < kWordsMax; ++i)
+    text += (i == 0 ? "" : ", ") + words[i];
+  return words.size() > kWordsMax ? text + ", ..." : text;
+}
+
+struct Why {
+  MissingReason reason;
+  std::string rule;
+  std::string text;
+};
+
+// No rule here opens it: which came nearest.
+Why why_forbidden(const PolicyTrace& trace) {
+  for (const RuleTrace& said : trace)
+    if (said.applies && said.denied_by)
+      return {MissingReason::kDenied, said.rule->name,
+              "the rule " + said.rule->name + " here denies it (" + said.denied_by->text() + ")"};
+  for (const RuleTrace& said : trace)
+    if (said.applies && said.opened_by && !said.type_fits)
+      return {MissingReason::kRuleType, said.rule->name,
+              "the rule " + said.rule->name + " here is only for " + joined(said.rule->types)};
+  for (const RuleTrace& said : trace)
+    if (said.opened_by && said.type_fits)
+      return {MissingReason::kOtherPeer, said.rule->name,
+              "the rule " + said.rule->name + " here is for other peers"};
+  return {MissingReason::kNoRule, "", "no rule here allows it"};
+}
+
+// The types for which the peer spells the name out; none: not known.
+std::vector<std::string> types_taken(const Accepts& accepts, const std::string& wire_name) {
+  for (const AcceptedNames& rule : accepts.rules)
+    if (std::find(rule.topics.begin(), rule.topics.end(), wire_name) != rule.topics.end())
+      return rule.types;
+  return {};
+}
+
+std::optional<Why> why_answered(const std::string& code, InterfaceKind kind) {
+  if (code == "not_permitted")
+    return Why{MissingReason::kNotGiven, "", "the peer's rules do not let this side have it"};
+  if (code == "other_type")
+    return Why{MissingReason::kOtherType, "", "it has another type at the peer"};
+  if (code == "type_unknown")
+    return Why{MissingReason::kTypeUnknown, "",
+               "it exists at the peer, where its type is not installed"};
+  if (code == "absent")
+    return Why{MissingReason::kNotThere, "",
+               kind == InterfaceKind::kTopic ? "nobody publishes it at the peer"
+                                             : "nobody serves it at the peer"};
+  return std::nullopt;
+}
+
+class Search {
+ public:
+  Search(const SideView& side, const Link& link, const LinkPicture& picture)
+      : side_(side), link_(link), picture_(picture) {
+    for (const TopicStatus& topic : picture.channels.topics)
+      if (!topic.exported) offered_[{InterfaceKind::kTopic, topic.topic}].push_back(topic.type);
+    for (const ServiceStatus& service : picture.channels.services)
+      if (!service.exported)
+        offered_[{InterfaceKind::kService, service.service}].push_back(service.type);
+  }
+
+  void import(const Wish& wish);
+  void export_lonely(const Wish& wish);
+  void export_heard(const TopicKey& heard);
+  void channels();
+  MissingFound take();
+
+ private:
+  using Id = std::tuple<InterfaceKind, bool, std::string, std::string>;
+
+  void add(const Wish& wish, Why why) { add(found_.names, wish, std::move(why)); }
+  void add(std::vector<MissingName>& names, const Wish& wish, Why why) {
+    MissingName missing = named(wish);
+    if (!known_.insert({missing.kind, missing.exported, missing.name, missing.type}).second) return;
+    missing.reason = why.reason;
+    missing.rule = std::move(why.rule);
+    missing.text = std::move(why.text);
+    names.push_back(std::move(missing));
+  }
+  // nullopt: some rule here allows it.
+  [[nodiscard]] std::optional<Why> forbidden(const Wish& wish, const std::string& wire_name) const;
+  [[nodiscard]] std::optional<Why> declined(const Wish& wish) const;
+
+  const SideView& side_;
+  const Link& link_;
+  const LinkPicture& picture_;
+  // The types of what the peer offers.
+  std::map<std::pair<InterfaceKind, std::string_view>, std::vector<std::string_view>> offered_;
+  MissingFound found_;
+  std::vector<MissingName> lonely_;
+  std::set<Id> known_;
+};
+
+std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_name) const {
+  PolicyTrace trace;
+  const Interface what{wish.kind, wire_name, wish.type, action_type_of(wish)};
+  const Direction direction = wish.exported ? Direction::kExport : Direction::kImport;
+  if (side_.policy.decide(direction, what, link_.login.identity(), &trace)) return std::nullopt;
+  return why_forbidden(trace);
+}
+
+std::optional<Why> Search::declined(const Wish& wish) const {
+  for (const auto& [number, offer] : link_.declined())
+    if (offer.kind == wish.kind && offer.key == std::pair(wish.name, wish.type))
+      return Why{MissingReason::kDeclined, "", "declined here: " + offer.reason};
+  return std::nullopt;
+}
+
+void Search::import(const Wish& wish) {
+  const auto wire_name = link_.names.to_wire(wish.name);
+  if (!wire_name) return;
+  if (auto why = forbidden(wish, *wire_name)) return add(wish, *std::move(why));
+  if (auto why = declined(wish)) return add(wish, *std::move(why));
+  const auto offered = offered_.find({wish.kind, wish.name});
+  if (offered != offered_.end()) {
+    const auto& types = offered->second;
+    // It is about to appear, or another bridge brings it.
+    if (std::find(types.begin(), types.end(), wish.type) != types.end()) return;
+    return add(wish, {MissingReason::kOtherType, "",
+                      "it has another type at the peer: " + std::string(types.front())});
+  }
+  const auto answer = picture_.answers.find(wish);
+  if (answer == picture_.answers.end()) return found_.unanswered.push_back(wish);
+  if (auto why = why_answered(answer->second, wish.kind)) add(wish, *std::move(why));
+}
+
+void Search::export_lonely(const Wish& wish) {
+  const auto wire_name = link_.names.to_wire(wish.name);
+  if (!wire_name || !link_.accepts) return;
+  if (auto why = forbidden(wish, *wire_name)) {
+    auto& names = why->reason == MissingReason::kRuleType ? found_.names : lonely_;
+    return add(names, wish, *std::move(why));
+  }
+  const TopicState* topic = side_.graph.find({wish.name, wish.type});
+  if (!link_.accepts->takes({wish.kind, *wire_name, wish.type})) {
+    const auto types = types_taken(link_.accepts->told(), *wire_name);
+    if (types.empty() || std::find(types.begin(), types.end(), wish.type) != types.end())
+      return add(lonely_, wish, {MissingReason::kNotTaken, "", "the peer's rules do not take it"});
+    return add(wish, {MissingReason::kNotTaken, "", "the peer takes it only as " + joined(types)});
+  }
+  if (topic && topic->lack) add(wish, {MissingReason::kTypeUnknown, "", topic->lack->reason});
+}
+
+// Somebody at the peer listens to it, and may.
+void Search::export_heard(const TopicKey& heard) {
+  const auto is_published = [](const TopicState& topic) { return !topic.publishers.empty(); };
+  const TopicState* same = side_.graph.find(heard);
+  const auto wire_name = link_.names.to_wire(heard.first);
+  if (!wire_name || !may_be_wished(InterfaceKind::kTopic, heard.first, heard.second)) return;
+  const Wish wish{InterfaceKind::kTopic, true, heard.first, heard.second};
+  if (same && is_published(*same)) {
+    if (auto why = forbidden(wish, *wire_name)) add(wish, *std::move(why));
+    return;
+  }
+  const auto& topics = side_.graph.topics();
+  for (auto it = topics.lower_bound({heard.first, ""});
+       it != topics.end() && it->first.first == heard.first; ++it) {
+    if (!is_published(it->second)) continue;
+    return add({InterfaceKind::kTopic, true, heard.first, it->first.second},
+               {MissingReason::kOtherType, "", "the peer listens to it as " + heard.second});
+  }
+}
+
+// What crosses, and yet does not reach everybody.
+void Search::channels() {
+  for (const TopicStatus& topic : picture_.channels.topics) {
+    const Wish wish{InterfaceKind::kTopic, topic.exported, topic.topic, topic.type};
+    if (!may_be_wished(wish.kind, wish.name, wish.type)) continue;
+    if (!topic.declined.empty())
+      add(wish, {MissingReason::kDeclined, topic.rule, "the peer declines it: " + topic.declined});
+    if (!topic.misfit.empty())
+      add(wish, {MissingReason::kQos, topic.rule,
+                 "a subscriber here requests a " + topic.misfit + " that no publisher offers"});
+    const std::uint64_t lost = topic.dropped.of(DropReason::kLostHere);
+    if (topic.exported && lost >= kLostMin && lost * kLostShare >= topic.messages + lost)
+      add(wish, {MissingReason::kLost, topic.rule,
+                 "many of its messages are lost in the middleware here before the bridge gets "
+                 "them"});
+  }
+  for (const ServiceStatus& service : picture_.channels.services) {
+    const Wish wish{InterfaceKind::kService, service.exported, service.service, service.type};
+    if (!service.declined.empty() && may_be_wished(wish.kind, wish.name, wish.type))
+      add(wish,
+          {MissingReason::kDeclined, service.rule, "the peer declines it: " + service.declined});
+  }
+}
+
+MissingFound Search::take() {
+  auto& names = found_.names;
+  if (lonely_.size() <= kLonelyMax) {
+    names.insert(names.end(), lonely_.begin(), lonely_.end());
+  } else {
+    found_.further += lonely_.size();
+  }
+  if (names.size() > MissingName::kMissingMax) {
+    found_.further += names.size() - MissingName::kMissingMax;
+    names.resize(MissingName::kMissingMax);
+  }
+  return std::move(found_);
+}
+
+}  // namespace
+
+std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims) {
+  std::vector<Wish> imports, exports;
+  for (const auto& [key, topic] : graph.topics()) {
+    if (!may_be_wished(InterfaceKind::kTopic, key.first, key.second)) continue;
+    if (topic.publishers.empty() && imports.size() < kWishesMax)
+      imports.push_back({InterfaceKind::kTopic, false, key.first, key.second});
+    if (topic.subscribers.empty() && exports.size() < kWishesMax)
+      exports.push_back({InterfaceKind::kTopic, true, key.first, key.second});
+  }
+  for (const auto& [name, type] : graph.called()) {
+    if (imports.size() >= 2 * kWishesMax) break;
+    if (may_be_wished(InterfaceKind::kService, name, type) && !graph.has_server(name) &&
+        !claims.serves(service_gid(name)))
+      imports.push_back({InterfaceKind::kService, false, name, type});
+  }
+  imports.insert(imports.end(), exports.begin(), exports.end());
+  return imports;
+}
+
+MissingFound find_missing(const std::vector<Wish>& wishes, const SideView& side, const Link& link,
+                          const LinkPicture& picture) {
+  Search search(side, link, picture);
+  search.channels();
+  for (const TopicKey& heard : picture.heard) search.export_heard(heard);
+  for (const Wish& wish : wishes) wish.exported ? search.export_lonely(wish) : search.import(wish);
+  return search.take();
+}
+
+// The rules come first: of what the peer may not have it does not learn whether it is here.
+std::string_view answer_to(const SideView& side, const Link& link, const AskedName& asked) {
+  const bool is_topic = asked.kind == InterfaceKind::kTopic;
+  if (!is_topic && asked.kind != InterfaceKind::kService) return "unsupported";
+  const std::string local = link.names.to_local(asked.name);
+  if (!is_canonical_name(asked.name) || link.names.to_wire(local) != asked.name)
+    return "not_permitted";
+  const auto part = part_of_action(asked.kind, asked.name, asked.type);
+  const auto may_have = [&](const std::string& type) {
+    const Interface what{asked.kind, asked.name, type,
+                         part ? part->action_type : std::string_view{}};
+    return export_right(side, link, what).is_allowed_here();
+  };
+  if (!may_have(asked.type)) return "not_permitted";  // mutant: answers_forbidden
+  bool other_type = false;
+  const auto look = [&](const auto& all, auto&& exists) -> std::string_view {
+    for (auto it = all.lower_bound({local, ""}); it != all.end() && it->first.first == local;
+         ++it) {
+      if (!exists(it->second)) continue;
+      if (it->first.second != asked.type) {
+        other_type = other_type || may_have(it->first.second);
+        continue;
+      }
+      if (it->second.lack) return "type_unknown";
+      return side.actions.type_of(asked.kind, local, asked.type) ? "there" : "absent";
+    }
+    return other_type ? "other_type" : "absent";
+  };
+  if (is_topic)
+    return look(side.graph.topics(), [](const auto& topic) { return !topic.publishers.empty(); });
+  return look(side.graph.services(),
+              [&](const auto&) { return !side.claims.serves(service_gid(local)); });
+}
+
+std::optional<AskedName> question_of(const Link& link, const Wish& wish) {
+  auto wire_name = link.names.to_wire(wish.name);
+  if (!wire_name) return std::nullopt;
+  return AskedName{wish.kind, *std::move(wire_name), wish.type};
+}
+
+}  // namespace connect_bridge

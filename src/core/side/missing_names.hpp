@@ -1,0 +1,65 @@
+// Which names somebody here wants and does not get over a link, and why: from values alone.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/graph/side_view.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/status.hpp"
+
+namespace connect_bridge {
+
+// Something that a node here wants of other graphs: a topic that it subscribes and nobody here
+// publishes, a service that it has a client of and nobody here serves, a topic that it publishes
+// and nobody here subscribes.
+struct Wish {
+  InterfaceKind kind = InterfaceKind::kTopic;  // kTopic, kService
+  bool exported = false;
+  std::string name;  // local; of an action that of its goals
+  std::string type;
+
+  auto operator<=>(const Wish&) const = default;
+};
+
+// Without hidden names but those of actions, each of which is one wish, by its goals; without
+// bridges' own, /rosout and the parameter events, which every node has. At most kWishesMax of each
+// direction.
+inline constexpr std::size_t kWishesMax = 512;
+[[nodiscard]] std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims);
+
+// The peer's answers (docs/protocol.md, "ask, answer") by what was asked.
+using Answers = std::map<Wish, std::string>;
+
+// What crosses, and what is known of the rest.
+struct LinkPicture {
+  LinkStatus channels;          // topics and services alone
+  std::vector<TopicKey> heard;  // what the peer listens to, local names
+  Answers answers;
+  bool brought = false;  // some link brings what is wanted here
+};
+
+struct MissingFound {
+  std::vector<MissingName> names;
+  std::vector<Wish> unanswered;  // only the peer can say why, and has not been asked
+  std::size_t further = 0;       // names that are left out
+};
+
+// `wishes`: those that no link brings. Topics that are published here and that neither a rule nor
+// the peer names are left out where they are more than kLonelyMax: most robots publish hundreds
+// that nobody wants elsewhere.
+inline constexpr std::size_t kLonelyMax = 10;
+[[nodiscard]] MissingFound find_missing(const std::vector<Wish>& wishes, const SideView& side,
+                                        const Link& link, const LinkPicture& picture);
+
+// What this side answers when the peer of a link asks for a name: the code.
+[[nodiscard]] std::string_view answer_to(const SideView& side, const Link& link,
+                                         const AskedName& asked);
+// What this side asks of the peer; of a name that the peer cannot see nothing.
+[[nodiscard]] std::optional<AskedName> question_of(const Link& link, const Wish& wish);
+
+}  // namespace connect_bridge

@@ -1,0 +1,41 @@
+// The status of a relay for those who ask by HTTP, by the door that servers and clients have.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "core/ports/net_options.hpp"
+#include "net/status_door.hpp"
+#include "relay/relay_status.hpp"
+
+namespace connect_bridge {
+
+// At the socket in the runtime folder (this user's `ctl status`), and at status.listen, which is on
+// the loopback. Thread: that of the io_context, which is also the relay's.
+class RelaySite {
+ public:
+  using Log = std::function<void(LogLevel, const std::string&)>;
+
+  RelaySite(asio::io_context& io, std::function<RelayStatus()> status, Log log);
+  ~RelaySite();
+  RelaySite(const RelaySite&) = delete;
+  RelaySite& operator=(const RelaySite&) = delete;
+
+  // Once. What is wrong with status.listen, or nothing; without the socket it does, with a line in
+  // the log.
+  [[nodiscard]] std::string open(const StatusOptions& at);
+  [[nodiscard]] std::uint16_t port() const { return door_->port(); }
+  // Tells those who follow. Once a second.
+  void tell();
+
+ private:
+  [[nodiscard]] StatusAnswer answer(const StatusRequest& request) const;
+
+  const std::function<RelayStatus()> status_;
+  const Log log_;
+  std::shared_ptr<StatusDoor> door_;
+};
+
+}  // namespace connect_bridge

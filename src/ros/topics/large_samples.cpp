@@ -1,0 +1,47 @@
+#include "ros/topics/large_samples.hpp"
+
+#include <utility>
+
+#include "ros/topics/mirror.hpp"
+
+namespace connect_bridge::ros {
+
+LargeSamples::~LargeSamples() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  added_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void LargeSamples::add(Sample sample) {
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(sample));
+  }
+  added_.notify_all();
+  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+}
+
+std::vector<LargeSamples::Sample> LargeSamples::take_done() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(done_, {});
+}
+
+void LargeSamples::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    added_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
+    if (stop_) return;
+    Sample sample = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    sample.problem = sample.publisher->publish(sample.what.payload.view());
+    lock.lock();
+    done_.push_back(std::move(sample));
+    wake_();
+  }
+}
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,39 @@
+// What `ctl doctor` can find: one list, which the program, its tests and the documents use.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace connect_bridge {
+
+struct Finding {
+  std::string_view id;   // a word of [a-z0-9_]
+  bool is_hint = false;  // may be as it is to be; else something does not work
+  std::string_view cause;
+  std::string_view cure;
+};
+
+// Sorted by nothing but their subject; ids are unique.
+[[nodiscard]] std::span<const Finding> all_findings();
+// Null: there is none.
+[[nodiscard]] const Finding* finding_of(std::string_view id);
+
+// One that was made.
+struct Found {
+  std::string_view id;
+  std::string subject;  // a topic, file, link or program; empty: the whole
+  std::string detail;   // what was seen; may be empty
+
+  friend bool operator==(const Found&, const Found&) = default;
+};
+
+// For people; with a headline if nothing was found.
+[[nodiscard]] std::string report_text(const std::vector<Found>& found);
+// {"findings": [{"id", "hint", "subject", "detail", "cause", "cure"}]}
+[[nodiscard]] std::string report_json(const std::vector<Found>& found);
+// Whether something does not work.
+[[nodiscard]] bool has_fault(const std::vector<Found>& found);
+
+}  // namespace connect_bridge

@@ -1,0 +1,202 @@
+// A side with as much in it as one peer and a large graph may give it, and how long the loop has to
+// do with one more packet of that peer. Its time is not that of the clock.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bench/processor_time.hpp"
+#include "core/side/side.hpp"
+#include "core/wire/control.hpp"
+#include "core/wire/frame.hpp"
+#include "core/wire/login.hpp"
+
+namespace bench {
+
+using namespace connect_bridge;
+
+class LoadedSide {
+ public:
+  // So many topics that the peer offers, with an origin each (channels 1, 2, ...), and so many of
+  // nodes here, which the peer accepts and demands; it listens to `listeners` that nobody
+  // publishes.
+  LoadedSide(std::uint32_t offered, std::uint32_t exported, std::uint32_t listeners)
+      : side_(options(), 1, 0) {
+    GraphChanged graph;
+    for (std::uint32_t i = 0; i < exported; ++i)
+      graph.topics.push_back({"/down" + std::to_string(i), kType, "", {endpoint(i)}, {}});
+    graph.services.push_back({"/service", "p/srv/S", {{gid(1, 4), "/", "node"}}});
+    give(std::move(graph));
+    log_in();
+    hear(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+    for (std::uint32_t first = 1; first <= offered; first += kOfferChannelsMax) {
+      Offer offer;
+      for (std::uint32_t n = first; n < first + kOfferChannelsMax && n <= offered; ++n)
+        offer.channels.push_back(channel(n));
+      hear(offer);
+    }
+    for (std::uint32_t first = 1; first <= listeners; first += kAddedMax) {
+      Listeners told;
+      for (std::uint32_t n = first; n < first + kAddedMax && n <= listeners; ++n)
+        told.added.push_back({{n}, "/heard" + std::to_string(n), kType, {}});
+      hear(told);
+    }
+    rest(std::chrono::seconds(30));
+    std::vector<ChannelId> all;
+    for (std::uint32_t n = 1; n <= std::min<std::size_t>(told_, kChannelIdsMax); ++n)
+      all.push_back({n});
+    if (!all.empty()) hear(Demand{all, 1});
+    rest(std::chrono::seconds(1));
+  }
+
+  // Processor time of the longest step that comes of it within a second.
+  double seconds_for(bool text, ByteView packet) {
+    longest_ = 0;
+    give(PacketReceived{kConnection, text, Payload::copy_of(packet)});
+    rest(std::chrono::seconds(1));
+    return longest_;
+  }
+  // The same for the end of the connection, and of the link that then does not come back.
+  double seconds_to_end() {
+    longest_ = 0;
+    give(ConnectionClosed{kConnection, std::nullopt, "gone"});
+    rest(std::chrono::seconds(120));
+    return longest_;
+  }
+  // Whether the peer has done nothing that ends its connection.
+  [[nodiscard]] bool open() const { return !closed_; }
+  // Channels that this side offers it.
+  [[nodiscard]] std::uint32_t offers() const { return told_; }
+
+  // An offer of the peer.
+  static ChannelOffer channel(std::uint32_t n) {
+    ChannelOffer offer;
+    offer.channel = {n};
+    offer.name = "/up" + std::to_string(n);
+    offer.type = kType;
+    offer.origins.push_back({{1}, gid(n, 3), "/peer", {}});
+    return offer;
+  }
+
+ private:
+  static constexpr ConnectionId kConnection{1};
+  static constexpr char kType[] = "p/msg/T";
+
+  static Gid gid(std::uint32_t i, std::uint8_t kind) {
+    Gid gid;
+    gid.bytes[0] = kind;
+    for (std::size_t byte = 0; byte < 4; ++byte)
+      gid.bytes[byte + 1] = static_cast<std::uint8_t>(i >> (8 * byte));
+    return gid;
+  }
+  static Endpoint endpoint(std::uint32_t i) {
+    return {gid(i, 2), "/", "node" + std::to_string(i % 100), {}};
+  }
+
+  static SideOptions options() {
+    SideOptions options;
+    Rule rule;
+    const std::vector<Pattern> all{Pattern::parse("/**").value()};
+    rule.export_topics = rule.import_topics = all;
+    rule.export_services = rule.import_services = all;
+    rule.export_actions = rule.import_actions = all;
+    rule.export_parameters = rule.import_parameters = all;
+    options.policy = Policy({rule});
+    options.audits = true;
+    return options;
+  }
+
+  void log_in() {
+    give(ConnectionOpened{kConnection, "10.0.0.1:1"});
+    Hello hello;
+    hello.side.bytes.fill(9);
+    hello.node = "/peer";
+    receive(encode(hello));
+    receive(encode(Login{"none", {}}));
+    Identity who;
+    who.name = "peer";
+    give(Authenticated{kConnection, who, ""});
+  }
+
+  void hear(const Control& control) {
+    const std::string text = encode(control);
+    give(PacketReceived{kConnection, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
+  }
+  void receive(const Bytes& bytes) {
+    give(PacketReceived{kConnection, false, Payload::copy_of(bytes)});
+  }
+
+  // Time passes: what is due in it is done, and the peer lives.
+  void rest(Duration duration) {
+    const TimePoint until = now_.steady + duration;
+    for (auto next = side_.next_deadline(); next && *next <= until; next = side_.next_deadline()) {
+      pass_to(std::min(until, std::max(*next, now_.steady + std::chrono::microseconds(100))));
+      if (!closed_ && now_.steady >= acknowledged_at_ + std::chrono::milliseconds(200)) {
+        acknowledged_at_ = now_.steady;
+        Bytes bytes;
+        append_header(AckFrame{received_, now_.steady.time_since_epoch().count()}, bytes);
+        receive(bytes);
+      }
+      give(TimePassed{});
+    }
+    pass_to(until);
+  }
+  void pass_to(TimePoint at) {
+    if (at <= now_.steady) return;
+    now_.system += (at - now_.steady).count();
+    now_.steady = at;
+  }
+
+  // One step of the loop.
+  void give(Input&& input) {
+    std::vector<Action> actions;
+    std::vector<Packet> packets;
+    const double began = processor_seconds();
+    side_.handle(std::move(input), now_);
+    while (auto action = side_.next_action()) actions.push_back(*std::move(action));
+    while (const auto ready = side_.take_ready()) {
+      bool more = true;
+      while (more) {
+        auto packet = side_.next_packet(*ready, now_);
+        more = packet && packet->more;
+        if (packet) packets.push_back(*std::move(packet));
+      }
+    }
+    static_cast<void>(side_.next_deadline());
+    longest_ = std::max(longest_, processor_seconds() - began);
+    for (const Action& action : actions)
+      closed_ = closed_ || std::holds_alternative<CloseConnection>(action);
+    for (const Packet& packet : packets) look_at(packet);
+  }
+
+  void look_at(const Packet& packet) {
+    if (!packet.text) {
+      if (std::exchange(welcomed_, true)) received_ += packet.size();  // the record does not count
+      return;
+    }
+    std::string text;
+    for (const Payload& piece : packet.pieces)
+      text.append(piece.view().begin(), piece.view().end());
+    const auto control = decode_control(text);
+    if (!control) return;
+    if (const auto* offer = std::get_if<Offer>(&control.value()))
+      told_ += static_cast<std::uint32_t>(offer->channels.size());
+  }
+
+  Side side_;
+  Now now_{TimePoint(std::chrono::seconds(1)), 1'700'000'000LL * kStampSecond, 0};
+  TimePoint acknowledged_at_{};
+  std::uint64_t received_ = 0;
+  std::uint32_t told_ = 0;
+  bool welcomed_ = false;
+  bool closed_ = false;
+  double longest_ = 0;
+};
+
+}  // namespace bench

@@ -1,0 +1,298 @@
+"""`ctl doctor`: faults of the link and of a running pair that are injected, and recognised.
+
+Those of files and of a status are values in tests/unit/run/diagnosis_test.cpp."""
+
+import contextlib
+import json
+import os
+import pathlib
+import socket
+import ssl
+import subprocess
+import threading
+
+import pytest
+from geometry_msgs.msg import Twist, TwistStamped
+from std_msgs.msg import String
+
+from graph import until
+from harness.domains import free_port
+from harness.programs import build_dir
+
+TOKEN = "token-of-the-doctor-0123456789"
+
+
+def doctor(*words, env=None):
+    made = subprocess.run(
+        [str(build_dir() / "ctl"), "doctor", "--json", *map(str, words)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=env,
+        check=False,
+    )
+    assert made.returncode in (0, 1), made.stderr
+    found = json.loads(made.stdout)["findings"]
+    assert (made.returncode == 1) == any(not one["hint"] for one in found)
+    for one in found:
+        assert one["cause"] and one["cure"]
+    return found
+
+
+def ids(*words, env=None):
+    return {one["id"] for one in doctor(*words, env=env)}
+
+
+class Fake:
+    """Something that listens in place of the server, and gives every connection to `answer`."""
+
+    def __init__(self, answer, context=None):
+        self.answer, self.context = answer, context
+        self.socket = socket.create_server(("127.0.0.1", 0))
+        self.port = self.socket.getsockname()[1]
+        threading.Thread(target=self.serve, daemon=True).start()
+
+    def serve(self):
+        with contextlib.suppress(OSError):
+            while True:
+                connection, _ = self.socket.accept()
+                threading.Thread(target=self.serve_one, args=(connection,), daemon=True).start()
+
+    def serve_one(self, connection):
+        with contextlib.suppress(OSError, ssl.SSLError):
+            connection.settimeout(20)
+            if self.context:
+                connection = self.context.wrap_socket(connection, server_side=True)
+            self.answer(connection)
+            connection.close()
+
+    def close(self):
+        self.socket.shutdown(socket.SHUT_RDWR)
+        self.socket.close()
+
+
+@pytest.fixture
+def fake():
+    made = []
+
+    def make(answer, context=None):
+        made.append(Fake(answer, context))
+        return made[-1].port
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def http(status, body="", headers=""):
+    """Answers each request with this."""
+
+    def answer(connection):
+        connection.recv(4096)
+        page = body.encode()
+        head = f"HTTP/1.1 {status}\r\nContent-Length: {len(page)}\r\n{headers}\r\n"
+        connection.sendall(head.encode() + page)
+        connection.recv(4096)
+
+    return answer
+
+
+# ---- the way to the server
+
+
+def test_nobody_is_there():
+    assert ids(f"ws://127.0.0.1:{free_port()}") == {"port_closed"}
+    assert ids("ws://robot.invalid:9090") == {"host_unknown"}
+
+
+@pytest.mark.parametrize(
+    ["answer", "finding"],
+    [
+        (http("404 Not Found"), "path_wrong"),
+        (http("502 Bad Gateway"), "proxy_without_server"),
+        (http("400 Bad Request"), "proxy_without_upgrade"),
+        (http("426 Upgrade Required"), "proxy_without_upgrade"),
+        (http("302 Found", headers="Location: http://portal/\r\n"), "captive_portal"),
+        (http("200 OK", "<html>Welcome to our hotel</html>"), "captive_portal"),
+        (http("511 Network Authentication Required"), "captive_portal"),
+        (lambda connection: connection.sendall(b"SSH-2.0-OpenSSH_9.2\r\n"), "not_this_program"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_answers_is_another_program(fake, answer, finding):
+    assert ids(f"ws://127.0.0.1:{fake(answer)}") == {finding}
+
+
+def test_a_server_that_says_nothing(fake):
+    waits = threading.Event()
+    assert ids(f"ws://127.0.0.1:{fake(lambda _: waits.wait(30))}") == {"no_answer"}
+    waits.set()
+
+
+def test_tls_and_plain_are_mixed_up(fake, authority):
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(authority / "server.pem", authority / "server.key")
+    secure = fake(http("200 OK"), context)
+    assert ids(f"ws://localhost:{secure}") <= {"plain_to_tls_port", "not_this_program"}
+    plain = fake(http("400 Bad Request"))
+    assert ids(f"wss://localhost:{plain}") == {"tls_to_plain_port"}
+
+
+def signed(authority, folder, *dates):
+    """A context with a certificate for localhost that is valid between these dates."""
+    (folder / "ca.cnf").write_text(
+        "[ca]\ndefault_ca=x\n[x]\ndatabase=index\nnew_certs_dir=.\nserial=serial\n"
+        "default_md=sha256\npolicy=p\nx509_extensions=e\nunique_subject=no\n"
+        "[p]\ncommonName=supplied\n[e]\nsubjectAltName=DNS:localhost\n",
+        encoding="ascii",
+    )
+    (folder / "index").write_text("", encoding="ascii")
+    (folder / "serial").write_text("01\n", encoding="ascii")
+    certificate = folder / "dated.pem"
+    words = ["openssl", "ca", "-batch", "-notext", "-config", "ca.cnf"]
+    words += ["-cert", authority / "ca.pem", "-keyfile", authority / "ca.key"]
+    words += ["-in", authority / "server.csr", "-out", certificate]
+    words += ["-startdate", dates[0], "-enddate", dates[1]]
+    subprocess.run(list(map(str, words)), cwd=folder, check=True, capture_output=True)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(certificate, authority / "server.key")
+    return context
+
+
+@pytest.mark.parametrize(
+    ["dates", "finding"],
+    [
+        (("20200101000000Z", "20200201000000Z"), "certificate_expired"),
+        (("20900101000000Z", "20910101000000Z"), "clock_or_certificate_early"),
+    ],
+)
+def test_certificates_out_of_their_time(fake, authority, tmp_path, dates, finding):
+    port = fake(http("200 OK"), signed(authority, tmp_path, *dates))
+    assert ids(f"wss://localhost:{port}", "--ca", authority / "ca.pem") == {finding}
+
+
+def test_certificates_of_others(fake, authority):
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(authority / "server.pem", authority / "server.key")
+    port = fake(http("200 OK"), context)
+    url = f"wss://localhost:{port}"
+    assert ids(url, "--ca", authority / "other.pem") == {"certificate_foreign"}
+    assert ids(f"wss://127.0.0.1:{port}", "--ca", authority / "ca.pem") == {"certificate_name"}
+    pin = "sha256/" + "A" * 43 + "="
+    assert ids(url, "--pin", pin) == {"certificate_pin"}
+
+
+def parameters(folder, text, node="connect_client"):
+    file = folder / f"{node}.yaml"
+    file.write_text(f"{node}:\n  ros__parameters: {json.dumps(text)}\n", encoding="ascii")
+    return file
+
+
+def test_the_http_proxy_of_a_client_s_file(fake, tmp_path):
+    for answer, finding in [
+        (http("407 Proxy Authentication Required"), "proxy_login"),
+        (http("403 Forbidden"), "proxy_refuses"),
+    ]:
+        file = parameters(
+            tmp_path,
+            {
+                "url": "ws://robot.example:9090",
+                "auth": {"token": TOKEN},
+                "http_proxy": f"http://127.0.0.1:{fake(answer)}",
+                "rules": ["a"],
+                "rule": {"a": {"import_topics": ["/t"]}},
+            },
+        )
+        assert finding in ids(file)
+        assert ids(file, "--offline") <= {"file_distrusted"}
+
+
+# ---- files
+
+
+def test_files(tmp_path):
+    missing = tmp_path / "nothing.yaml"
+    assert ids(missing) == {"file_unreadable"}
+    server = {"auth": {"token": TOKEN}, "listen": {"prot": 1}}
+    assert "key_unknown" in ids(parameters(tmp_path, server, "connect_server"))
+    client = {"url": "ws://localhost", "auth": {"token_file": str(missing)}}
+    assert "token_missing" in ids(parameters(tmp_path, client))
+
+
+def test_the_list_has_all_of_them():
+    made = subprocess.run(
+        [str(build_dir() / "ctl"), "doctor", "--list"], capture_output=True, text=True, check=True
+    )
+    assert made.stdout.count("\n| `") > 60
+
+
+# ---- a running pair
+
+RULES = {
+    "server": {
+        "rules": ["drive", "look"],
+        "rule": {
+            "drive": {"import_topics": ["/cmd_vel"], "types": ["geometry_msgs/msg/Twist"]},
+            "look": {"export_topics": ["/t/**"], "deny": ["/t/secret"]},
+        },
+    },
+    "client": {
+        "rules": ["all"],
+        "rule": {"all": {"import_topics": ["/**"], "export_topics": ["/cmd_vel"]}},
+    },
+}
+
+
+@pytest.fixture
+def pair(make_pair, tmp_path):
+    runtime = tmp_path / "r"
+    runtime.mkdir(mode=0o700)
+    env = {"XDG_RUNTIME_DIR": str(runtime)}
+    made = make_pair(server=RULES["server"], client=RULES["client"], env=env)
+    made.runtime = runtime
+    return made
+
+
+def side_ids(pair, name, **more):
+    """Findings of a running side, as (id, subject)."""
+    (where,) = pathlib.Path(pair.runtime).glob(f"connect_bridge/connect_{name}-*.status")
+    env = {**pair.server.env, "ROS_DOMAIN_ID": getattr(pair, name).env["ROS_DOMAIN_ID"], **more}
+    return {(one["id"], one["subject"]) for one in doctor(where, env=env)}
+
+
+def test_what_does_not_cross_is_found_at_the_side_that_wants_it(pair):
+    pair.operator.publisher(TwistStamped, "/cmd_vel")
+    pair.operator.collector(String, "/t/secret")
+    pair.operator.collector(String, "/t/nobody")
+    pair.robot.collector(Twist, "/cmd_vel")
+    pair.robot.collector(String, "/robot/own")
+    wanted = {
+        ("not_given", "/t/secret"),
+        ("not_there", "/t/nobody"),
+    }
+    until(lambda: wanted <= side_ids(pair, "client"), "the findings", timeout=40)
+    client = side_ids(pair, "client")
+    assert client & {("not_taken", "/cmd_vel"), ("other_type", "/cmd_vel")}
+    server = side_ids(pair, "server")
+    assert ("no_rule", "/robot/own") in server
+    assert " not cross the link to " in pair.client.text()
+
+
+def test_a_shell_in_another_domain(pair):
+    found = side_ids(pair, "server", ROS_DOMAIN_ID="231")
+    assert ("domain_differs", "ROS_DOMAIN_ID") in found
+    found = side_ids(pair, "server", RMW_IMPLEMENTATION="rmw_other")
+    assert ("rmw_differs", "RMW_IMPLEMENTATION") in found
+    found = side_ids(pair, "server", ROS_AUTOMATIC_DISCOVERY_RANGE="OFF")
+    assert ("discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE") in found
+
+
+def test_the_login(pair):
+    assert ids(f"ws://127.0.0.1:{pair.bridge.port}") == {"login_refused"}
+
+
+def test_nobody_runs(tmp_path):
+    env = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)}
+    env.pop("RUNTIME_DIRECTORY", None)
+    found = ids(env=env)
+    assert found <= {"nobody_runs", "no_bbr", "shared_memory_small"} and found

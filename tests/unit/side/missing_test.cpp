@@ -1,0 +1,391 @@
+// What somebody here wants and does not get, and what a peer is told that asks for it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "unit/side/action.hpp"
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+constexpr std::int64_t kSettled = 8000;  // ms after which all is found, asked and said
+
+struct MissingTest : testing::Test {
+  explicit MissingTest(std::vector<Rule> rules = {everything()}) : s(server(std::move(rules))) {}
+
+  // "import topic /a not_given: the sentence [the rule]", one per line.
+  std::string missing(std::size_t link = 0) {
+    std::string lines;
+    for (const auto& name : s.status().links.at(link).missing)
+      lines += std::string(name.exported ? "export " : "import ") +
+               std::string(word_of(kKindWords, name.kind)) + " " + name.name + " " +
+               std::string(word_of(kMissingWords, name.reason)) + ": " + name.text +
+               (name.rule.empty() ? "" : " [" + name.rule + "]") + "\n";
+    return lines;
+  }
+  // The names of the questions that the peer was sent since the last call; it answers each of them
+  // with `code`.
+  std::string asked(const std::string& code, std::uint32_t connection = 1) {
+    std::string names;
+    std::vector<Answered> answers;
+    while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
+      if (!packet->text) continue;
+      const Bytes bytes = flow_test::joined(*packet);
+      const auto control =
+          decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+      const auto* ask = control ? std::get_if<Ask>(&control.value()) : nullptr;
+      if (!ask) continue;
+      Answered answer;
+      for (const auto& name : ask->names) {
+        names += (names.empty() ? "" : " ") + name.name;
+        answer.codes.push_back(code);
+      }
+      answers.push_back(std::move(answer));
+    }
+    for (const auto& answer : answers) s.say(connection, answer);
+    return names;
+  }
+  // Time passes, and the peer answers what it is asked.
+  void settle(const std::string& code = "not_permitted") {
+    for (std::int64_t at = 0; at < kSettled; at += 500) {
+      s.pass(500);
+      asked(code);
+    }
+  }
+  // The codes that this side answers.
+  std::string answers(const std::vector<AskedName>& names, std::uint32_t connection = 1) {
+    s.side.next_packet({connection}, flow_test::now_ms(s.at));
+    s.say(connection, Ask{names});
+    std::string codes;
+    while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
+      if (!packet->text) continue;
+      const Bytes bytes = flow_test::joined(*packet);
+      const auto control =
+          decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+      if (control && std::holds_alternative<Answered>(control.value()))
+        codes = word_of(control.value());
+    }
+    return codes;
+  }
+  std::string logged() {
+    s.did();
+    return std::exchange(s.logged, {});
+  }
+
+  Script s;
+};
+
+GraphChanged waited_for(const std::string& name, const std::string& type = kServiceType) {
+  GraphChanged graph;
+  graph.called = {{name, type}};
+  return graph;
+}
+
+// ---- what is wanted of the peer
+
+TEST_F(MissingTest, WhatThePeersRulesDoNotGive) {
+  s.graph({topic("/a").sub(1)});
+  s.join(1);
+  settle("not_permitted");
+  EXPECT_EQ(missing(),
+            "import topic /a not_given: the peer's rules do not let this side have it\n");
+  EXPECT_NE(logged().find("1 name that nodes here use does not cross the link to "),
+            std::string::npos);
+  settle("not_permitted");
+  EXPECT_EQ(logged().find(" not cross the link"), std::string::npos) << "again";
+}
+
+TEST_F(MissingTest, WhatNobodyPublishesThere) {
+  s.graph({topic("/a").sub(1)});
+  s.join(1);
+  settle("absent");
+  EXPECT_EQ(missing(), "import topic /a not_there: nobody publishes it at the peer\n");
+  EXPECT_EQ(logged().find(" not cross the link"), std::string::npos)
+      << "that is how it is most of the time";
+}
+
+TEST_F(MissingTest, TheOtherAnswers) {
+  s.graph({topic("/a").sub(1)});
+  s.join(1);
+  settle("other_type");
+  EXPECT_EQ(missing(), "import topic /a other_type: it has another type at the peer\n");
+  settle("type_unknown");
+  settle("type_unknown");
+  EXPECT_EQ(missing(),
+            "import topic /a type_unknown: it exists at the peer, where its type is not "
+            "installed\n");
+  for (const char* code : {"there", "a_later_version"}) {
+    settle(code);
+    settle(code);
+    EXPECT_EQ(missing(), "") << code;
+  }
+}
+
+TEST_F(MissingTest, NothingIsSaidBeforeThePeerHasAnswered) {
+  s.graph({topic("/a").sub(1)});
+  s.join(1);
+  s.pass(20'000);
+  EXPECT_EQ(missing(), "");
+  EXPECT_EQ(asked("absent"), "/a") << "one question at a time";
+}
+
+TEST_F(MissingTest, NothingIsSaidInTheFirstSeconds) {
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.say(1, Accepts{});
+  s.pass(5000);
+  EXPECT_EQ(missing(), "");
+  s.pass(5000);
+  EXPECT_EQ(missing(), "export topic /a not_taken: the peer's rules do not take it\n");
+}
+
+TEST_F(MissingTest, WhatIsBroughtIsNotMissing) {
+  s.graph({topic("/a").sub(1)});
+  s.join(1);
+  s.offer(1, {channel(1, "/a", {origin(1, 9)})}, true);
+  settle();
+  EXPECT_EQ(missing(), "");
+  s.say(1, Withdraw{{{1}}});
+  settle("absent");
+  settle("absent");
+  EXPECT_EQ(missing(), "import topic /a not_there: nobody publishes it at the peer\n");
+}
+
+TEST_F(MissingTest, WhatIsPublishedHereIsNotWantedOfThePeer) {
+  s.graph({topic("/a").pub(1).sub(2)});
+  s.join(1);
+  s.pass(5000);
+  EXPECT_EQ(asked("absent"), "");
+  settle();
+  EXPECT_EQ(missing(), "");
+}
+
+TEST_F(MissingTest, AServiceThatIsWaitedFor) {
+  s.give(waited_for("/arm"));
+  s.join(1);
+  settle();
+  EXPECT_EQ(missing(), "import service /arm no_rule: no rule here allows it\n");
+  s.give(PolicyChanged{Policy({callable()})});
+  settle("absent");
+  settle("absent");
+  EXPECT_EQ(missing(), "import service /arm not_there: nobody serves it at the peer\n");
+  EXPECT_NE(logged().find("the service /arm"), std::string::npos);
+  s.offer(1, {service_channel(1, "/arm")});
+  settle();
+  EXPECT_EQ(missing(), "");
+}
+
+TEST_F(MissingTest, AnActionIsOneName) {
+  GraphChanged graph;
+  graph.called = {{"/fib/_action/cancel_goal", "action_msgs/srv/CancelGoal"},
+                  {"/fib/_action/get_result", "p/action/Fib_GetResult"},
+                  {"/fib/_action/send_goal", "p/action/Fib_SendGoal"}};
+  s.give(graph);
+  s.join(1);
+  settle();
+  EXPECT_EQ(missing(), "import action /fib no_rule: no rule here allows it\n");
+}
+
+TEST_F(MissingTest, AnotherTypeIsOffered) {
+  s.graph({topic("/a").sub(1)});
+  s.join(1);
+  ChannelOffer offered = channel(1, "/a", {origin(1, 9)});
+  offered.type = "p/msg/Other";
+  s.offer(1, {offered}, true);
+  settle();
+  EXPECT_EQ(missing(),
+            "import topic /a other_type: it has another type at the peer: p/msg/Other\n");
+}
+
+TEST_F(MissingTest, QosThatDoesNotFit) {
+  s.graph({topic("/a").sub(1, latched())});
+  s.join(1);
+  s.offer(1, {channel(1, "/a", {origin(1, 9, best_effort())})}, true);
+  settle();
+  EXPECT_EQ(missing(),
+            "import topic /a qos: a subscriber here requests a reliability that no publisher "
+            "offers [all]\n");
+}
+
+// ---- what is published here
+
+TEST_F(MissingTest, WhatThePeerDoesNotTake) {
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.say(1, Accepts{{{{"/a"}, {"p/msg/Other"}}}, {}});
+  settle();
+  EXPECT_EQ(missing(), "export topic /a not_taken: the peer takes it only as p/msg/Other\n");
+  s.say(1, Accepts{{{{"/a"}, {}}}, {}});
+  settle();
+  EXPECT_EQ(missing(), "");
+}
+
+TEST_F(MissingTest, WhatThePeerDeclines) {
+  s.graph({topic("/a").pub(1).sub(2)});
+  s.join(1);
+  s.say(1, Decline{{1}, "type_mismatch", "another definition"});
+  settle();
+  EXPECT_EQ(missing(),
+            "export topic /a declined: the peer declines it: another definition [all]\n");
+}
+
+TEST_F(MissingTest, WhatThePeerListensToWithAnotherType) {
+  s.graph({typed(topic("/cmd_vel").pub(1), "p/msg/Stamped")});
+  s.join(1);
+  s.say(1, Listeners{{{{1}, "/cmd_vel", kType, ""}}, {}});
+  settle();
+  EXPECT_EQ(missing(), "export topic /cmd_vel other_type: the peer listens to it as p/msg/T\n");
+}
+
+TEST_F(MissingTest, ManyThatNobodyWantsMakeNoNoise) {
+  std::vector<Topic> many;
+  for (int i = 0; i < 300; ++i)
+    many.push_back(topic("/t" + std::to_string(i)).pub(static_cast<std::uint8_t>(1 + i % 200)));
+  s.graph(many);
+  s.join(1);
+  s.say(1, Accepts{});
+  settle();
+  EXPECT_EQ(missing(), "");
+  EXPECT_EQ(s.status().links.at(0).further_missing, 300U);
+  EXPECT_EQ(logged().find(" not cross the link"), std::string::npos);
+}
+
+TEST_F(MissingTest, HiddenNamesAndThoseOfEveryNodeAreLeftOut) {
+  s.graph({topic("/a/_hidden").sub(1), topic("/_connect_bridge/x").sub(1),
+           typed(topic("/rosout").pub(2), "rcl_interfaces/msg/Log"),
+           typed(topic("/parameter_events").pub(3), "rcl_interfaces/msg/ParameterEvent"),
+           topic("/fib/_action/feedback").sub(4)});
+  s.join(1);
+  s.say(1, Accepts{});
+  s.pass(5000);
+  EXPECT_EQ(asked("absent"), "");
+  settle();
+  EXPECT_EQ(missing(), "");
+}
+
+// ---- our own rules
+
+struct MissingRulesTest : MissingTest {
+  MissingRulesTest() : MissingTest({typed_rule(), other_rule(), denying()}) {}
+  static Rule typed_rule() {
+    Rule drive = rule({"/cmd_vel"}, {"/pose"});
+    drive.name = "drive";
+    drive.types = {"p/msg/Twist"};
+    return drive;
+  }
+  static Rule other_rule() {
+    Rule boss = rule({}, {"/secret"});
+    boss.name = "boss";
+    boss.identities = {"boss"};
+    return boss;
+  }
+  static Rule denying() {
+    Rule no = rule({}, {"/camera/**"}, {"/camera/raw"});
+    no.name = "no";
+    return no;
+  }
+};
+
+TEST_F(MissingRulesTest, TheRuleThatDecidesIsNamed) {
+  s.graph({topic("/camera/raw").sub(1), topic("/cmd_vel").pub(2), topic("/pose").sub(3),
+           topic("/secret").sub(4), topic("/unknown").sub(5)});
+  s.join(1);
+  settle();
+  EXPECT_EQ(missing(),
+            "import topic /camera/raw denied: the rule no here denies it (/camera/raw) [no]\n"
+            "import topic /pose rule_type: the rule drive here is only for p/msg/Twist [drive]\n"
+            "import topic /secret other_peer: the rule boss here is for other peers [boss]\n"
+            "import topic /unknown no_rule: no rule here allows it\n"
+            "export topic /cmd_vel rule_type: the rule drive here is only for p/msg/Twist "
+            "[drive]\n");
+  EXPECT_NE(logged().find("5 names that nodes here use do not cross"), std::string::npos);
+}
+
+// ---- questions of the peer
+
+AskedName asks(const std::string& name, const std::string& type = kType,
+               InterfaceKind kind = InterfaceKind::kTopic) {
+  return {kind, name, type};
+}
+
+TEST_F(MissingTest, AQuestionIsAnsweredByTheRulesFirst) {
+  s.give(PolicyChanged{Policy({rule({"/given/**"}, {})})});
+  s.graph({topic("/given/a").pub(1), topic("/kept/a").pub(2),
+           typed(topic("/given/b").pub(3), "p/msg/Other"), topic("/given/c").sub(4)});
+  s.join(1);
+  EXPECT_EQ(answers({asks("/given/a"), asks("/kept/a"), asks("/kept/nothing"), asks("/given/b"),
+                     asks("/given/c"), asks("/given/nothing"), asks("not a name"),
+                     asks("/given/_hidden"), asks("/given/a", "x", InterfaceKind::kOther)}),
+            "answer there not_permitted not_permitted other_type absent absent not_permitted "
+            "not_permitted unsupported");
+}
+
+TEST_F(MissingTest, WithTypesARuleSaysNothingOfOthers) {
+  Rule twist = rule({"/cmd_vel"}, {});
+  twist.types = {"p/msg/Twist"};
+  s.give(PolicyChanged{Policy({twist})});
+  s.graph({typed(topic("/cmd_vel").pub(1), "p/msg/Stamped")});
+  s.join(1);
+  EXPECT_EQ(answers({asks("/cmd_vel", "p/msg/Stamped"), asks("/cmd_vel", "p/msg/Twist")}),
+            "answer not_permitted absent");
+}
+
+TEST_F(MissingTest, ServicesAndActionsAreAnswered) {
+  s.give(PolicyChanged{Policy({acting()})});
+  serve_action(s);
+  s.join(1);
+  const auto service = InterfaceKind::kService;
+  EXPECT_EQ(answers({asks("/fib/_action/send_goal", "p/action/Fib_SendGoal", service),
+                     asks("/fob/_action/send_goal", "p/action/Fib_SendGoal", service),
+                     asks("/s", kServiceType, service)}),
+            "answer there absent absent");
+}
+
+TEST_F(MissingTest, QuestionsWithoutEndEndTheLink) {
+  s.join(1);
+  for (int i = 0; i < 16; ++i) s.say(1, Ask{{asks("/a")}});
+  EXPECT_EQ(s.did(), "");
+  s.say(1, Ask{{asks("/a")}});
+  EXPECT_EQ(s.did(), "close 1 4006\n");
+}
+
+TEST_F(MissingTest, AnAnswerThatNobodyAskedForEndsTheLink) {
+  s.join(1);
+  s.say(1, Answered{{"absent"}});
+  EXPECT_EQ(s.did(), "close 1 4009\n");
+}
+
+TEST_F(MissingTest, AnAnswerOfAnotherLengthEndsTheLink) {
+  s.graph({topic("/a").sub(1)});
+  s.join(1);
+  s.did();
+  s.pass(5000);
+  s.did();
+  s.say(1, Answered{{"absent", "absent"}});
+  EXPECT_EQ(s.did(), "close 1 4009\n");
+}
+
+TEST_F(MissingTest, NoMoreIsAskedThanTheLimit) {
+  std::vector<Topic> many;
+  for (int i = 0; i < 300; ++i) many.push_back(topic("/t" + std::to_string(i)).sub(7));
+  s.graph(many);
+  s.join(1);
+  std::set<std::string> all;
+  for (int i = 0; i < 20; ++i) {
+    s.pass(1000);
+    const std::string names = asked("not_permitted");
+    EXPECT_LE(std::count(names.begin(), names.end(), ' '), 63);
+    for (std::size_t at = 0; at < names.size();) {
+      const auto end = std::min(names.find(' ', at), names.size());
+      all.insert(names.substr(at, end - at));
+      at = end + 1;
+    }
+  }
+  EXPECT_EQ(all.size(), 128U);
+  EXPECT_EQ(s.status().links.at(0).missing.size(), MissingName::kMissingMax);
+  EXPECT_GE(s.status().links.at(0).further_missing, 64U);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
