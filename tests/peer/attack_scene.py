@@ -151,7 +151,15 @@ class Scene:
     links, identities: how many links at a time those who log in have, and of how many."""
 
     def __init__(
-        self, folder, attack, aside=False, twin=True, way=DIRECT, links=8, identities=1, **parameters
+        self,
+        folder,
+        attack,
+        aside=False,
+        twin=True,
+        way=DIRECT,
+        links=8,
+        identities=1,
+        **parameters,
     ):
         twin = aside and twin
         self._tokens = [f"{HOSTILE}{n}" for n in range(identities)]
