@@ -56,8 +56,8 @@ struct Start {
 // what is wrong, or nothing.
 [[nodiscard]] std::string invite(const Start& start);
 
-// What a client tells that has shown an invitation, and whose connection the server has ended with
-// this code; empty: its login was not refused, it goes on trying.
+// What a client says that has shown an invitation and whose connection the server has closed with
+// this code. Empty: its login was not refused, so it tries again.
 [[nodiscard]] std::string refused_invitation(const Joining& joining,
                                              std::optional<std::uint16_t> close_code);
 
