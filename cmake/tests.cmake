@@ -90,8 +90,12 @@ if(unit_tests)
   target_compile_definitions(marking_plugin PRIVATE ODD_MARKS)
   set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" "${tests}/unit/run/check_test.cpp" PROPERTIES
     COMPILE_DEFINITIONS CONNECT_PLUGINS="${CMAKE_BINARY_DIR}/plugins/")
-  # They wait for sockets, files and threads: 75 s with 5 s of processor time.
-  connect_unit_tests(unit_tests 6 1 connect_run connect_ros connect_plugins connect_relay connect_net connect_auth connect_config connect_core)
+  # They wait for sockets, files and threads: 75 s with 5 s of processor time. With a sanitizer they compute.
+  set(places 1)
+  if(CONNECT_SANITIZE)
+    set(places ${slots})
+  endif()
+  connect_unit_tests(unit_tests 6 ${places} connect_run connect_ros connect_plugins connect_relay connect_net connect_auth connect_config connect_core)
   add_dependencies(unit_tests ${plugins} auth_plugin odd_plugin late_plugin idle_plugin marking_plugin)
 endif()
 
@@ -175,7 +179,7 @@ endforeach()
 
 # Python tests: the programs with real nodes, and a peer written from the specification alone. A ctest entry per file. A file
 # that says "PARTS = n" is divided into so many; what is marked "alone" is an entry of its own: these come last, no
-# more of them at a time than there are processors (-1: after all whose time is known).
+# more of them at a time than there are processors (-1: after all whose time is known; -2: the short ones last).
 function(connect_python_test name file)
   cmake_parse_arguments(PARSE_ARGV 2 test "" "COST;PROCESSORS" "ARGS;ENV")
   add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B -m pytest "${file}" ${test_ARGS}
@@ -197,7 +201,7 @@ if(TARGET server AND TARGET client)
     endif()
     set(others)
     if(text MATCHES "\n@pytest.mark.alone\n")
-      connect_python_test(${name}_alone "${file}" PROCESSORS ${slots} COST -1 ARGS -m alone)
+      connect_python_test(${name}_alone "${file}" PROCESSORS ${slots} COST -2 ARGS -m alone)
       set(others -m "not alone")
     endif()
     # The long ones first; later ctest knows how long each took.

@@ -7,6 +7,7 @@
 
 #include "apps/ctl_bugreport.hpp"
 #include "apps/ctl_certs.hpp"
+#include "apps/ctl_doctor.hpp"
 #include "apps/ctl_explain.hpp"
 #include "apps/ctl_ping.hpp"
 #include "apps/ctl_status.hpp"
@@ -102,6 +103,9 @@ int main(int argc, char** argv) {
   StatusQuestion status_question;
   const auto* status = add_status_command(app, status_question);
 
+  DoctorOrder doctor_order;
+  const auto* doctor = add_doctor_command(app, doctor_order);
+
   BugreportOrder report_order;
   const auto* report = add_bugreport_command(app, report_order);
 
@@ -115,6 +119,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& wrong) {
     return app.exit(wrong) == 0 ? 0 : connect_bridge::kExitConfiguration;
   }
+  if (*doctor) return run_doctor(doctor_order);
   if (*report) return run_bugreport(report_order);
   if (*ping) return run_ping(ping_order);
   if (*bench) return run_bench(bench_order);

@@ -118,12 +118,16 @@ std::vector<fs::path> parameter_files(const BugreportOrder& order,
 
 // What stands in the files that hold tokens may stand elsewhere by mistake.
 void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& parameters) {
-  for (const char* key : {"auth.token_file", "listen.relay.token_file", "tls.private_key"}) {
-    const std::string file = connect_bridge::string_at(parameters, key);
-    if (file.empty()) continue;
-    std::istringstream lines(content_of(file, kSecretFileBytesMax));
-    for (std::string word; lines >> word;)
-      if (word.size() >= 2 * Scrubber::kLeast) scrubber.learn(word);
+  constexpr std::size_t kWordMin = 12;  // shorter ones are names of members
+  for (const char* key :
+       {"auth.token_file", "auth.jwt_keys", "listen.relay.token_file", "tls.private_key"}) {
+    const std::string text =
+        content_of(connect_bridge::string_at(parameters, key), kSecretFileBytesMax);
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find_first_of(" \t\r\n\"',:{}[]", at), text.size());
+      if (end - at >= kWordMin) scrubber.learn(std::string_view(text).substr(at, end - at));
+      at = end + 1;
+    }
   }
 }
 

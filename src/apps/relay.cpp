@@ -108,6 +108,8 @@ int start(const std::string& name, bool only_checks) {
   around.distrusted = &who_else_may_change;
   const RelayFile read = read_relay_file(text.str(), around);
   if (!read.config) return refuse(read.problems);
+  const std::string others = read.config->auth.strict_modes ? who_else_may_change(name) : "";
+  if (!others.empty()) return refuse({"this file decides which robots come here: " + others});
   const AuthOptions login{read.config->auth, std::nullopt};
   AuthSetup robots = make_authenticator(login, system_time());
   if (!robots.authenticator) return refuse(robots.problems);
@@ -123,14 +125,14 @@ int start(const std::string& name, bool only_checks) {
   setup.tls = tls;
   for (const std::string& range : read.config->listen.trusted_proxies)
     if (const auto parsed = AddressRange::parse(range)) setup.proxies.push_back(*parsed);
-  setup.robots = std::move(robots.authenticator);
-  setup.hand_over = [login](const std::string& robot, const Digest& token, std::string& wrong) {
+  const auto give = [login](const std::string& robot, const Digest& token, std::string& wrong) {
     AuthSetup next;
     wrong = hand_over(login.token_file, robot, token, system_time());
     if (wrong.empty()) next = make_authenticator(login, system_time());
     if (!next.problems.empty()) wrong = next.problems.front();
     return std::move(next.authenticator);
   };
+  setup.names = RobotNames(std::move(robots.authenticator), give);
   return run(std::move(setup), read.config->status);
 }
 

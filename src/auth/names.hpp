@@ -1,4 +1,4 @@
-// Names, groups and dates of identities, as all login methods may tell them.
+// Names, groups and dates of identities, in the form that every login method must use.
 #pragma once
 
 #include <cstddef>

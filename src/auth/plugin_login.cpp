@@ -53,7 +53,7 @@ const connect_bridge_auth_functions* functions_in(const std::string& file, std::
   return nullptr;
 }
 
-// What the library tells during a call is added to `told`.
+// What the library reports during a call is added to `told`.
 connect_bridge_auth_report report_to(Refreshed& told) {
   const auto say = [](void* server, connect_bridge_auth_level level, const char* text) noexcept {
     Refreshed& to = *static_cast<Refreshed*>(server);

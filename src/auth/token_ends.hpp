@@ -1,4 +1,4 @@
-// The ends of the server's tokens, told in time at the machine where new ones are made.
+// Warns in time that tokens of the server end, on the machine where new ones are made.
 #pragma once
 
 #include <optional>

@@ -24,9 +24,9 @@ struct RuleSet {
                                  std::vector<Problem>& problems,
                                  std::vector<std::string>& warnings);
 
-// That of an operator's side without rules. Everything that the robot allows exists there. The
-// robot may receive the topics of this side that its rules import. It may never call services here:
-// an operator does not trust a robot that far.
+// The rule of an operator's side that has none. Everything that the robot allows exists there. The
+// robot may receive the topics of this side that its own rules import. It may never call services
+// here: an operator does not trust a robot that far.
 [[nodiscard]] Rule default_rule();
 
 }  // namespace connect_bridge

@@ -57,7 +57,7 @@ inline constexpr std::array<Word<LogLevel>, 4> kLogLevelWords{{
     std::string_view text);
 // In place of a prefix: each identity's own.
 inline constexpr std::string_view kByIdentity = "by_identity";
-// Those that are patterns.
+// The patterns among these texts; texts that are no patterns are left out.
 [[nodiscard]] std::vector<Pattern> parse_patterns(const std::vector<std::string>& texts);
 // Seconds as written by an operator, to the nearest nanosecond.
 [[nodiscard]] Duration from_seconds(double seconds);

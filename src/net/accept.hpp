@@ -38,9 +38,10 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
  public:
   using Done = std::function<void(Accepted)>;
 
-  // For whom the proxy connects, if it tells. Whether that one may go on.
+  // Gets the address for which the proxy connects, if the proxy has sent it. Returns whether the
+  // connection may go on.
   using Identify = std::function<bool(const std::optional<Source>&)>;
-  // It waits for its turn, if it needs one: then begin() is to be called.
+  // Called when the connection waits for its turn: begin() is to be called then.
   using AwaitTurn = std::function<void(const std::shared_ptr<Acceptance>&)>;
 
   // `identify`: for a connection from a trusted proxy, else empty.

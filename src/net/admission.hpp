@@ -28,7 +28,7 @@ class Admission {
     std::size_t connections_max = 0;
     std::size_t pending_max = 0;
     std::size_t pending_per_address_max = 0;
-    std::function<void(Limit)> gave_way;  // may be empty; told after each
+    std::function<void(Limit)> gave_way;  // may be empty; called after each
   };
 
   explicit Admission(Options options)

@@ -7,9 +7,10 @@
 
 namespace connect_bridge {
 
-// The WebSocket layer does not tell of pings and their like, of frames without content, or of how
-// many pieces a message came in. But their heads are bytes that were read and are no content. And a
-// read that brings a few bytes, as a TLS record of one, costs as much as a frame.
+// Counts frames that are no messages. The WebSocket layer does not report control frames (pings),
+// frames without content, or in how many pieces a message came. But their headers are bytes that
+// were read and are not content. A read of a few bytes, such as a TLS record of one byte, costs as
+// much as a frame and is counted, too.
 class ExtraFrames {
  public:
   // What was read of the connection so far is its handshake.

@@ -4,14 +4,12 @@
 
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
-#include "net/listen_at.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::milliseconds kRetryTime{100};
 constexpr int kProxyShare = ListenOptions::kLoopbackShare;
 // What a customer with many addresses may do, in times of what one of them may.
 constexpr int kCustomerShare = 2;
@@ -61,7 +59,7 @@ std::string Listener::open(const ListenOptions& options) {
   // Fewer than all places, so that those who wait give way by turns, not the oldest first.
   const std::size_t line_max = std::max<std::size_t>(options.pending_max / 2, 1);
   line_ = decltype(line_)({line_max, line_max});
-  for (const DoorPtr& door : doors_) accept(door);
+  doors_->accept();
   return options.relay ? open_relay(*options.relay) : "";
 }
 
@@ -80,33 +78,27 @@ std::string Listener::open_relay(const RelayOptions& options) {
 }
 
 std::string Listener::open_doors(const ListenOptions& options) {
-  std::string problem;
-  for (std::size_t i = 0; i < options.sockets.size() && problem.empty(); ++i)
-    problem = take_socket(options.sockets[i]);
-  if (!options.sockets.empty()) return problem;
-  std::vector<std::string> addresses = options.addresses;
-  if (addresses == std::vector<std::string>{"*"}) {
-    if (bind("::", options.port).empty()) return {};
-    addresses = {"0.0.0.0"};  // a host without IPv6
-  }
-  for (std::size_t i = 0; i < addresses.size() && problem.empty(); ++i)
-    problem = bind(addresses[i], i == 0 ? options.port : port());
-  return problem;
+  const auto weak = weak_from_this();
+  doors_ = std::make_shared<TcpDoors>(
+      io_, TcpDoors::Events{[weak](TcpSocket socket) {
+                              const auto self = weak.lock();
+                              if (!self) return;
+                              ++self->counts_.accepted;
+                              self->admit(std::move(socket));
+                            },
+                            [weak](LogLevel level, const std::string& text) {
+                              if (const auto self = weak.lock()) self->log(level, text);
+                            }});
+  return options.sockets.empty() ? doors_->open(options.addresses, options.port)
+                                 : doors_->take(options.sockets);
 }
 
 std::uint16_t Listener::port() const {
-  ErrorCode ignored;
-  return doors_.empty() ? std::uint16_t{0} : doors_[0]->acceptor.local_endpoint(ignored).port();
+  return doors_ ? doors_->port() : std::uint16_t{0};
 }
 
 std::vector<std::string> Listener::addresses() const {
-  std::vector<std::string> texts;
-  for (const DoorPtr& door : doors_) {
-    ErrorCode ignored;
-    const Endpoint endpoint = door->acceptor.local_endpoint(ignored);
-    texts.push_back(host_and_port(endpoint.address().to_string(), endpoint.port()));
-  }
-  return texts;
+  return doors_ ? doors_->addresses() : std::vector<std::string>{};
 }
 
 void Listener::check_files() {
@@ -121,79 +113,15 @@ void Listener::check_files() {
   log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
 }
 
-std::string Listener::bind(const std::string& address, std::uint16_t port) {
-  const auto door = std::make_shared<Door>(io_);
-  const ListenResult result = listen_at(door->acceptor, address, port);
-  if (!result.warning.empty()) log(LogLevel::kWarn, result.warning);
-  if (result.problem.empty()) doors_.push_back(door);
-  return result.problem;
-}
-
-std::string Listener::take_socket(int socket) {
-  const auto option = [socket](int name) {
-    int value = -1;
-    socklen_t size = sizeof value;
-    return getsockopt(socket, SOL_SOCKET, name, &value, &size) == 0 ? value : -1;
-  };
-  const int family = option(SO_DOMAIN);
-  if ((family != AF_INET && family != AF_INET6) || option(SO_TYPE) != SOCK_STREAM ||
-      option(SO_ACCEPTCONN) != 1)
-    return "the socket " + std::to_string(socket) +
-           " that this process was given does not listen for TCP";
-  const auto door = std::make_shared<Door>(io_);
-  ErrorCode error;
-  door->acceptor.assign(family == AF_INET ? asio::ip::tcp::v4() : asio::ip::tcp::v6(), socket,
-                        error);
-  if (error) return "cannot use the socket that this process was given: " + error.message();
-  doors_.push_back(door);
-  return {};
-}
-
 void Listener::close() {
   if (relay_) relay_->close();
-  for (const DoorPtr& door : doors_) {
-    ErrorCode ignored;
-    door->acceptor.close(ignored);
-    door->retry.cancel();
-  }
+  if (doors_) doors_->close();
   events_ = {};
   next_turn_.cancel();
   line_.clear();
   const auto acceptances = std::move(acceptances_);
   acceptances_.clear();
   for (const auto& acceptance : acceptances) acceptance->abandon();
-}
-
-void Listener::accept(const DoorPtr& door) {
-  door->acceptor.async_accept(io_.get_executor(),
-                              [self = shared_from_this(), door](ErrorCode error, TcpSocket socket) {
-                                self->on_accepted(door, error, std::move(socket));
-                              });
-}
-
-void Listener::on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket) {
-  if (!door->acceptor.is_open()) return;
-  if (!error) {
-    ++counts_.accepted;
-    admit(std::move(socket));
-    return accept(door);
-  }
-  if (error == asio::error::connection_aborted) return accept(door);
-  // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
-  // would spin.
-  if (const auto tries = no_room_.count({steady_now(), 0}))
-    log(LogLevel::kWarn, "cannot accept connections now: " + error.message() +
-                             (*tries > 1 ? "; tried " + std::to_string(*tries) + " times" : ""));
-  accept_later(door);
-}
-
-void Listener::accept_later(const DoorPtr& door) {
-  door->retry.expires_after(kRetryTime);
-  door->retry.async_wait([weak = weak_from_this(), at = std::weak_ptr{door}](ErrorCode cancelled) {
-    const auto self = weak.lock();
-    const auto waiting = at.lock();
-    if (self && waiting && !cancelled && waiting->acceptor.is_open()) self->accept(waiting);
-  });
 }
 
 // A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are

@@ -20,6 +20,7 @@
 #include "net/door_counts.hpp"
 #include "net/refusals.hpp"
 #include "net/relay_door.hpp"
+#include "net/tcp_doors.hpp"
 #include "net/tls_files.hpp"
 
 namespace connect_bridge {
@@ -66,33 +67,19 @@ class Listener : public std::enable_shared_from_this<Listener> {
     std::shared_ptr<Admission::Pending> slot;
     bool by_relay = false;
   };
-  using Acceptor = asio::ip::tcp::acceptor;
   using Endpoint = asio::ip::tcp::endpoint;
-
-  // One listening socket.
-  struct Door {
-    explicit Door(asio::io_context& io) : acceptor(io), retry(io) {}
-    Acceptor acceptor;
-    asio::steady_timer retry;
-  };
-  using DoorPtr = std::shared_ptr<Door>;
 
   // Empty, or what is wrong.
   std::string open_doors(const ListenOptions& options);
   std::string open_relay(const RelayOptions& options);
-  std::string take_socket(int socket);
-  std::string bind(const std::string& address, std::uint16_t port);
-  void accept(const DoorPtr& door);
-  void on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket);
   void admit(TcpSocket socket);
   // By the relay, for whom it says.
   void admit_visitor(TcpSocket socket, const Source& source);
-  void accept_later(const DoorPtr& door);
   // Whether it may begin a handshake; then it counts. False: its address has begun too many.
   bool take_handshake(const ConnectionOpened& from);
   // Its handshake begins, or waits for its turn among those of all.
   void line_up(const std::shared_ptr<Acceptance>& acceptance, const Visitor& visitor);
-  // Those whose turn it is begin.
+  // Begins the handshakes whose turn it is.
   void begin_handshakes();
   void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
   void drop(TcpSocket& socket, const ConnectionOpened& from, const std::string& why);
@@ -100,9 +87,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void leave_line(const std::shared_ptr<Acceptance>& acceptance) {
     line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
   }
-  // It ends without a word, and its place is free.
+  // Ends the connection without an answer, and frees its place.
   void abandon(const std::weak_ptr<Acceptance>& acceptance);
-  // A proxy tells for whom it connects, or nothing. Whether that one may go on.
+  // A proxy has said for whom it connects, or nothing. Whether the visitor may go on.
   bool identify(Visitor& visitor, const std::optional<Source>& source);
   void on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor, Accepted accepted);
   void on_gave_way(Admission::Limit limit);
@@ -115,7 +102,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   asio::io_context& io_;
   SocketOptions sockets_;
   Events events_;
-  std::vector<DoorPtr> doors_;
+  std::shared_ptr<TcpDoors> doors_;
   std::shared_ptr<RelayDoor> relay_;  // null: none is configured
   std::shared_ptr<Admission> admission_;
   std::shared_ptr<const AcceptOptions> options_;
@@ -130,7 +117,6 @@ class Listener : public std::enable_shared_from_this<Listener> {
   DoorCounts counts_;
   LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;
   Pace notices_{1, std::chrono::minutes{10}};
-  LogLimit no_room_;  // of accepts that failed
   Refusals refusals_;
 };
 

@@ -28,11 +28,11 @@ class LookUp {
       std::function<Endpoints(const std::string& host, std::uint16_t port, ErrorCode& error)>;
   using Done = std::function<void(const ErrorCode& error, const Endpoints& found)>;
 
-  // That of the system.
+  // Resolves by the system's resolver; may block.
   static Endpoints resolve(const std::string& host, std::uint16_t port, ErrorCode& error);
-  // So many may be under way in the process. A further one fails at once: try_again.
+  // So many look-ups may be under way in the process. A further one fails at once with try_again.
   static constexpr int kUnderWayMax = 8;
-  // How long what nobody waited for any more is for the next one.
+  // For how long an answer that came too late for its caller is given to the next one.
   static constexpr std::chrono::seconds kLate{30};
 
   explicit LookUp(asio::io_context& io, Resolve resolve = &LookUp::resolve);

@@ -12,8 +12,8 @@
 
 namespace connect_bridge {
 
-// Scanners, clients with a wrong address, clients that do not trust this server. Anybody can cause
-// as many as it likes, so each is told at kDebug alone.
+// Counts refused connections: scanners, clients with a wrong address, clients that do not trust
+// this server. Anybody can cause any number of them, so a single one is logged at kDebug only.
 class Refusals {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(10);

@@ -21,9 +21,9 @@ namespace connect_bridge {
 class RouteWatch;
 
 // Holds a control connection to the relay and makes it again whenever it is lost. For each visitor
-// that the relay tells of it dials there with the ticket (docs/protocol.md, "Relay"). The relay is
-// trusted with the visitors' addresses, and with nothing else: what it asks for is bounded. Thread:
-// that of the io_context.
+// that the relay announces it dials the relay with the ticket (docs/protocol.md, "Relay"). The
+// relay is trusted with the visitors' addresses and with nothing else: its requests are bounded.
+// Thread: that of the io_context.
 class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
  public:
   struct Events {

@@ -25,7 +25,8 @@ class RepairWatch {
   }
   // A segment of the peer is missing.
   [[nodiscard]] bool misses() const { return losses_.too_early != too_early_read_; }
-  // Something came in order, and so did what had come too early, as far as the kernel tells now.
+  // Data was read in order: by these counts of the kernel, what came out of order before is
+  // complete.
   void has_read(const TcpLosses& losses) {
     losses_ = losses;
     too_early_read_ = losses.too_early;

@@ -24,7 +24,7 @@ struct Certified;  // net/certified.hpp
 struct WebSocket;
 
 struct SocketSetup {
-  ConnectionOpened opened;                 // what the loop is told
+  ConnectionOpened opened;                 // what the loop gets
   std::shared_ptr<WebSocket> socket;       // after its handshake
   NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
   std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object

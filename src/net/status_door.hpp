@@ -25,7 +25,7 @@ struct StatusRequest {
   bool sees_names = false;    // who asks may know who is on the links
 };
 
-// One text for all who get it, also while they are slow to take it.
+// One text that all its receivers share, also those that take it slowly.
 using SharedText = std::shared_ptr<const std::string>;
 
 struct StatusAnswer {
@@ -41,9 +41,10 @@ struct StatusAnswer {
 // Metrics, in the format that the request understands.
 [[nodiscard]] StatusAnswer metrics_answer(const StatusRequest& request, SharedText metrics);
 
-// Who comes is a stranger until its request was read, and its token if it needs one: bounded are
-// the connections, their time, the header, and TLS handshakes. Who comes by the file has places of
-// its own. Thread: that of the io_context, which is not the loop's.
+// Answers HTTP requests for the status. A visitor is a stranger until its request was read, and its
+// token if it needs one. There are limits for the connections of strangers, their time, the header,
+// and TLS handshakes. Visitors by the socket file have places of their own. Thread: that of the
+// io_context, which is not the loop's.
 class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
  public:
   // By TCP, and as many by the file.

@@ -35,7 +35,7 @@ class TlsFiles {
 
   // Looks at the files, which costs a system call for each; call it once a second. What has changed
   // is read at the second look that finds it so: certificate and key are written one after the
-  // other. What cannot be used is told once and tried at each look: the reason may pass.
+  // other. Files that cannot be used are reported once and tried at each look: the reason may pass.
   std::optional<News> check();
 
   // The end of our own certificate, as it is in use.

@@ -35,9 +35,9 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
   void limit_lines(std::size_t line_max) { line_max_ = line_max; }
   // Without its end. Who does not read what is said is cut off.
   void say(const std::string& line);
-  // Once all that was said has left; then, or within a second, it is closed.
+  // Closes the connection when all lines have left, at the latest after a second.
   void finish();
-  // Closes it at once; nothing is told any more.
+  // Closes it at once; no callback is called any more.
   void end();
 
  private:

@@ -61,13 +61,13 @@ struct TcpLosses {
   std::uint64_t too_early = 0;
 };
 
-// Nothing where the kernel does not tell.
+// Zeros where the kernel does not report them.
 [[nodiscard]] TcpLosses tcp_losses_of(int socket);
 
 // TCP's own average; 0: not known yet.
 [[nodiscard]] std::chrono::microseconds tcp_round_trip_of(int socket);
 
-// Nullopt: the kernel does not tell (before Linux 4.19).
+// Nullopt: the kernel does not report it (before Linux 4.19).
 [[nodiscard]] std::optional<TcpCounts> tcp_counts_of(int socket);
 
 }  // namespace connect_bridge

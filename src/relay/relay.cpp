@@ -3,14 +3,16 @@
 #include <openssl/ssl.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <utility>
 
 #include "auth/secret.hpp"
+#include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
 #include "core/wire/text.hpp"
-#include "net/listen_at.hpp"
 #include "net/relay_wire.hpp"
+#include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 
 namespace connect_bridge {
@@ -19,20 +21,17 @@ namespace {
 constexpr std::size_t kCallersMax = 320;
 constexpr std::size_t kCallersOfAddress = 16;
 constexpr std::size_t kVisitorsOfRobot = 16;
+constexpr std::size_t kPairsOfRobot = 384;
 constexpr int kHandshakes = 300;
 constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
-constexpr std::chrono::milliseconds kAcceptRetry{100};
 constexpr Duration kJudgePeriod = std::chrono::seconds(60);
 
-Stamp wall_now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
+// A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
+constexpr std::array<unsigned char, 7> kNoSuchName{21, 3, 3, 0, 2, 2, 112};
 
-bool is_line(const Identity& identity) {
-  const auto& groups = identity.groups;
-  return std::find(groups.begin(), groups.end(), kLineGroup) != groups.end();
+// What waits is found by this: how long a look-up takes shows nothing of a ticket.
+std::string key_of(std::string_view ticket) {
+  return to_hex(sha256(view_of(ticket)));
 }
 
 // Whoever offers anything else gets no answer to it.
@@ -64,52 +63,20 @@ Relay::Relay(asio::io_context& io, RelaySetup setup, Log log)
 std::string Relay::open() {
   std::string problem;
   if (!tls_.get(problem)) return problem;
-  std::vector<std::string> addresses = setup_.addresses;
-  if (addresses == std::vector<std::string>{"*"})
-    addresses = {bind("::", setup_.port).empty() ? "" : "0.0.0.0"};  // a host without IPv6
-  std::erase(addresses, "");
-  for (const std::string& address : addresses)
-    if (problem.empty()) problem = bind(address, doors_.empty() ? setup_.port : port());
-  for (const auto& door : doors_)
-    if (problem.empty()) accept(door);
+  const auto arrived = [weak = weak_from_this()](TcpSocket socket) {
+    if (const auto self = weak.lock()) self->admit(std::move(socket));
+  };
+  doors_ = std::make_shared<TcpDoors>(io_, TcpDoors::Events{arrived, log_});
+  problem = doors_->open(setup_.addresses, setup_.port);
+  if (problem.empty()) doors_->accept();
   return problem;
-}
-
-std::string Relay::bind(const std::string& address, std::uint16_t port) {
-  const auto door = std::make_shared<Door>(io_);
-  const ListenResult result = listen_at(door->acceptor, address, port);
-  if (!result.warning.empty()) log_(LogLevel::kWarn, result.warning);
-  if (result.problem.empty()) doors_.push_back(door);
-  return result.problem;
-}
-
-std::uint16_t Relay::port() const {
-  ErrorCode ignored;
-  return doors_.empty() ? std::uint16_t{0} : doors_[0]->acceptor.local_endpoint(ignored).port();
-}
-
-void Relay::accept(const std::shared_ptr<Door>& door) {
-  door->acceptor.async_accept(
-      io_.get_executor(), [weak = weak_from_this(), door](ErrorCode error, TcpSocket socket) {
-        const auto self = weak.lock();
-        if (!self || !door->acceptor.is_open()) return;
-        if (!error) self->admit(std::move(socket));
-        if (!error || error == asio::error::connection_aborted) return self->accept(door);
-        if (self->no_room_.count({steady_now(), 0}))
-          self->log_(LogLevel::kWarn, "cannot accept connections now: " + error.message());
-        door->retry.expires_after(kAcceptRetry);
-        door->retry.async_wait([weak, door](ErrorCode cancelled) {
-          const auto again = weak.lock();
-          if (again && !cancelled) again->accept(door);
-        });
-      });
 }
 
 void Relay::every_second() {
   for (const auto& joint : std::vector(joints_.begin(), joints_.end())) joint->look();
   if (const auto news = tls_.check())
     log_(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
-  const Refreshed refreshed = setup_.robots->refresh(wall_now());
+  const Refreshed refreshed = setup_.names.refresh();
   for (const auto& text : refreshed.news) log_(LogLevel::kInfo, text);
   for (const auto& text : refreshed.warnings) log_(LogLevel::kWarn, text);
   for (const auto& text : refreshed.problems) log_(LogLevel::kWarn, text);
@@ -119,16 +86,12 @@ void Relay::every_second() {
   judged_at_ = now;
   std::vector<RobotPtr> gone;
   for (const auto& [name, robot] : robots_)
-    if (!is_its_name(*robot, robot->credential)) gone.push_back(robot);
+    if (!setup_.names.has(name, robot->token, robot->peer)) gone.push_back(robot);
   for (const RobotPtr& robot : gone) end(robot, "its token is no longer valid");
 }
 
 void Relay::close() {
-  for (const auto& door : doors_) {
-    ErrorCode ignored;
-    door->acceptor.close(ignored);
-    door->retry.cancel();
-  }
+  if (doors_) doors_->close();
   for (const auto& caller : std::exchange(calling_, {})) drop(caller);
   for (const auto& robot : std::exchange(strangers_, {})) robot->lines->end();
   for (const auto& entry : std::exchange(robots_, {})) {
@@ -136,6 +99,83 @@ void Relay::close() {
     entry.second->lines->end();
   }
   for (const auto& joint : std::exchange(joints_, {})) joint->cut();
+}
+
+// ---- who comes
+
+void Relay::admit(TcpSocket socket) {
+  ErrorCode error;
+  ++accepted_;
+  const auto caller = std::make_shared<Caller>(std::move(socket));
+  caller->from = caller->arrival.socket().remote_endpoint(error);
+  if (error) return;  // gone already
+  caller->from.address(plain_address(caller->from.address()));
+  const bool is_proxy = contain(setup_.proxies, caller->from.address());
+  caller->place = callers_.take_pending(is_proxy ? "" : network_of(caller->from.address(), 7),
+                                        is_proxy ? 0 : 1);
+  tune_socket(caller->arrival.socket().native_handle(), setup_.sockets);
+  calling_.insert(caller);
+  const auto let_go = [weak = weak_from_this(), of = std::weak_ptr{caller}](RelayRefusal why) {
+    const auto self = weak.lock();
+    const auto gone = of.lock();
+    if (self && gone) self->drop(gone, why);
+  };
+  caller->place->give_way = [let_go] { let_go(RelayRefusal::kGaveWay); };
+  caller->limit.expires_after(kHelloTime);
+  caller->limit.async_wait([let_go](ErrorCode cancelled) {
+    if (!cancelled) let_go(RelayRefusal::kTooLate);
+  });
+  const auto weak = weak_from_this();
+  const std::weak_ptr<Caller> of = caller;
+  const auto from = [weak, of](const Source& source) {
+    const auto self = weak.lock();
+    const auto known = of.lock();
+    if (!self || !known || !known->place) return;
+    known->from = {plain_address(source.address), source.port};
+    self->callers_.move_pending(*known->place, network_of(known->from.address(), 7), 1);
+  };
+  caller->arrival.read(is_proxy, caller, {from, [weak, of](RelayArrival::State state) {
+                                            const auto self = weak.lock();
+                                            const auto known = of.lock();
+                                            if (self && known && self->calling_.contains(known))
+                                              self->on_arrived(known, state);
+                                          }});
+}
+
+void Relay::on_arrived(const CallerPtr& caller, RelayArrival::State state) {
+  if (state == RelayArrival::State::kNothing) return drop(caller);  // looks who is here
+  if (state == RelayArrival::State::kWrong) return drop(caller, RelayRefusal::kNoClientHello);
+  const ClientHello& hello = caller->arrival.hello();
+  const std::vector<std::string>& offers = hello.protocols;
+  const std::string first = offers.empty() ? "" : offers.front();
+  caller->robot = hello.server_name;
+  if (first == kRelayProtocol) return on_control(caller);
+  if (first == kTicketProtocol) return on_ticket(caller, offers.size() == 2 ? offers[1] : "");
+  on_visitor(caller);
+}
+
+void Relay::drop(const CallerPtr& caller) {
+  calling_.erase(caller);
+  waiting_.erase(caller->ticket);
+  caller->limit.cancel();
+  caller->place.reset();
+  caller->place_at_robot.reset();
+  ErrorCode ignored;
+  caller->arrival.socket().close(ignored);
+}
+
+// The few bytes fit into an empty socket; whether they arrive does not matter.
+void Relay::refuse(const CallerPtr& caller, RelayRefusal why) {
+  ErrorCode ignored;
+  caller->arrival.socket().non_blocking(true, ignored);
+  caller->arrival.socket().write_some(asio::buffer(kNoSuchName), ignored);
+  caller->arrival.socket().shutdown(TcpSocket::shutdown_send, ignored);
+  drop(caller, why);
+}
+
+void Relay::drop(const CallerPtr& caller, RelayRefusal why) {
+  count(why);
+  drop(caller);
 }
 
 // ---- control connections
@@ -152,8 +192,8 @@ void Relay::on_control(const CallerPtr& caller) {
   robot->name = caller->robot;
   robot->peer = host_and_port(caller->from.address().to_string(), caller->from.port());
   robot->place = std::move(caller->place);
-  robot->lines = std::make_shared<TlsLines>(std::move(caller->socket), context);
-  const Bytes hello = std::move(caller->hello);
+  robot->lines = std::make_shared<TlsLines>(std::move(caller->arrival.socket()), context);
+  const Bytes hello = std::move(caller->arrival.bytes());
   drop(caller);
   strangers_.insert(robot);
   const auto weak = weak_from_this();
@@ -204,36 +244,20 @@ void Relay::on_line(const RobotPtr& robot, std::string_view line) {
   on_login(robot, line.substr(kLogin.size()));
 }
 
-bool Relay::is_its_name(const Robot& robot, const Bytes& credential) {
-  const Judgement judgement = setup_.robots->judge({"token", credential, robot.peer}, wall_now());
-  const bool may = judgement.identity && !is_line(*judgement.identity);  // mutant: line_as_login
-  return may && judgement.identity->name == robot.name;                  // mutant: name_of_another
-}
-
-bool Relay::takes_name(const Robot& robot, std::string_view token, std::string_view code) {
-  const Bytes shown(code.begin(), code.end());
-  const Judgement judged = setup_.robots->judge({"token", shown, robot.peer}, wall_now());
-  if (!judged.identity || judged.identity->name != robot.name || !is_line(*judged.identity) ||
-      !token_problem(token).empty() || !setup_.hand_over)
-    return false;
-  std::string problem;
-  auto robots = setup_.hand_over(robot.name, sha256(view_of(token)), problem);
-  if (!robots) {
-    log_(LogLevel::kError, robot.name + " cannot be given its name: " + problem);
-    return false;
-  }
-  setup_.robots = std::move(robots);
-  judged_at_ = {};  // who had the name before has to go
-  log_(LogLevel::kInfo, robot.name + " belongs to who has used its line, from " + robot.peer);
-  return true;
-}
-
 void Relay::on_login(const RobotPtr& robot, std::string_view words) {
   const std::size_t space = words.find(' ');
   const std::string_view token = words.substr(0, space);
   const std::string_view code = space == std::string_view::npos ? "" : words.substr(space + 1);
-  Bytes credential(token.begin(), token.end());
-  if (!is_its_name(*robot, credential) && (code.empty() || !takes_name(*robot, token, code))) {
+  std::string problem;
+  const bool takes = !setup_.names.has(robot->name, token, robot->peer) && !code.empty() &&
+                     setup_.names.takes(robot->name, token, code, robot->peer, problem);
+  if (takes) {
+    judged_at_ = {};  // who had the name before has to go
+    log_(LogLevel::kInfo, robot->name + " belongs to who has used its line, from " + robot->peer);
+  }
+  if (!problem.empty())
+    log_(LogLevel::kError, robot->name + " cannot be given its name: " + problem);
+  if (!takes && !setup_.names.has(robot->name, token, robot->peer)) {
     count(RelayRefusal::kWrongLogin);
     if (const auto times = refused_.count({steady_now(), 0}))
       log_(LogLevel::kWarn, robot->peer + ": its token is not that of " + robot->name + "; " +
@@ -244,7 +268,7 @@ void Relay::on_login(const RobotPtr& robot, std::string_view words) {
   }
   strangers_.erase(robot);
   robot->place.reset();
-  robot->credential = std::move(credential);
+  robot->token = token;
   if (const auto before = robots_.find(robot->name); before != robots_.end())
     end(before->second, "it is connected again");
   robots_[robot->name] = robot;
@@ -282,6 +306,66 @@ void Relay::end(RobotPtr robot, const std::string& why) {
   robots_.erase(found);
   forget_use(robot->name);
   log_(LogLevel::kInfo, robot->name + " is gone: " + to_text(why, why.size()));
+}
+
+// ---- visitors
+
+void Relay::on_visitor(const CallerPtr& caller) {
+  const auto found = robots_.find(caller->robot);
+  if (found == robots_.end()) return refuse(caller, RelayRefusal::kNoSuchRobot);
+  if (uses_[caller->robot].pairs >= kPairsOfRobot) return refuse(caller, RelayRefusal::kRobotFull);
+  const TimePoint now = steady_now();
+  if (!paces_.take(network_of(caller->from.address(), 7), 1, now))
+    return refuse(caller, RelayRefusal::kVisitorsOfSource);
+  const std::string ticket = random_token();
+  if (ticket.empty() || !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
+    return refuse(caller, RelayRefusal::kVisitorsOfRobot);
+  caller->place_at_robot = visitors_.take_pending(caller->robot);
+  caller->place_at_robot->give_way = caller->place->give_way;
+  caller->ticket = key_of(ticket);
+  waiting_[caller->ticket] = caller;
+  caller->limit.expires_after(kTicketTime);
+  caller->limit.async_wait(
+      [weak = weak_from_this(), of = std::weak_ptr{caller}](ErrorCode cancelled) {
+        const auto self = weak.lock();
+        const auto waits = of.lock();
+        if (self && waits && !cancelled) self->refuse(waits, RelayRefusal::kRobotSilent);
+      });
+  caller->call = "visitor " + ticket + ' ' + caller->from.address().to_string() + ' ' +
+                 std::to_string(caller->from.port());
+  const RobotPtr robot = found->second;
+  robot->lines->say(caller->call);
+}
+
+void Relay::on_ticket(const CallerPtr& caller, const std::string& ticket) {
+  const auto found = waiting_.find(key_of(ticket));
+  const auto visitor = found == waiting_.end() ? nullptr : found->second.lock();
+  if (!visitor) return drop(caller, RelayRefusal::kWrongTicket);
+  const auto weak = weak_from_this();
+  const std::string robot = visitor->robot;
+  const auto joint = std::make_shared<Joint>(
+      std::move(visitor->arrival.socket()), std::move(caller->arrival.socket()),
+      [weak, robot](bool to_robot, std::size_t bytes) {
+        const auto self = weak.lock();
+        if (!self) return;
+        for (RelayUse* const use : {&self->uses_[robot], &self->all_})
+          (to_robot ? use->to_robot : use->to_visitors) += bytes;
+      });
+  Bytes hello = std::move(visitor->arrival.bytes());
+  drop(visitor);  // the ticket is used
+  drop(caller);
+  joints_.insert(joint);
+  for (RelayUse* const use : {&uses_[robot], &all_}) {
+    ++use->pairs;
+    ++use->visitors;
+  }
+  joint->start(std::move(hello), [weak, robot, at = std::weak_ptr{joint}] {
+    const auto self = weak.lock();
+    if (!self) return;
+    for (RelayUse* const use : {&self->uses_[robot], &self->all_}) --use->pairs;
+    self->forget_use(robot);
+    self->joints_.erase(at.lock());
+  });
 }
 
 // ---- status

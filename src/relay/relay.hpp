@@ -11,37 +11,28 @@
 #include <unordered_set>
 #include <vector>
 
-#include "auth/authenticator.hpp"
 #include "core/base/address_paces.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
-#include "core/base/sha256.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/admission.hpp"
 #include "net/proxy_header.hpp"
+#include "net/tcp_doors.hpp"
 #include "net/tls_files.hpp"
 #include "net/tls_lines.hpp"
-#include "relay/client_hello.hpp"
 #include "relay/joint.hpp"
+#include "relay/relay_arrival.hpp"
 #include "relay/relay_status.hpp"
+#include "relay/robot_names.hpp"
 
 namespace connect_bridge {
 
-// The group of an entry whose token is the code of a line for a robot: it is no login, and works
-// once.
-inline constexpr char kLineGroup[] = "line";
-
 struct RelaySetup {
-  std::vector<std::string> addresses;     // as ListenOptions::addresses
-  std::uint16_t port = 0;                 // 0: any free one
-  TlsOptions tls;                         // of the control connections
-  std::unique_ptr<Authenticator> robots;  // identities are the robots' names
-  // Who has shown the code of a line has made this token: from now on the name is its alone. The
-  // robots as they are then; null: `problem` says why not.
-  std::function<std::unique_ptr<Authenticator>(const std::string& robot, const Digest& token,
-                                               std::string& problem)>
-      hand_over;
+  std::vector<std::string> addresses;  // as ListenOptions::addresses
+  std::uint16_t port = 0;              // 0: any free one
+  TlsOptions tls;                      // of the control connections
+  RobotNames names;
   SocketOptions sockets;
   // Who begins with a header of the PROXY protocol, with the address of whom it connects for.
   AddressRanges proxies;
@@ -61,7 +52,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // Once. Empty, or what is wrong.
   [[nodiscard]] std::string open();
   // The port of the first address.
-  [[nodiscard]] std::uint16_t port() const;
+  [[nodiscard]] std::uint16_t port() const { return doors_->port(); }
   // Call it once a second: files that have changed are read again, whose token is no longer valid
   // has to go, and so have pairs of which an end is gone.
   void every_second();
@@ -74,11 +65,10 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // A connection that is in no pair: first its ClientHello is read, then it waits for its login or
   // for the robot.
   struct Caller {
-    explicit Caller(TcpSocket of) : socket(std::move(of)), limit(socket.get_executor()) {}
-    TcpSocket socket;
+    explicit Caller(TcpSocket socket)
+        : arrival(std::move(socket)), limit(arrival.socket().get_executor()) {}
+    RelayArrival arrival;
     asio::ip::tcp::endpoint from;
-    Bytes proxy_header;
-    Bytes hello;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;
     std::shared_ptr<Admission::Pending> place_at_robot;
@@ -97,39 +87,23 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::shared_ptr<TlsLines> lines;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;  // until its login
-    Bytes credential;
+    std::string token;
   };
   using RobotPtr = std::shared_ptr<Robot>;
 
-  struct Door {
-    explicit Door(asio::io_context& io) : acceptor(io), retry(io) {}
-    asio::ip::tcp::acceptor acceptor;
-    asio::steady_timer retry;
-  };
-
-  std::string bind(const std::string& address, std::uint16_t port);
-  void accept(const std::shared_ptr<Door>& door);
   void admit(TcpSocket socket);
-  void read_proxy(const CallerPtr& caller);
-  void read_hello(const CallerPtr& caller);
-  // So many bytes more, behind those that are there.
-  void read_more(const CallerPtr& caller, Bytes& bytes, std::size_t missing,
-                 void (Relay::*then)(const CallerPtr&));
-  void on_hello(const CallerPtr& caller, const ClientHello& hello);
+  void on_arrived(const CallerPtr& caller, RelayArrival::State state);
   // Closes it, and forgets it wherever it is.
   void drop(const CallerPtr& caller);
   void drop(const CallerPtr& caller, RelayRefusal why);
   // As drop(), but first sends a TLS alert to the caller, who expects TLS.
   void refuse(const CallerPtr& caller, RelayRefusal why);
-  void count(RelayRefusal why);
+  void count(RelayRefusal why) { ++refusals_[static_cast<std::size_t>(why)]; }
 
   void on_control(const CallerPtr& caller);
   void on_shaken(const RobotPtr& robot, const ErrorCode& error);
   void on_line(const RobotPtr& robot, std::string_view line);
   void on_login(const RobotPtr& robot, std::string_view words);
-  // Whether its code makes the name its own.
-  [[nodiscard]] bool takes_name(const Robot& robot, std::string_view token, std::string_view code);
-  [[nodiscard]] bool is_its_name(const Robot& robot, const Bytes& credential);
   void limit(const RobotPtr& robot, std::chrono::seconds time);
   // Forgets what has passed for a robot that is not here and has no pair.
   void forget_use(const std::string& name);
@@ -143,7 +117,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   RelaySetup setup_;
   Log log_;
   TlsFiles tls_;
-  std::vector<std::shared_ptr<Door>> doors_;
+  std::shared_ptr<TcpDoors> doors_;
   Admission callers_;         // by address
   Admission visitors_;        // by robot
   AddressPaces paces_;        // of control handshakes and visitors, by address
@@ -158,7 +132,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   RelayUse all_;
   std::uint64_t accepted_ = 0;
   std::array<std::uint64_t, kRelayRefusals> refusals_{};
-  LogLimit no_room_, refused_;
+  LogLimit refused_;
   TimePoint judged_at_{};
 };
 

@@ -13,8 +13,8 @@
 #include "core/base/bytes.hpp"
 #include "core/base/sha256.hpp"
 #include "net/authority.hpp"
-#include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
+#include "relay/robot_names.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -9,7 +9,7 @@
 
 namespace connect_bridge {
 
-// Where a relay has its files unless it is told: $HOME/.connect_relay
+// Where a relay has its files by default: $HOME/.connect_relay
 [[nodiscard]] std::string relay_folder();
 
 // Makes what is missing in the folder: a certificate for the host of this URL, a file for the

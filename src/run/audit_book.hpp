@@ -47,9 +47,10 @@ class AuditBook {
     std::uint64_t left_out = 0;
     TimePoint told_at{};
   };
-  // Whose line waits now, until written(); null: it is left out, also where it may not wait.
+  // The account of a line that waits from now on, until written(). Null: the line is left out,
+  // because of its pace or because it may not wait.
   [[nodiscard]] Account* take(const Audit& line, TimePoint now, bool may_wait = true);
-  // One of its lines is in the file.
+  // One line of the account is in the file.
   void written(Account& account);
 
   struct LeftOut {
@@ -57,8 +58,8 @@ class AuditBook {
     AuditRank rank = AuditRank::kOwn;
     std::uint64_t lines = 0;
   };
-  // What was left out and not told yet; of each identity and rank at most once in kTellPeriod.
-  // `all`: sooner, too, at the end.
+  // How many lines were left out and not reported yet; each identity and rank at most once in
+  // kTellPeriod. `all`: also before that time, at the end.
   [[nodiscard]] std::vector<LeftOut> take_left_out(TimePoint now, bool all = false);
 
  private:

@@ -110,7 +110,7 @@ void AuditLog::run() {
   }
 }
 
-// Behind the lines of the others, so that who was left out is told of the time before.
+// Behind the lines of the others, so that it counts those that were left out before.
 void AuditLog::take_batch() {
   while (!waiting_.empty() && batch_.size() < kBatchMax) {
     const Entry& entry = waiting_.front();

@@ -102,7 +102,8 @@ class Bridge {
   Network network_;
   std::optional<AuditLog> audit_log_;
   StatusFile status_file_;
-  // That is being taken: of the links that are left, the next one is the last.
+  // The status picture that is being taken, link by link. `left`: the links that are still missing;
+  // the last one is next.
   struct Taking {
     std::shared_ptr<StatusPicture> picture;
     std::vector<LinkId> left;

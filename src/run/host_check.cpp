@@ -45,7 +45,7 @@ std::string why_not_permitted(const std::filesystem::path& path) {
   return {};
 }
 
-// As the log of a program tells it.
+// In the words of a program's log.
 void check_end(asio::ssl::context& own, HostFindings& findings) {
   Now now;
   now.system = system_now();
@@ -54,7 +54,7 @@ void check_end(asio::ssl::context& own, HostFindings& findings) {
     (end.is_over(now.system) ? findings.ended : findings.warnings).push_back(std::move(*line));
 }
 
-// The certificate and the authorities one after the other, so that both are told.
+// The certificate and the authorities one after the other, so that both are reported.
 void check_tls(const ParameterMap& given, HostFindings& findings) {
   const std::string certificate = string_at(given, "tls.certificate");
   const std::string key = string_at(given, "tls.private_key");

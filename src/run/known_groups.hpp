@@ -13,9 +13,9 @@ struct KnownGroups {
   std::string text;  // a line for people: where they come from, or that none are known
 };
 
-// At a server those of all tokens of the identity in auth.token_file together, at a client those
-// behind its key in tls.pin. Other login methods tell groups
-// only at a login.
+// The groups of an identity, as far as the configuration names them: at a server those of all its
+// tokens in auth.token_file, at a client those behind its key in tls.pin. Other login methods name
+// groups only at a login.
 [[nodiscard]] KnownGroups known_groups(const Config& config, const std::string& identity);
 
 }  // namespace connect_bridge

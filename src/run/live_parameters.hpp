@@ -41,13 +41,13 @@ class LiveParameters {
 
  private:
   [[nodiscard]] ros::ParameterServerOptions server_options();
-  // `changed`: only because the files have changed. What is wrong is told once then.
+  // Reads the files again. `changed`: because they have changed; then a problem is logged once.
   void reload(bool changed);
   ros::SetResult set(const std::vector<Parameter>& parameters);
   void answer();
   void refuse(const std::string& why);
-  // Those of the node's files and arguments, and of the pairing. `problem`: why they cannot be
-  // read.
+  // The parameters of the node's files and arguments, and of the pairing. `problem`: why they
+  // cannot be read.
   [[nodiscard]] ParameterMap read_again(std::string& problem) const;
   // Says which file has nothing for this node any longer, if keys in use are gone.
   [[nodiscard]] std::string emptied_file(const ParameterMap& again) const;
@@ -62,7 +62,7 @@ class LiveParameters {
   const std::optional<PairingFolder> folder_;
   std::vector<FileWatch> files_;
   ParameterMap added_;  // what the pairing has added at the start to files and -p
-  // Those that had something for this node when they were last used; before that is known, all.
+  // The files that had something for this node when they were last used; at first all files.
   std::vector<std::string> speaking_;
   bool has_looked_ = false;  // whether a change since the program read them was looked for
 };

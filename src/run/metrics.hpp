@@ -37,7 +37,7 @@ class Metrics {
   // `kind` and `name` as labels, or "other" if there are too many names.
   [[nodiscard]] std::string labels_of(const std::string& kind, const std::string& name,
                                       bool exported);
-  // A counter of one link, which is added up over all of them. `own`: what tells it from others.
+  // Adds a counter of one link to the sum over all links. `own`: what identifies it on the link.
   void add(const LinkStatus& link, const std::string& own, const std::string& metric,
            const std::string& labels, std::uint64_t total);
 

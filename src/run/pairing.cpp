@@ -249,8 +249,7 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
     start.groups.emplace_back(kOperators);
     start.news.emplace_back(
         "the client that pairs joins the group 'operators': unless you change the rules it may "
-        "publish, call services, send goals and set parameters, which is as much as a shell on "
-        "this robot (some services load code)");
+        "publish, call, send goals and set parameters: as much as a shell on this robot");
   }
   start.invitation = std::move(invitation);
 }
@@ -268,6 +267,16 @@ std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
   if (problem.empty())
     folder.remove_former("token", former, string_at(parameters, "auth.token_file"));
   return problem;
+}
+
+// As second_robot(), where the operator dials.
+std::string robot_of_same_names(const PairingFolder& folder, const std::string& prefix) {
+  const std::string other = folder.other_client(prefix);
+  if (other.empty()) return {};
+  return "a client is paired with another robot, in " + other +
+         ", and /scan of both would be one topic here. Give this one a name and a prefix, behind "
+         "the invitation: --ros-args -r __node:=robot2 -p prefix:=/robot2. If that robot is gone, "
+         "remove its folder";
 }
 
 void join(const Invitation& invitation, const Arguments& arguments, const PairingFolder& folder,
@@ -295,12 +304,16 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
     paired.merge(own_rules ? rules_of(stored) : robot_rules(arguments.operates));
   }
   const std::string former = string_at(stored, "auth.token_file");
-  const std::string token = problem.empty() ? kept_token(file, problem) : "";
   const bool is_paired = former == file;  // by this invitation already
+  if (problem.empty() && !is_robot && !is_paired)
+    problem = robot_of_same_names(folder, string_at(filled(start.parameters, stored), "prefix"));
+  const std::string token = problem.empty() ? kept_token(file, problem) : "";
   if (problem.empty() && is_paired && arguments.operates &&
       !stored.contains("rule.operate.import_topics"))
     problem = "this robot has paired already, without --operate: add a rule to " +
               folder.parameter_file() + ", or pair it again, with another invitation";
+  const auto prefix = start.parameters.find("prefix");
+  if (prefix != start.parameters.end()) paired.insert(*prefix);
   if (!problem.empty()) return start.problems.push_back("pairing: " + problem);
   start.parameters = filled(start.parameters, is_paired ? stored : paired);
   if (is_paired) return;
@@ -317,9 +330,8 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
   else if (is_robot)
     start.news.emplace_back(
         arguments.operates
-            ? "its operator may receive topics, publish, call services, send goals and set "
-              "parameters here, unless you change the rules; that is as much as a shell on this "
-              "robot (some services load code)"
+            ? "its operator may receive topics, publish, call, send goals and set parameters here, "
+              "unless you change the rules: as much as a shell on this robot"
             : "its operator may receive topics, and do nothing here (--operate allows the rest)");
 }
 
@@ -373,42 +385,6 @@ std::string refused_invitation(const Joining& joining, std::optional<std::uint16
   if (close_code != static_cast<std::uint16_t>(CloseCode::kLoginRefused)) return {};
   return "the server refused the invitation: its code is wrong, was used already or is too old. '" +
          joining.made_by + "' makes another one there";
-}
-
-std::string invitation_text(Invitation invitation, std::uint16_t port) {
-  constexpr std::size_t kBegin = sizeof("wss://") - 1;
-  const auto slash = invitation.url.find('/', kBegin);
-  const std::string authority = invitation.url.substr(kBegin, slash - kBegin);
-  const auto bracket = authority.find(']');
-  const auto colon = authority.find(':', bracket == std::string::npos ? 0 : bracket);
-  const std::string listening = ":" + std::to_string(port);
-  const bool by_relay = authority.find('@') != std::string::npos;
-  if (colon == std::string::npos && !by_relay) invitation.url.insert(slash, listening);
-  const bool drives = invitation.invites_robot;
-  std::string text = std::string{"\nTo pair a "} + (drives ? "robot" : "client") +
-                     ", start there within " + std::to_string(kPairingTime.count()) +
-                     " minutes (this works once):\n\n  ros2 run connect_bridge client " +
-                     (drives ? "--robot '" : "'") + to_text(invitation) + "'\n\n";
-  if (drives)
-    text +=
-        "Behind --robot, --operate lets this end also publish, call services, send goals and "
-        "set parameters there: as much as a shell on the robot.\n\n";
-  if (!by_relay && colon != std::string::npos && authority.substr(colon) != listening)
-    text += "It dials " + authority + ", and this server listens on port " + std::to_string(port) +
-            ": a router or proxy must lead from there to here.\n\n";
-  return text;
-}
-
-std::string invitation_to_print(const Start& start, std::uint16_t port, bool terminal,
-                                std::string& problem) {
-  const std::string text = invitation_text(*start.invitation, port);
-  if (terminal) return text;
-  const std::string file = start.folder->invitation_file();
-  if (const std::string wrong = write_secret_file(file, text); !wrong.empty())
-    problem = "--pair: the invitation cannot be written: " + wrong;
-  return problem.empty() ? "The invitation is in '" + file +
-                               "', since this output may be a log that others read\n"
-                         : std::string{};
 }
 
 }  // namespace connect_bridge

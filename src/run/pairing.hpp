@@ -56,18 +56,9 @@ struct Start {
 // what is wrong, or nothing.
 [[nodiscard]] std::string invite(const Start& start);
 
-// What a client tells that has shown an invitation, and whose connection the server has ended with
-// this code; empty: its login was not refused, it goes on trying.
+// What a client says that has shown an invitation and whose connection the server has closed with
+// this code. Empty: its login was not refused, so it tries again.
 [[nodiscard]] std::string refused_invitation(const Joining& joining,
                                              std::optional<std::uint16_t> close_code);
-
-// For the person who is to start the client, or the robot. `port`: where the server listens.
-[[nodiscard]] std::string invitation_text(Invitation invitation, std::uint16_t port);
-
-// What the server prints: that text on a terminal; else, since others may read that output (a
-// journal, the log of a container), the name of the file in which the text is for its owner alone.
-// `problem` is set if that cannot be written.
-[[nodiscard]] std::string invitation_to_print(const Start& start, std::uint16_t port, bool terminal,
-                                              std::string& problem);
 
 }  // namespace connect_bridge

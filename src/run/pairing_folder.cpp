@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "auth/credential.hpp"
@@ -123,6 +124,21 @@ ParameterMap PairingFolder::parameters(std::string& problem) const {
   for (const auto& section : read.sections)
     for (const auto& [key, value] : section.parameters) parameters.insert_or_assign(key, value);
   return parameters;
+}
+
+std::string PairingFolder::other_client(const std::string& prefix) const {
+  std::error_code none;
+  const auto all = std::filesystem::path(path_).parent_path();
+  for (const auto& entry : std::filesystem::directory_iterator(all, none)) {
+    PairingFolder other = *this;
+    other.path_ = entry.path();
+    std::string unread;
+    const ParameterMap its = other.parameters(unread);
+    if (other.path_ != path_ && its.contains("url") && string_at(its, "robot") != "client" &&
+        string_at(its, "prefix") == prefix)
+      return other.path_;
+  }
+  return {};
 }
 
 std::string PairingFolder::write_parameters(const ParameterMap& parameters) const {

@@ -65,9 +65,12 @@ class PairingFolder {
   // params.yaml; empty if there is none. `problem` is set if it cannot be read, or if somebody else
   // may change it (strict).
   [[nodiscard]] ParameterMap parameters(std::string& problem) const;
-  // One folder has the rights of one kind: why those where `robot` is that end cannot be kept
-  // beside its own parameters; empty: they can.
+  // A folder holds the rights of one kind of pairing. Why the rights of a pairing in which `robot`
+  // is the robot's end cannot be kept beside the stored parameters; empty: they can.
   [[nodiscard]] std::string other_kind(const ParameterMap& stored, Role robot) const;
+  // The folder of another client that has paired with a robot and has its names below the same
+  // prefix; empty: there is none.
+  [[nodiscard]] std::string other_client(const std::string& prefix) const;
   [[nodiscard]] std::string write_parameters(const ParameterMap& parameters) const;
 
  private:

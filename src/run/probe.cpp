@@ -80,7 +80,7 @@ void Probe::run_for(Duration time, Done done) {
 }
 
 std::string Probe::open(Duration patience) {
-  handle(TimePassed{});
+  handle(GraphChanged{});  // nobody is here
   run_for(patience, [this] { return open_ || !why_not_.empty(); });
   if (open_) return {};
   return why_not_.empty() ? "no answer" : why_not_;

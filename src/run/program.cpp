@@ -21,6 +21,7 @@
 #include "run/exit_codes.hpp"
 #include "run/heap.hpp"
 #include "run/host_check.hpp"
+#include "run/invitation_text.hpp"
 #include "run/pairing.hpp"
 #include "run/signals.hpp"
 #include "run/slow_start.hpp"
@@ -109,7 +110,9 @@ struct BeginsLastSteps {
 // Not to the log: it holds a secret. Returns what is wrong, or nothing.
 std::string print_invitation(const Start& start, std::uint16_t port) {
   std::string problem;
-  const std::string text = invitation_to_print(start, port, ::isatty(STDOUT_FILENO) == 1, problem);
+  const std::string text =
+      invitation_to_print(*start.invitation, port, ::isatty(STDOUT_FILENO) == 1,
+                          start.folder->invitation_file(), problem);
   std::fputs(text.c_str(), stdout);
   std::fflush(stdout);
   return problem;

@@ -114,11 +114,29 @@ void Scrubber::learn(std::string_view secret) {
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
 }
 
+void Scrubber::learn_address(std::string_view address) {
+  const std::size_t from = address.find("://");
+  if (from == std::string_view::npos) return;
+  const std::size_t host_end = std::min(address.find('/', from + 3), address.size());
+  const std::size_t user_end = address.substr(0, host_end).rfind('@');
+  const std::size_t password = address.find(':', from + 3);
+  if (user_end != std::string_view::npos && password < user_end)
+    learn(address.substr(password + 1, user_end - password - 1));
+  const std::size_t query = address.find_first_of("?#", from);
+  for (std::size_t at = query; at < address.size();) {
+    const std::size_t end = std::min(address.find_first_of("?#&=", at + 1), address.size());
+    learn(address.substr(at + 1, end - at - 1));
+    at = end;
+  }
+}
+
 void Scrubber::learn(const ParameterMap& parameters) {
   for (const auto& [key, value] : parameters) {
     const auto* text = std::get_if<std::string>(&value);
     const KeySpec* spec = find_key(key);
-    if (text == nullptr || (spec != nullptr && !spec->secret)) continue;
+    if (text == nullptr) continue;
+    learn_address(*text);
+    if (spec != nullptr && !spec->secret) continue;
     learn(*text);
     if (const auto colon = text->find(':'); spec != nullptr && colon != std::string::npos)
       learn(std::string_view(*text).substr(colon + 1));

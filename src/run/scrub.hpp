@@ -24,6 +24,9 @@ class Scrubber {
   static constexpr std::size_t kLeast = 6;
 
  private:
+  // The password and the parts of the query.
+  void learn_address(std::string_view address);
+
   std::vector<std::string> known_;  // the longest first
 };
 

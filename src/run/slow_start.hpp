@@ -10,7 +10,7 @@
 namespace connect_bridge {
 
 // Fast DDS waits without end for shared memory that a process did not finish before it was killed;
-// nothing else tells the user what holds up the start.
+// the user would not know what holds up the start.
 class SlowStart {
  public:
   static constexpr std::chrono::seconds kPatience{10};

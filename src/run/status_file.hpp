@@ -24,7 +24,7 @@ std::string write_atomically(const std::string& file, const std::string& text,
 // takes time of the loop.
 class StatusFile {
  public:
-  // `tell`: a problem has begun. Called by the thread.
+  // `tell` is called, on the thread of the file, when a problem begins.
   explicit StatusFile(std::function<void(const std::string& problem)> tell);
   // As end().
   ~StatusFile();

@@ -25,7 +25,7 @@ class StepCost {
   // What our own code took since the last call.
   Duration own() {
     const Duration wall = inside();
-    // To ask for the processor time costs more than it can tell of a short time.
+    // To ask for the processor time costs more than a short step takes.
     return wall < kShort ? wall
                          : std::min(wall, Duration(read(CLOCK_THREAD_CPUTIME_ID) - processor_));
   }

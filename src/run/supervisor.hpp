@@ -12,8 +12,8 @@ namespace connect_bridge {
 // runs the same without a supervisor. Thread: that of the io_context.
 class Supervisor {
  public:
-  // `address`: NOTIFY_SOCKET, the path of a socket, or @ and an abstract name. Nobody is told
-  // anything if it is empty, of another kind, or longer than the address of a socket may be.
+  // `address`: NOTIFY_SOCKET, the path of a socket, or @ and an abstract name. Nothing is sent if
+  // it is empty, of another kind, or longer than the address of a socket may be.
   Supervisor(boost::asio::io_context& io, std::string address);
 
   // Once a second while the loop moves, the first time when the bridge is open: says that, once,

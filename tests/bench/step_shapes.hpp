@@ -16,17 +16,19 @@ struct StepShape {
   Bytes packet;
 };
 
-// For a side with so many topics of each kind as LoadedSide has.
-inline std::vector<StepShape> step_shapes(std::uint32_t offered, std::uint32_t listeners) {
-  std::vector<StepShape> shapes;
-  const auto bytes_of = [](const std::string& text) { return Bytes(text.begin(), text.end()); };
-  const auto add = [&](const char* name, const Control& control) {
-    shapes.push_back({name, true, bytes_of(encode(control))});
-  };
+inline StepShape step_of(const char* name, const Control& control) {
+  const std::string text = encode(control);
+  return {name, true, Bytes(text.begin(), text.end())};
+}
+
+inline void add_channels(std::vector<StepShape>& shapes, std::uint32_t offered) {
   const auto channels = [](std::size_t count) {
     std::vector<ChannelId> all;
     for (std::uint32_t n = 1; n <= count; ++n) all.push_back({n});
     return all;
+  };
+  const auto add = [&](const char* name, const Control& control) {
+    shapes.push_back(step_of(name, control));
   };
   const std::string longest(200, 'x');
 
@@ -46,7 +48,12 @@ inline std::vector<StepShape> step_shapes(std::uint32_t offered, std::uint32_t l
     add(number == 0 ? "a demand that ends 4,096" : "a demand of 4,096",
         Demand{channels(kChannelIdsMax), number});
   add("a withdraw of all", Withdraw{channels(std::min<std::size_t>(offered, kChannelIdsMax))});
+}
 
+inline void add_accepts(std::vector<StepShape>& shapes) {
+  const auto add = [&](const char* name, const Control& control) {
+    shapes.push_back(step_of(name, control));
+  };
   Accepts names;
   names.rules.emplace_back();
   for (std::size_t n = 0; n < kAcceptEntriesMax; ++n)
@@ -60,7 +67,14 @@ inline std::vector<StepShape> step_shapes(std::uint32_t offered, std::uint32_t l
   for (std::size_t n = 0; n < kAcceptRulesMax; ++n)
     rules.rules.push_back({{"/down1"}, {"q/msg/T"}});
   add("an accepts of 1,024 rules", rules);
+}
 
+inline void add_others(std::vector<StepShape>& shapes, std::uint32_t offered,
+                       std::uint32_t listeners) {
+  const auto add = [&](const char* name, const Control& control) {
+    shapes.push_back(step_of(name, control));
+  };
+  const std::string longest(200, 'x');
   OriginsChanged origins{{1}, {}, {}};
   for (std::uint32_t n = 2; n < 2 + kAddedMax; ++n) {
     OriginOffer origin = LoadedSide::channel(offered + n).origins[0];
@@ -78,8 +92,10 @@ inline std::vector<StepShape> step_shapes(std::uint32_t offered, std::uint32_t l
   for (std::uint32_t n = 1; n <= kCallIdsMax; ++n) calls.push_back({n});
   add("a forget of 8,192 calls", Forget{{1}, calls});
   for (const auto& [name, text] : control_shapes())
-    if (decode_control(text).ok()) shapes.push_back({name, true, bytes_of(text)});
+    if (decode_control(text).ok()) shapes.push_back({name, true, Bytes(text.begin(), text.end())});
+}
 
+inline void add_frames(std::vector<StepShape>& shapes) {
   Bytes times;
   for (Stamp n = 1; n <= Stamp{kPacketFramesMax}; ++n) append_header(TimeRequest{n}, times);
   shapes.push_back({"1,024 time requests", false, times});
@@ -100,6 +116,15 @@ inline std::vector<StepShape> step_shapes(std::uint32_t offered, std::uint32_t l
     samples.insert(samples.end(), body.begin(), body.end());
   }
   shapes.push_back({"1,024 samples", false, samples});
+}
+
+// For a side with so many topics and listeners of the peer.
+inline std::vector<StepShape> step_shapes(std::uint32_t offered, std::uint32_t listeners) {
+  std::vector<StepShape> shapes;
+  add_channels(shapes, offered);
+  add_accepts(shapes);
+  add_others(shapes, offered, listeners);
+  add_frames(shapes);
   return shapes;
 }
 

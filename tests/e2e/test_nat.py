@@ -17,8 +17,7 @@ from harness.programs import Program, build_dir
 from harness.worker import Missing, Worker
 from pairing import invitation_of
 
-pytestmark = pytest.mark.alone
-
+PARTS = 3
 PORT = 4711
 AT_PLACE = pathlib.Path(__file__).with_name("at_place.py")
 LTE = {"up": 18e6, "down": 58e6, "delay": 0.02}
@@ -226,6 +225,7 @@ def test_after_a_restart_all_meet_again(bed):
     print(f"the robot: {pair.is_back(BACK + 3):.1f} s")
 
 
+@pytest.mark.slow
 def test_a_nat_that_forgets_leaves_an_idle_robot_reachable(bed):
     pair = Paired(bed)
     pair.client.stop()

@@ -106,8 +106,11 @@ def test_a_robot_tells_the_operator_its_diagnostics(make_pair):
     assert ("connect_server", "/diagnostics") in publishers(pair.robot)
     # Its own, and that of the robot.
     until(lambda: len(publishers(pair.operator)) == 2, lambda: str(publishers(pair.operator)))
-    topics = pair.client.status()["links"][0]["topics"]
-    assert "/diagnostics" in [topic["topic"] for topic in topics]
+    until(
+        lambda: "/diagnostics" in [t["topic"] for link in pair.client.status().get("links", ())
+                                   for t in link["topics"]],
+        "the operator's side has it",
+    )
     made = ctl("bench", pair.client.parameters_file, "--seconds", 3, "--topic", "/diagnostics",
                "--json")
     spans = {span["span"]: span for span in json.loads(made.stdout)["spans"]}

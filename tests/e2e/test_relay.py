@@ -209,6 +209,9 @@ def test_a_file_that_is_wrong_is_told(relay):
     code, said = check(right.replace("server.key", "ca.key"))
     assert code == 2 and "does not belong to the certificate" in said
     assert check("[")[0] == check("")[0] == 2
+    relay.file.chmod(0o602)
+    code, said = check(right)
+    assert code == 2 and f"every user of this machine may change {relay.file}" in said
 
 
 def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):

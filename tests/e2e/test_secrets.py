@@ -46,6 +46,12 @@ class Case:
         self.secrets, self.sees = [QUERY], "link open with "
         self.cleanup = lambda: None
 
+    def home(self, sides):
+        """Where secrets may be."""
+        given = self.folder / "given"
+        return [*given.rglob("*"), *self.authority.glob("*.key"),
+                *(side.parameters_file for side in sides.values())]
+
     def given(self, name, text):
         """A file that is allowed to contain secrets."""
         (self.folder / "given").mkdir(exist_ok=True)
@@ -164,7 +170,14 @@ def of_report(folder, sides, case):
     """What `ctl bugreport` gathers of programs that run, with what somebody might have logged."""
     logs = folder / "ros_log"
     logs.mkdir()
-    planted = "\n".join(case.secrets)
+    # What is in no file is known to nobody but the program: it would stand beside its name.
+    files = [file for file in case.home(sides) if file.is_file()]
+    home = "".join(file.read_text(errors="replace") for file in files)
+    planted = "\n".join(
+        secret if secret in home else f"CONNECT_BRIDGE_TOKEN={secret}"
+        for secret in case.secrets
+        if secret in home or " " not in secret
+    )
     (logs / "server_1_1.log").write_text(f"a line\n{planted}\nthe last line\n")
     report = folder / "report.tar.gz"
     env = {**sides["client"].env, "ROS_LOG_DIR": str(logs)}

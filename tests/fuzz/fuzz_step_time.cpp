@@ -26,12 +26,15 @@ constexpr std::array<Around, 13> kAround = {{
     {R"({"type":"demand","number":2,"channels":[1)", "]}"},
     {R"({"type":"demand","number":0,"channels":[1)", "]}"},
     {R"({"type":"withdraw","channels":[400)", "]}"},
-    {R"({"type":"offer","channels":[{"channel":900,"kind":"topic","name":"/n","type":"p/msg/T","origins":[]})",
+    {R"({"type":"offer","channels":[{"channel":900,)"
+     R"("kind":"topic","name":"/n","type":"p/msg/T","origins":[]})",
      "]}"},
-    {R"({"type":"origins","channel":1,"removed":[],"added":[{"origin":900,"gid":"030000000000000000000000000000000000000000000009","qos":{}})",
+    {R"({"type":"origins","channel":1,"removed":[],"added":[{"origin":900,)"
+     R"("gid":"030000000000000000000000000000000000000000000009","qos":{}})",
      "]}"},
     {R"({"type":"origins","channel":1,"added":[],"removed":[1)", "]}"},
-    {R"({"type":"listeners","removed":[],"added":[{"listener":900,"name":"/l","type":"p/msg/T"})",
+    {R"({"type":"listeners","removed":[],"added":[)"
+     R"({"listener":900,"name":"/l","type":"p/msg/T"})",
      "]}"},
     {R"({"type":"listeners","added":[],"removed":[1)", "]}"},
     {R"({"type":"accepts","deny":[],"rules":[{"topics":["/a")", R"(],"types":[]}]})"},

@@ -69,9 +69,9 @@ MUTANTS = [
     Mutant("pin_of_relay", "a relay with another key than its pin", never),
     Mutant("name_through_a_relay", "through a relay any robot of the authority will do", never),
     Mutant("name_of_another", "a token takes every name at a relay",
-           swap(" && judgement.identity->name == robot.name", "")),
+           swap(" && judged.identity->name == robot", "")),
     Mutant("line_as_login", "the code of a robot's line is a login at a relay",
-           swap(" && !is_line(*judgement.identity)", "")),
+           swap(" && !is_line(*judged.identity)", "")),
     Mutant("visitors_of_robot", "visitors at a relay without a limit", never),
     Mutant("control_handshakes", "control handshakes without a limit", never),
     # what a file of parameters allows

@@ -30,6 +30,7 @@ ATTACKS = (
     "wrong_logins",
     "tls_handshakes",
     "bomb",
+    "large",
     "unfinished",
     "malformed",
     "never_reads",
@@ -42,8 +43,8 @@ ATTACKS = (
     "frames",
 )
 # Their links have to live on: else the server ends them before they do what they are to do.
-LEGAL = ("never_reads", "texts", "listeners", "mirrors", "frames")
-WITH_NODES = ("bomb", "unfinished", "never_reads", "toggles")  # attack_nodes.py
+LEGAL = ("large", "never_reads", "texts", "listeners", "mirrors", "frames")
+WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "toggles")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LOG_BYTES_PER_HOUR = 1 << 20
@@ -151,7 +152,15 @@ class Scene:
     links, identities: how many links at a time those who log in have, and of how many."""
 
     def __init__(
-        self, folder, attack, aside=False, twin=True, way=DIRECT, links=8, identities=1, **parameters
+        self,
+        folder,
+        attack,
+        aside=False,
+        twin=True,
+        way=DIRECT,
+        links=8,
+        identities=1,
+        **parameters,
     ):
         twin = aside and twin
         self._tokens = [f"{HOSTILE}{n}" for n in range(identities)]

@@ -7,7 +7,7 @@ import os
 import pathlib
 import shutil
 import subprocess
-import time
+import tempfile
 
 from harness.domains import free_port
 from harness.programs import ROOT, Program, build_dir
@@ -65,7 +65,7 @@ def _ctl(*words):
 @contextlib.contextmanager
 def _way(bed, where):
     """The parameters of both ends; where: the place of the relay, or nothing."""
-    folder = pathlib.Path(bed.folder) / f"keys-{time.monotonic_ns()}"
+    folder = pathlib.Path(tempfile.mkdtemp(dir=bed.folder))
     _ctl("certs", folder / "robot", "--host", NAME)
     own = folder / "robot"
     keys = {"certificate": f"{own}/server.crt", "private_key": f"{own}/server.key"}
@@ -121,7 +121,8 @@ def _by_ssh(bed, effort, direct):
     )
     script = _SSHD.format(folder=folder, sshd=sshd)
     command = [*bed.wan.within(OPERATOR), "unshare", "-m", "sh", "-c", script]
-    began = [Program("sshd", command, dict(os.environ), folder).start()]
+    libraries = ":".join(map(str, FETCHED.glob("usr/lib/*-linux-gnu")))
+    began = [Program("sshd", command, dict(os.environ, LD_LIBRARY_PATH=libraries), folder).start()]
     try:
         began[0].wait_for("Server listening")
         trusts = ("StrictHostKeyChecking=no", "UserKnownHostsFile=/dev/null")

@@ -8,7 +8,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 . "$root/tools/setup/common.sh"
 folder=$(realpath -m "${1:-$root/.ros2/proxies}")
 stamp=$folder/stamp
-packages=(nginx-light haproxy apache2-bin caddy openssh-server)
+packages=(nginx-light haproxy apache2-bin caddy openssh-server libwrap0)
 
 [ "${CONNECT_SKIP_PACKAGES:-0}" = 1 ] && exit 0
 stamp_is_fresh "$stamp" "${packages[*]}" && exit 0

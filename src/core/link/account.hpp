@@ -19,18 +19,19 @@
 namespace connect_bridge {
 
 struct AccountOptions {
-  // Publishers and services that its peers may make appear here: so many at once, then one per
-  // period. The same limit applies to subscriptions, separately.
+  // Publishers and services of its peers that may appear here: so many at once, then one in each
+  // period. The same limit applies to subscriptions, counted separately.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
-  // Links that are ended for an offence: so many, then the next login waits for a period each.
+  // Links that are ended for an offence: so many at once. For each further one the next login waits
+  // for a period.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
   // What a peer takes back of what it has had made here; kBurst seconds' worth at once. The largest
   // graph that may be offered takes back some 11,000 when all of it ends: more than ten such ends
   // may come together.
   int ends_per_second = 1000;
-  // Publishers here of which all peers together may be the origins; and services.
+  // Mirrors of all peers together that may exist here: publishers; and services.
   std::uint64_t mirrors_max = 16384;
   std::uint64_t services_max = 16384;
   // What all peers together may make this side hold, in bytes.
@@ -53,7 +54,7 @@ struct Shares {
   Budget service_places;
   Budget listened;
   Appearing appearing;
-  // As much as so many identities may have.
+  // The limits for so many identities together.
   static constexpr int kInflating = 4;
   InflationPace inflation{kInflating};
 };
@@ -63,8 +64,8 @@ struct CallLines {
   LogLimit refusals, timeouts;
 };
 
-// It outlives the links, so that logging in again and again, or with many links, does not give
-// more. Single-threaded.
+// An account outlives its links: who logs in again and again, or with many links, gets no more.
+// Single-threaded.
 struct Account {
   explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
       : memory(all ? &all->memory : nullptr),
@@ -89,15 +90,15 @@ struct Account {
   // An attachment that needs a client costs as much as so many ends.
   static constexpr int kAttachCost = 5;
 
-  // It waits for its next login no longer than that, however often it offends.
+  // The longest time that an identity waits for its next login because of offences.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);
   void note_offence(const Now& now) {
     if (offences.free_at() + offences.period() <= now.steady + kShutOutMax)
       static_cast<void>(offences.reserve(now.steady));
   }
 
-  // Whether a message of this size, whose body has so many bytes, may be decompressed now; if so,
-  // what it grows beyond the usual is counted.
+  // Whether a message of this size, with a body of so many bytes, may be decompressed now. If so,
+  // its growth beyond the usual is counted.
   [[nodiscard]] bool may_inflate(std::uint64_t raw_bytes, std::uint64_t body_bytes, TimePoint now) {
     return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }

@@ -15,8 +15,8 @@
 namespace connect_bridge {
 
 struct Arrived {
-  // A link that breaks again and again may have others each time. With more the topic does not go
-  // on.
+  // Most entries of a link: one that breaks again and again may have other topics each time. A
+  // topic beyond that is not resumed.
   static constexpr std::size_t kOriginsMax = 1024;
   static constexpr std::uint64_t kOriginBytes = 80;  // in the set
 
@@ -44,7 +44,8 @@ inline void note_end(ArrivedTopics& topics, const ArrivedTopics::key_type& topic
   arrived.held = memory.hold(arrived.origins.size() * Arrived::kOriginBytes);
 }
 
-// What another bridge of the graph brings meanwhile must not come again when the link is back.
+// Another bridge of the graph brings these messages now: they must not come again when the link is
+// back.
 template <class IsClaimed>
 void forget_origins(ArrivedTopics& topics, const IsClaimed& is_claimed) {
   std::erase_if(topics, [&](const auto& topic) {

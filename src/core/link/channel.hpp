@@ -27,10 +27,11 @@ class IncomingChannel {
  public:
   virtual ~IncomingChannel() = default;
 
-  // Whether messages for this demand are accepted now. The bodies of others are not kept.
+  // Whether messages that answer this demand are accepted now. Bodies of other messages are not
+  // kept.
   [[nodiscard]] virtual bool wants(std::uint16_t demand) const;
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
-  // The peer ends the channel. The link has forgotten the number already; `this` may end within.
+  // The peer ends the channel. The link has forgotten the number already. May destroy this object.
   virtual void on_withdraw(const Withdraw& why, const Now& now) = 0;
 
   virtual Result<Nothing> on_origins(const OriginsChanged& change, const Now& now);
@@ -46,7 +47,7 @@ struct Incoming {
   Reassembly::Stream stream{};
 };
 
-// What a demand says of one channel.
+// What a demand says about one channel.
 struct ChannelDemand {
   std::uint16_t number = 0;              // 0: it is not wanted any longer
   bool resume = false;                   // what a lost connection loses is to be kept

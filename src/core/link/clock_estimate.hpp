@@ -35,7 +35,7 @@ class ClockEstimate {
   [[nodiscard]] std::uint64_t total() const { return total_; }
 
  private:
-  // Whether both can be true of the same two clocks.
+  // Whether both samples are possible without a change of one of the clocks.
   [[nodiscard]] static bool agree(const Sample& a, const Sample& b);
   [[nodiscard]] const Sample& best() const;
 

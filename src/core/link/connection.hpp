@@ -51,8 +51,8 @@ struct Peer {
 // connection with its code.
 class ConnectionUser {
  public:
-  // The channel to which a message goes; asked before anything of it is kept. Null: the peer may
-  // not send on it. Valid until its owner gets the message, by which it may end.
+  // The channel to which a message goes; called before a byte of the message is kept. Null: the
+  // peer may not send on it. Valid until the channel gets the message, which may end it.
   [[nodiscard]] virtual Incoming* incoming(ChannelId channel) = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
   // The peer has all of a tracked message.
@@ -74,8 +74,8 @@ class ConnectionUser {
 //   kOpen            control   packet of frames
 //   kClosed          ignored   ignored
 //
-// What makes a connection impossible is its failure(): from then on it is kClosed and does nothing,
-// and its owner closes the WebSocket with that code. Not thread-safe.
+// After an error failure() says what is wrong. From then on the connection is kClosed and does
+// nothing, and its owner closes the WebSocket with that code. Not thread-safe.
 class Connection {
  public:
   enum class State { kAwaitHello, kAwaitLogin, kAuthenticating, kAwaitWelcome, kOpen, kClosed };
@@ -87,8 +87,8 @@ class Connection {
   std::optional<Login> take_login() { return std::exchange(login_, std::nullopt); }
   // Server: the login is right. `session` names the link that is opened or continued.
   void on_authenticated(const Identity& identity, Token128 session, const Now& now);
-  // From now on an open connection has a user; it is given one before the next input. `memory`:
-  // what it holds is drawn from, and may not exceed; outlives it. Null: no limit but its own.
+  // Gives an open connection its user; call it before the next input. `memory`: the budget for what
+  // the connection holds; it must outlive the connection. Null: only the connection's own limits.
   void carry(ConnectionUser& user, Budget* memory = nullptr) {
     user_ = &user;
     if (!memory) return;
@@ -145,7 +145,7 @@ class Connection {
   Result<Nothing> on_frames(const Payload& packet, const Now& now);
   // Whether the frame carried data (so that an acknowledgement is due).
   Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now);
-  // Gives what is whole to the channel, which may end by that. Null: it is dropped.
+  // Gives a complete message to the channel, which may end by that. Null: it is dropped.
   Result<bool> on_data(IncomingChannel* channel, Result<std::optional<InMessage>> whole,
                        const Now& now);
   void opened(const Now& now);

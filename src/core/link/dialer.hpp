@@ -14,13 +14,13 @@ namespace connect_bridge {
 struct DialerOptions {
   Duration retry_min{};
   Duration retry_max{};
-  // After a refused login, twice as long after the next, and so on for kRefusalsSoon of them: each
-  // costs kilobytes, and a robot may pay for them by the megabyte. Only so long where nothing was
-  // wrong with the login. Half of it more at random. Just so long after many answers of something
-  // that is no server of ours.
+  // The wait after a refused login, and up to half of it more at random. It doubles with each
+  // further refusal, kRefusalsSoon times, because each try costs kilobytes and a robot may pay by
+  // the megabyte. It does not grow if the login could not be judged, or after many answers of
+  // something that is no server of ours.
   Duration refused_retry = std::chrono::seconds(5);
-  // After an answer of a server with another key than ours has. Half of it more at random. Another
-  // network, where its address may be that of the right one, ends the wait.
+  // The wait after an answer of a server with another key than the pinned one, and up to half of it
+  // more at random. A change of the network ends it: there the address may be that of our server.
   Duration other_key_retry = std::chrono::minutes(2);
 };
 

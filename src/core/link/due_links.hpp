@@ -13,15 +13,15 @@
 
 namespace connect_bridge {
 
-// A link marks itself when it may have come to something: it failed, has something to send, waits
-// for another time. Who owns the links looks at those that are marked, and at no others, so that an
-// input that concerns one link costs the same with a thousand of them. Single-threaded.
+// A link marks itself when it may have something to do: it has failed, has something to send, or
+// its deadline has changed. The owner of the links looks only at marked links, so an input that
+// concerns one link costs the same with a thousand links. Single-threaded.
 class DueLinks {
  public:
   using Timer = Timers<LinkId>::Timer;
 
   void mark(LinkId link) { marked_.insert(link); }
-  // The oldest of the links that are marked, once for all its marks.
+  // Takes the link that was marked first, with all its marks.
   std::optional<LinkId> take_marked() { return take(marked_); }
 
   // The connection has something to send.

@@ -8,9 +8,9 @@
 
 namespace connect_bridge {
 
-// Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map is
-// thousands of times. What a message grows beyond 32 times counts, so that a few bytes a second
-// cannot become gigabytes. Each identity has such a pace, and all together have one.
+// Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
+// thousands of times. Only the growth beyond 32 times counts, so that a few bytes a second cannot
+// become gigabytes. Each identity has such a pace, and all together have one.
 // Single-threaded.
 class InflationPace {
  public:
@@ -25,8 +25,8 @@ class InflationPace {
   static constexpr std::uint64_t kSlownessMax = 8;
   static constexpr std::uint64_t kLarge = kSlownessMax * kQuicklyPublished;
   static constexpr double kLargeBytesPerSecond = 4 << 20;
-  // So much an identity may owe whatever others do; beyond it, only while all together are within
-  // their pace.
+  // An identity may exceed its pace by so much whatever others do; by more only while all
+  // identities together are within their pace.
   static constexpr double kPart = kBytesPerSecond;
 
   // The pace of so many identities.
@@ -51,7 +51,7 @@ class InflationPace {
     if (of_all) of_all->take(cost, now);
     return true;
   }
-  // All that passed is paid off.
+  // Whether nothing counts any more of what has passed.
   [[nodiscard]] bool idle(TimePoint now) const {
     return all_.owed(now) == 0 && large_.owed(now) == 0;
   }

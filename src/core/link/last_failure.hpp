@@ -11,11 +11,11 @@
 
 namespace connect_bridge {
 
-// A client dials again and again, for as long as it takes. The log has a line about it when the
-// reason is another one, and while it stays the same, or two take turns: after the first minute,
-// then every ten minutes. After
-// kNews others, as of a proxy whose answers have numbers, it has a line every ten minutes only, and
-// when a reason comes twice in a row. Single-threaded; owned by Links.
+// A client dials again until it is connected. The log gets a line for each new reason. While the
+// reason stays the same, or two reasons take turns, it gets one after the first minute and then
+// every ten minutes. After kNews different reasons (the answers of a proxy may contain numbers) it
+// gets one only every ten minutes, and when a reason comes twice in a row. Single-threaded; owned
+// by Links.
 class LastFailure {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(10);

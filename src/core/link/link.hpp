@@ -121,7 +121,7 @@ class Link final : public ConnectionUser {
   // Belongs to the owner of the links, who waits for deadline() with it.
   DueLinks::Timer timer;
 
-  // What our rules let through of a publisher on a topic (name, type). Null: there is no limit.
+  // The rate limit that our rules set for a publisher on a topic (name, type). Null: there is none.
   // Valid until the next call.
   [[nodiscard]] RateLimit* rate_of(const std::pair<std::string, std::string>& topic,
                                    const Gid& publisher, const Treatment& treatment,
@@ -160,7 +160,7 @@ class Link final : public ConnectionUser {
   }
   // The channel has ended here. What the peer still sends on it is dropped, until it withdraws it.
   void let_go(ChannelId number);
-  // It goes on behind this sequence of the connection before.
+  // The channel goes on behind this sequence, the last one of the connection before.
   void resume_incoming(ChannelId number, std::uint32_t sequence);
   // The peer will not send on it any more.
   void forget(ChannelId number);

@@ -12,10 +12,9 @@
 
 namespace connect_bridge {
 
-// With each list all interfaces are compared again, and offered where that changes something. One
-// that comes too fast waits; of several the last one is looked at. What is known of a peer is read
-// as from an optional: there is nothing until the first list of a connection was looked at.
-// Single-threaded.
+// After each new list all interfaces are compared with it again, and offered or withdrawn. A list
+// that comes too soon after others waits; of several that wait only the last one counts. Works like
+// an optional: there is no list until the first one of a connection holds. Single-threaded.
 class LinkAccepts {
  public:
   // `of_account`: the pace of all links of its identity together. It outlives this.
@@ -24,7 +23,7 @@ class LinkAccepts {
   // ---- what the peer accepts
   explicit operator bool() const { return list_.has_value(); }
   [[nodiscard]] const PeerAccepts* operator->() const { return &*list_; }
-  // The list that was taken holds from now on. False: it says what the one before said.
+  // The list that was taken holds from now on. False: it is the same as the one before.
   bool adopt(Accepts list);
   // How many lists have held: what was declined under another one may be offered again.
   [[nodiscard]] std::uint64_t lists() const { return lists_; }

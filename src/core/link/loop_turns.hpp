@@ -14,11 +14,12 @@
 
 namespace connect_bridge {
 
-// Connections whose packets wait to be read, in a line for each identity. Who has used least of the
-// loop's time lately comes first, with one packet of one connection: so who uses little waits for
-// no more than one step of those who use much, however many connections or identities they have,
-// and nobody waits while nobody else asks. A packet that has waited for `patience` comes next, but
-// for one of those who have used less. It costs hardly more the more wait. Single-threaded.
+// Connections whose packets wait to be read, in a queue for each identity. The identity that has
+// used least of the loop's time lately comes first, with one packet of one connection. So an
+// identity that uses little waits for at most one step of the others, however many connections or
+// identities they have. Nobody waits if nobody else has packets. A packet that has waited for
+// `patience` comes before those of identities that have used more. It costs hardly more the more
+// wait. Single-threaded.
 class LoopTurns {
  public:
   explicit LoopTurns(Duration patience) : patience_(patience) {}

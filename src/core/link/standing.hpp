@@ -60,7 +60,7 @@ inline constexpr char kPeerStops[] = "the peer is stopping";
 // ---- a client's
 // The server wants another credential than the one that was shown.
 [[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);
-// How the end of a connection counts for the next dial.
+// The kind of wait for the next dial that the end of a connection causes.
 [[nodiscard]] DialFailure failure_by(std::optional<std::uint16_t> close_code);
 // What the user should do about the end of a connection; for the log.
 [[nodiscard]] std::string advice(std::optional<std::uint16_t> close_code);

@@ -17,9 +17,10 @@
 
 namespace connect_bridge {
 
-// A server's connections before their login is answered, a client's before its welcome. Bounded:
-// where all places are taken the oldest gives way. Here wait the answers that are to come late, at
-// most until the time for the login is over. Single-threaded; owned by Links.
+// A server's connections before their login is answered, a client's before its welcome. Their
+// number is limited: when all places are taken the oldest connection is closed. Answers that must
+// come late wait here, at most until the time for the login is over. Single-threaded; owned by
+// Links.
 class Strangers {
  public:
   Strangers(const LinkOptions& options, Outputs& outputs);
@@ -39,9 +40,9 @@ class Strangers {
               const std::string& told = {});
   void close_all(CloseCode code, const std::string& reason);
 
-  // What the login method says of one that is here; `not_before`: when it may be let in. True: that
-  // is put off, and comes back by take_due(). A right login waits for its time alone. So does a
-  // wrong one, to the end, where there are too many of them: of its address, or of all.
+  // The login method's answer for a connection that is here. `not_before`: when it may be let in.
+  // True: the answer waits, and comes back by take_due(). A right login waits until `not_before`. A
+  // wrong one waits as long as it may if there are too many of them, of its address or of all.
   [[nodiscard]] bool puts_off(Authenticated& answer, TimePoint not_before, const Now& now);
   std::optional<Authenticated> take_due(const Now& now);
   // The login method reports changes by itself: they hold for the logins that wait, too.

@@ -41,8 +41,8 @@ class Entities {
     CONNECT_CHECK(is_new);
     return true;
   }
-  // It is silent at once, and leaves the graph when its turn comes (Ended). Returns whether there
-  // was one.
+  // Ends the entity: it is silent at once, and leaves the graph when its turn comes (Ended).
+  // Returns whether there was one.
   bool destroy(Id id) {
     auto found = entities_.extract(id);
     if (!found) return false;

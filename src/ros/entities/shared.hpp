@@ -30,14 +30,14 @@ namespace connect_bridge::ros {
 class Ended {
  public:
   // How long free_some() takes, and what it had begun by then.
-  static constexpr auto kTurn = std::chrono::milliseconds(2);
+  static constexpr auto kTurn = std::chrono::milliseconds(1);
 
   // It reports nothing any more.
   void add(std::unique_ptr<Entity> entity) {
     entity->mute();
     entities_.push_back(std::move(entity));
   }
-  // Those of one topic or service go at once. Returns whether there were any.
+  // Destroys the ended entities of one topic or service at once. Returns whether there were any.
   bool free(const std::string& name) {
     return std::erase_if(entities_, [&](const auto& entity) { return entity->name() == name; }) > 0;
   }
@@ -94,8 +94,8 @@ struct Shared {
                  "messages as one instance, as rmw_fastrtps does; subscribers keep the last "
                  "samples of all keys together");
   }
-  // Something of a peer is made here, with a type of which the peer told this hash. Logs once that
-  // it cannot be compared: with old distributions it never can.
+  // An entity is made here with a type for which the peer has sent this hash. Logs once that hashes
+  // cannot be compared, if one is missing; old distributions have none.
   void tell_if_unhashed(const std::string& type, const std::string& hash_there) {
     if ((distro::kTypeHashes && !hash_there.empty()) || std::exchange(told_unhashed, true)) return;
     const std::string silent = distro::kTypeHashes ? "the peer" : "this side";

@@ -27,12 +27,12 @@ struct CountedService {
   std::size_t servers = 0;
 };
 
-// Adds the owners of servers that are counted but neither ours nor in `owners`: they belong to one
-// of `shared`, the names of more than one node, of which the middleware tells the services of an
-// arbitrary one. A service of such a node has a name below the node's, or belongs to the first of
-// them. A service that one of `shared` is known to own gets no more: its other servers are most
-// likely its namesake's.
-// `ours`: the most servers of ours during the reading, by service.
+// Adds the owners of servers that are counted but neither ours nor in `owners`. They belong to a
+// name in `shared`, the names that more than one node has: for such a name the middleware shows the
+// services of any one of its nodes. A service of such a node has a name below the node's, or
+// belongs to the first of them. A service that one of `shared` is known to own gets no more: its
+// other servers are most likely its namesake's. `ours`: the most servers of ours during the
+// reading, by service.
 void add_counted_owners(ServiceOwners& owners, const std::map<std::string, CountedService>& counted,
                         const std::map<std::string, std::size_t>& ours,
                         const std::set<NodeName>& shared);

@@ -96,7 +96,7 @@ class Node {
   // Thread of this and the next function: the loop's.
   [[nodiscard]] PublisherIds& publisher_ids() const;
   // From now on this publisher is known to be ours. Its id, for own().remove(); nullopt: the
-  // middleware does not tell it.
+  // middleware does not give it.
   std::optional<Gid> add_own(const rcl_publisher_s& publisher) const;
   // This publisher of ours is to be seen as anybody's; where the middleware does not tell its id,
   // nothing happens.

@@ -29,7 +29,7 @@ class PublisherIds {
   // Without a source `told` is the id.
   explicit PublisherIds(Source source = {}) : source_(std::move(source)) {}
 
-  // The graph id of the publisher that the middleware calls `told`. An unknown value is returned
+  // The graph id of the publisher whose samples have the id `told`. An unknown value is returned
   // unchanged: no publisher of the graph has such an id. All zero if the source has never reported
   // anything.
   [[nodiscard]] Gid id_of(const Gid& told);

@@ -30,7 +30,7 @@ class ServerSight {
   [[nodiscard]] bool is_ready() const { return ready_; }
   // Whether no server was reached at the last look.
   [[nodiscard]] bool is_alone() const { return missing_since_.has_value(); }
-  // It is ready, and may not be for much longer: time until the next look.
+  // The time until the next look, while the server is ready and may go soon; else nullopt.
   [[nodiscard]] std::optional<Duration> next_look() const;
 
  private:

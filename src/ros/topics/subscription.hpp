@@ -19,8 +19,8 @@ class Subscription : public Entity {
  public:
   using Create = CreateSubscription;
 
-  // `ignore_local`: the middleware does not deliver samples of this process, if it can be told so.
-  // Those of mirrors are dropped in any case.
+  // `ignore_local`: the middleware does not deliver samples of this process, if it has such an
+  // option. Samples of mirrors are dropped in any case.
   Subscription(Shared& shared, Create create, bool ignore_local = true);
   ~Subscription() override;
 

@@ -53,7 +53,7 @@ inline CdrLimits sample_limits(std::size_t bytes) {
 [[nodiscard]] bool begins_with_header(const rosidl_message_type_support_t& type);
 
 // Whether a type (its introspection type support) has a field that is a key (`@key` in its IDL).
-// Distributions before Kilted do not tell.
+// False on distributions before Kilted, which do not show it.
 [[nodiscard]] bool has_keys(const rosidl_message_type_support_t& type);
 
 // Checks whether bytes of a peer can be a message of a type, before memory is allocated for them.

@@ -23,7 +23,7 @@ std::string library_name(const std::string& package) {
   return "lib" + package + "__rosidl_typesupport_c.so";
 }
 
-// The ament index tells where a package is installed; the loader's own search path is the fallback.
+// The ament index knows where a package is installed; the loader's own search path is the fallback.
 void* open_library(const std::string& package) {
   namespace fs = std::filesystem;
   const char* variable = std::getenv("AMENT_PREFIX_PATH");

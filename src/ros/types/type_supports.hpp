@@ -66,7 +66,7 @@ class TypeSupports {
   // types of an action are made where those of its services can be: half of an action is none.
   [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type, const std::string& hash,
                                                   bool is_service) const;
-  // Such a type, or why it cannot be made.
+  // A type that is not installed, or why it cannot be made.
   Message bare_message(const std::string& type, const std::string& hash,
                        const Refusal& not_installed);
   Service bare_service(const std::string& type, const std::string& hash,

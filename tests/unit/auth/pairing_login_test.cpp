@@ -221,7 +221,15 @@ TEST_F(Pairing, WhatIsNoInvitationInvitesNobody) {
   }
 }
 
-// It would be taken again and again, each time with new tries.
+TEST_F(Pairing, WhoElseMayWriteAnInvitationInvitesNobody) {
+  start({invited()});
+  invite(kCode);
+  ::chmod(invited().c_str(), 0602);
+  EXPECT_THAT(login_->refresh(kPairingNow).problems, ElementsAre(HasSubstr("may change")));
+  EXPECT_FALSE(pair(kCode, kPairedToken).identity);
+}
+
+// It would be taken again and again, each time with new time.
 TEST_F(Pairing, AnInvitationThatStaysIsNotTakenAndThatIsSaidOnce) {
   start({invited(), std::chrono::minutes(10)});
   std::filesystem::create_directory(invited());

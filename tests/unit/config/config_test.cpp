@@ -229,34 +229,6 @@ rule: {drive: {import_topics: [cmd_vel], priority: fast, typs: [a]}}
   EXPECT_EQ(parsed.problems.size(), 7U) << problems_text(parsed);
 }
 
-TEST(Config, UnreadableFilesAreNamed) {
-  Surroundings around;
-  around.unreadable = [](const std::string& file) {
-    return file == "/b.pem" ? "it is missing" : "";
-  };
-  const Parsed parsed = parse_config(
-      yaml("{auth: {token_file: /t}, tls: {certificate: /a.pem, private_key: /b.pem}}"),
-      Role::kServer, around);
-  EXPECT_EQ(
-      problems_text(parsed),
-      "tls.private_key: \"/b.pem\" is wrong, expected a file that this program can read: it is "
-      "missing\n");
-}
-
-TEST(Config, FilesThatSomebodyElseMayChangeAreRefused) {
-  Surroundings around;
-  around.distrusted = [](const std::string& file) {
-    return file == "/t" ? "every user may change /t" : "";
-  };
-  const char* const files =
-      "auth: {token_file: /t}\ntls: {certificate: /a.pem, private_key: /b.pem}\n";
-  EXPECT_EQ(problems_text(parse_config(yaml(files), Role::kServer, around)),
-            "auth.token_file: \"/t\" is wrong, expected a file that nobody else may change: every "
-            "user may change /t; or strict_modes: false\n");
-  const auto lax = yaml(std::string(files) + "strict_modes: false\n");
-  EXPECT_EQ(problems_text(parse_config(lax, Role::kServer, around)), "");
-}
-
 TEST(Config, PlaintextIsAllowedOnlyWithAWarning) {
   const Config config =
       config_of(yaml(std::string("allow_plaintext: true\nlisten: {address: 0.0.0.0}") + kDrive),

@@ -132,6 +132,33 @@ TEST_F(TlsFilesTest, WrongFilesChangeNothingAndAreToldOnce) {
   EXPECT_THAT(shown(), HasSubstr("second"));
 }
 
+TEST(TlsFilesOfOthers, AreReadNeitherAtFirstNorAgain) {
+  static std::string theirs;
+  Authority authority{scratch("")};
+  const Authority::Files own = authority.sign("own", "DNS:localhost");
+  TlsOptions options{own.certificate, own.key, authority.ca};
+  options.distrusted = [](const std::string& file) -> std::string {
+    return file == theirs ? "somebody may change it" : "";
+  };
+  for (const std::string& file : {own.certificate, own.key, authority.ca}) {
+    theirs = file;
+    TlsFiles files(options, Role::kServer);
+    std::string problem;
+    EXPECT_FALSE(files.get(problem));
+    EXPECT_EQ(problem, "somebody may change it");
+    theirs.clear();
+    EXPECT_TRUE(files.get(problem)) << problem;
+    theirs = file;
+    std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now());
+    static_cast<void>(files.check());
+    const auto news = files.check();
+    ASSERT_TRUE(news) << file;
+    EXPECT_FALSE(news->used);
+    EXPECT_THAT(news->text, HasSubstr("the former ones stay in use: somebody may change it"));
+    EXPECT_FALSE(files.get_fresh(problem)) << "for one who dials";
+  }
+}
+
 TEST_F(TlsFilesTest, FilesThatCannotBeReadForAWhileAreReadAfterwards) {
   if (!NoDescriptors::kPossible) GTEST_SKIP() << "the sanitizer needs descriptors";
   copy(second.certificate, files.certificate);

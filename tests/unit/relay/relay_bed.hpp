@@ -64,13 +64,13 @@ struct AtRelay {
     RelaySetup setup;
     setup.addresses = {"127.0.0.1"};
     setup.tls = TlsOptions{files.certificate, files.key};
-    setup.robots = std::make_unique<ByName>();
-    setup.hand_over = [this](const std::string& robot, const Digest& token,
-                             std::string& problem) -> std::unique_ptr<Authenticator> {
+    const auto hand_over = [this](const std::string& robot, const Digest& token,
+                                  std::string& problem) -> std::unique_ptr<Authenticator> {
       handed_over.push_back(robot);
       problem = no_room;
       return no_room.empty() ? std::make_unique<ByDigest>(token) : nullptr;
     };
+    setup.names = RobotNames(std::make_unique<ByName>(), hand_over);
     setup.address_calls_at_once = calls;
     setup.proxies = std::move(proxies);
     setup.address_call_period = 800s;

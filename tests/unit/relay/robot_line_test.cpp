@@ -6,7 +6,7 @@
 #include "auth/authenticator.hpp"
 #include "config/invitation.hpp"
 #include "net/authority.hpp"
-#include "relay/relay.hpp"
+#include "relay/robot_names.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {

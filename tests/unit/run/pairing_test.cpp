@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <pwd.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -16,7 +15,9 @@
 #include "config/explain_right.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
+#include "run/invitation_text.hpp"
 #include "run/pairing_folder.hpp"
+#include "unit/run/pairing_start.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -26,78 +27,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
-
-constexpr char kRelayLine[] =
-    "wss+relay://robot7@relay.example:443/"
-    "#aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa."
-    "47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
-constexpr char kLine[] =
-    "wss+pair://robot.local:9090/"
-    "#00112233445566778899aabbccddeeff.47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
-
-class PairingStart : public testing::Test {
- protected:
-  PairingStart() {
-    static int number = 0;
-    ::setenv("ROS_HOME", (test::scratch_folder() + "home" + std::to_string(++number)).c_str(), 1);
-  }
-  ~PairingStart() override { ::unsetenv("ROS_HOME"); }
-
-  static Start serve(const std::vector<std::string>& words, const ParameterMap& given = {}) {
-    return start_with(given, read_arguments(words, Role::kServer), "/connect_server");
-  }
-  static Start join(const std::vector<std::string>& words, const ParameterMap& given = {}) {
-    return start_with(given, read_arguments(words, Role::kClient), "/robot1/connect_client");
-  }
-};
-
-TEST(Invitation, NamesThePortWhereTheServerListens) {
-  Invitation invitation{"wss://[::1]/connect", "c", "p"};
-  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("wss+pair://[::1]:9090/connect#"));
-  invitation.url = "wss://robot.example:443/";
-  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("'wss+pair://robot.example:443/#"));
-}
-
-TEST(Invitation, SaysWhenAnotherPortIsDialed) {
-  const auto text = [](const std::string& url) { return invitation_text({url, "c", "p"}, 9090); };
-  EXPECT_THAT(text("wss://robot.example:443/"),
-              HasSubstr("It dials robot.example:443, and this server listens on port 9090"));
-  for (const char* same : {"wss://robot.example/", "wss://robot.example:9090/", "wss://[::1]/"})
-    EXPECT_THAT(text(same), testing::Not(HasSubstr("It dials"))) << same;
-}
-
-// In a journal, or the log of a container, others would read the code.
-TEST_F(PairingStart, AnInvitationIsPrintedToATerminalOnly) {
-  const Start start = serve({"--pair"});
-  std::string problem;
-  const auto print = [&](bool terminal) {
-    return invitation_to_print(start, 9090, terminal, problem);
-  };
-  const std::string code = start.invitation->code;
-  const std::string file = start.folder->invitation_file();
-  EXPECT_THAT(print(true), HasSubstr(code));
-  EXPECT_FALSE(start.folder->has("invitation"));
-  EXPECT_THAT(print(false), testing::AllOf(HasSubstr(file), testing::Not(HasSubstr(code))));
-  EXPECT_THAT(test::content(file), HasSubstr(code));
-  EXPECT_EQ(std::filesystem::status(file).permissions(),
-            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-  EXPECT_EQ(problem, "");
-  std::filesystem::remove_all(start.folder->path());
-  EXPECT_EQ(print(false), "");
-  EXPECT_THAT(problem, HasSubstr("the invitation cannot be written"));
-}
-
-// The shell's history repeats it.
-TEST(Invitation, ARefusedOneIsNotShownAgain) {
-  Joining joining;
-  joining.made_by = "server --pair";
-  EXPECT_THAT(refused_invitation(joining, 4003),
-              testing::AllOf(HasSubstr("the server refused the invitation"),
-                             HasSubstr("'server --pair' makes another one there")));
-  for (const std::uint16_t code : {1001, 4004, 4012, 4013, 4015, 4016})
-    EXPECT_EQ(refused_invitation(joining, code), "") << code;
-  EXPECT_EQ(refused_invitation(joining, std::nullopt), "");
-}
 
 TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start first = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{9443}}});
@@ -211,6 +140,22 @@ TEST_F(PairingStart, WhoSaysMoreGoesByThatAlone) {
   EXPECT_TRUE(serve({}, rules).parameters.contains("tls.certificate"));
 }
 
+// Without a prefix /scan of both would be one topic at their operator.
+TEST_F(PairingStart, AnotherRobotOfAnOperatorNeedsAPrefix) {
+  const Start first = join({kLine});
+  ASSERT_EQ(first.joining->keep(), "");
+  const auto another = [](const ParameterMap& given, std::vector<std::string> words = {kLine}) {
+    return start_with(given, read_arguments(words, Role::kClient), "/robot2");
+  };
+  EXPECT_THAT(another({}).problems, ElementsAre(HasSubstr("-p prefix:=/robot2")));
+  EXPECT_FALSE(another({}).joining);
+  const Start apart = another({{"prefix", std::string{"/robot2"}}});
+  ASSERT_THAT(apart.problems, IsEmpty());
+  ASSERT_EQ(apart.joining->keep(), "");
+  EXPECT_EQ(another({}, {}).parameters.at("prefix"), ParameterValue{"/robot2"});
+  EXPECT_THAT(join({kLine}).problems, IsEmpty()) << "the first one has its own names";
+}
+
 TEST_F(PairingStart, AHostThatIsNoneIsRefused) {
   for (const char* host : {"ro bot", "robot/x#", "a@b"})
     EXPECT_THAT(serve({"--pair", host}).problems, ElementsAre(HasSubstr("expected a host")))
@@ -306,94 +251,6 @@ TEST_F(PairingStart, RulesThatTheOwnerHasChangedStay) {
   EXPECT_FALSE(next.parameters.contains("rule.operate.import_topics"));
 }
 
-// The robot dials, and its rules are there: by them an operator may look, or operate it.
-TEST_F(PairingStart, ARobotThatDialsSaysWhatItsOperatorMayDo) {
-  const Start server = serve({"--pair", "--drive", "desk.local"});
-  EXPECT_THAT(server.problems, IsEmpty());
-  const Parsed desk = parse_config(server.parameters, Role::kServer, {});
-  ASSERT_THAT(desk.problems, IsEmpty());
-  EXPECT_FALSE(desk.config->is_robot());
-  EXPECT_TRUE(desk.config->default_rules);
-  EXPECT_EQ(server.keep(), "");
-  EXPECT_EQ(serve({}).parameters, server.parameters);
-  const std::string line = to_text(*server.invitation);
-  EXPECT_THAT(invitation_text(*server.invitation, 9090),
-              HasSubstr("client --robot 'wss+pair://desk.local:9090/#"));
-
-  for (const bool operates : {false, true}) {
-    const Start robot = operates ? join({"--robot", "--operate", line}) : join({"--robot", line});
-    ASSERT_THAT(robot.problems, IsEmpty());
-    EXPECT_THAT(robot.news.back(), HasSubstr(operates ? "set parameters" : "nothing"));
-    const Parsed parsed = parse_config(robot.parameters, Role::kClient, {});
-    ASSERT_THAT(parsed.problems, IsEmpty());
-    EXPECT_TRUE(parsed.config->is_robot());
-    RightQuestion question;
-    const auto allows = [&](OpenedBy what, const char* name, Direction direction) {
-      question = {what, name, {}, direction, {}};
-      return explain_right(*parsed.config, question).allowed;
-    };
-    EXPECT_TRUE(allows(OpenedBy::kTopics, "/scan", Direction::kExport));
-    EXPECT_FALSE(allows(OpenedBy::kTopics, "/rosout", Direction::kExport));
-    EXPECT_FALSE(allows(OpenedBy::kTopics, "/rosout", Direction::kImport));
-    for (const OpenedBy what : {OpenedBy::kServices, OpenedBy::kActions, OpenedBy::kParameters}) {
-      EXPECT_EQ(allows(what, "/a", Direction::kExport), operates);
-      EXPECT_FALSE(allows(what, "/a", Direction::kImport));
-    }
-    EXPECT_EQ(allows(OpenedBy::kTopics, "/cmd_vel", Direction::kImport), operates);
-  }
-
-  // What its owner changes stays, and one more word opens nothing by itself.
-  const Start first = join({"--robot", line});
-  EXPECT_EQ(first.joining->keep(), "");
-  EXPECT_EQ(join({}).parameters, first.parameters);
-  EXPECT_EQ(join({"--robot", line}).parameters, first.parameters);
-  EXPECT_THAT(join({"--robot", "--operate", line}).problems,
-              ElementsAre(HasSubstr("has paired already, without --operate")));
-}
-
-TEST_F(PairingStart, TwoOfAKindAreRefused) {
-  const std::string for_robot = kLine + std::string{".robot"};
-  EXPECT_THAT(join({for_robot}).problems, ElementsAre(HasSubstr("with client --robot")));
-  EXPECT_THAT(join({"--robot", kLine}).problems, ElementsAre(HasSubstr("leave out --robot")));
-  // A folder stays what it was.
-  ASSERT_EQ(join({kLine}).joining->keep(), "");
-  EXPECT_THAT(join({"--robot", for_robot}).problems,
-              ElementsAre(HasSubstr("is one where the robot is the server: give this one a name")));
-  ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
-  EXPECT_THAT(serve({"--pair"}).problems,
-              ElementsAre(HasSubstr("is one where the robot is the client: give this one a name")));
-  EXPECT_THAT(serve({"--pair"}, {{"robot", std::string{"client"}}}).problems,
-              ElementsAre(HasSubstr("--drive says which end is the robot")));
-}
-
-// Else its names would be those of the first.
-TEST_F(PairingStart, ASecondRobotNeedsNamesByIdentity) {
-  ASSERT_EQ(serve({"--pair", "--drive"}).keep(), "");
-  EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());  // nobody has paired yet
-  TokenEntry robot;
-  robot.identity = "robot1";
-  ASSERT_EQ(append_token_entry(PairingFolder("/connect_server").file("tokens.yaml"), robot), "");
-  EXPECT_THAT(serve({"--pair", "--drive"}).problems,
-              ElementsAre(HasSubstr("this server has a robot already")));
-  EXPECT_EQ(robot_end({}, {}, "/connect_server"), Role::kClient);
-  ASSERT_EQ(serve({"--pair", "--drive"}, {{"prefix", std::string{"by_identity"}}}).keep(), "");
-  EXPECT_THAT(serve({"--pair", "--drive"}).problems, IsEmpty());
-  const Start second = start_with({{"prefix", std::string{"/robot2"}}},
-                                  read_arguments({"--pair", "--drive"}, Role::kServer), "/robot2");
-  EXPECT_EQ(second.keep(), "");
-  EXPECT_EQ(start_with({}, {}, "/robot2").parameters, second.parameters);
-}
-
-TEST_F(PairingStart, ADriversServerIsReachedByARelayToo) {
-  const Start first = serve({"--pair", "--drive", "--via", kRelayLine});
-  ASSERT_THAT(first.problems, IsEmpty());
-  const Start robot = join({"--robot", to_text(*first.invitation)});
-  EXPECT_THAT(robot.problems, IsEmpty());
-  const Parsed parsed = parse_config(robot.parameters, Role::kClient, {});
-  ASSERT_THAT(parsed.problems, IsEmpty());
-  EXPECT_EQ(parsed.config->dial.url.robot, "robot7");
-}
-
 TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   const PairingFolder folder("/connect_server");
   ASSERT_EQ(serve({"--pair"}).keep(), "");
@@ -404,15 +261,6 @@ TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   EXPECT_THAT(serve({}, lax).problems, IsEmpty());
   EXPECT_THAT(serve({"--pair"}, lax).problems, IsEmpty());
   ::chmod(folder.path().c_str(), 0700);
-}
-
-TEST(PairingFolder, IsInTheHomeOfTheUserWhateverTheEnvironmentSays) {
-  const char* const home = ::getenv("HOME");
-  const std::string before = home ? home : "";
-  ::unsetenv("HOME");
-  const std::string path = PairingFolder("/robot").path();
-  if (home) ::setenv("HOME", before.c_str(), 1);
-  EXPECT_EQ(path, std::string(::getpwuid(::geteuid())->pw_dir) + "/.ros/connect_bridge/robot");
 }
 
 // After a full disk or an editing mistake.

@@ -38,6 +38,12 @@ TEST(Scrub, AMisspelledKeyHidesItsValueToo) {
   EXPECT_EQ(scrubbed("it was correct-horse", given), "it was (hidden)");
 }
 
+TEST(Scrub, ThePasswordAndTheQueryOfAnAddressGoToo) {
+  const ParameterMap given{{"url", "wss://anna:hunter-two@robot.example/?key=of-the-query&n=1"}};
+  EXPECT_EQ(scrubbed("hunter-two, of-the-query, anna, robot.example, n", given),
+            "(hidden), (hidden), anna, robot.example, n");
+}
+
 TEST(Scrub, WhatLooksLikeASecret) {
   EXPECT_EQ(scrubbed("wss://anna:p@ss@robot.example:9090/?key=abc, then"),
             "wss://(hidden)@robot.example:9090/?(hidden), then");

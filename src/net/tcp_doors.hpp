@@ -1,0 +1,60 @@
+// The sockets on which a program listens, and the connections that come there.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/log_limit.hpp"
+#include "core/ports/ports.hpp"
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+// While there is no room for a connection, it waits in the kernel. Thread: that of the io_context.
+class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
+ public:
+  struct Events {
+    std::function<void(TcpSocket)> arrived;
+    std::function<void(LogLevel, const std::string&)> log;
+  };
+
+  TcpDoors(asio::io_context& io, Events events) : io_(io), events_(std::move(events)) {}
+
+  // As ListenOptions has them; one of both. Empty, or what is wrong.
+  [[nodiscard]] std::string open(std::vector<std::string> addresses, std::uint16_t port);
+  [[nodiscard]] std::string take(const std::vector<int>& sockets);
+  // From now on.
+  void accept();
+  void close();  // no event follows
+
+  // Of the first address.
+  [[nodiscard]] std::uint16_t port() const;
+  // "127.0.0.1:9090", "[::1]:9090"
+  [[nodiscard]] std::vector<std::string> addresses() const;
+
+ private:
+  struct Door {
+    explicit Door(asio::io_context& io) : acceptor(io), retry(io) {}
+    asio::ip::tcp::acceptor acceptor;
+    asio::steady_timer retry;
+  };
+  using DoorPtr = std::shared_ptr<Door>;
+
+  std::string bind(const std::string& address, std::uint16_t port);
+  std::string take(int socket);
+  void accept(const DoorPtr& door);
+  void on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket);
+  void accept_later(const DoorPtr& door);
+
+  asio::io_context& io_;
+  Events events_;
+  std::vector<DoorPtr> doors_;
+  LogLimit no_room_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,44 @@
+// Whose the names of robots are, at a relay.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "auth/authenticator.hpp"
+#include "core/base/sha256.hpp"
+
+namespace connect_bridge {
+
+// The group of an entry whose token is the code of a line for a robot: it is no login, and works
+// once.
+inline constexpr char kLineGroup[] = "line";
+
+// A name belongs to the token of its entry. Thread: one.
+class RobotNames {
+ public:
+  // From now on the name is this token's alone. The robots as they are then; null: `problem` says
+  // why not.
+  using HandOver = std::function<std::unique_ptr<Authenticator>(
+      const std::string& robot, const Digest& token, std::string& problem)>;
+
+  RobotNames() = default;
+  // Identities are the robots' names.
+  RobotNames(std::unique_ptr<Authenticator> robots, HandOver hand_over)
+      : robots_(std::move(robots)), hand_over_(std::move(hand_over)) {}
+
+  // `peer`: as in Attempt.
+  [[nodiscard]] bool has(const std::string& robot, std::string_view token,
+                         const std::string& peer) const;
+  // Whether the code makes the name this token's. False with `problem`: it would, but cannot.
+  [[nodiscard]] bool takes(const std::string& robot, std::string_view token, std::string_view code,
+                           const std::string& peer, std::string& problem);
+  [[nodiscard]] Refreshed refresh();
+
+ private:
+  std::unique_ptr<Authenticator> robots_;
+  HandOver hand_over_;
+};
+
+}  // namespace connect_bridge
