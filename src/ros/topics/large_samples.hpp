@@ -23,7 +23,8 @@ class Publisher;
 // calls from the loop's.
 class LargeSamples {
  public:
-  // Larger ones are published here; `kLargeSample` bytes take the loop less than a millisecond.
+  static constexpr std::size_t kBytesMax = std::size_t{128} << 20;
+
   struct Sample {
     std::shared_ptr<Publisher> publisher;
     Publish what;
@@ -37,6 +38,7 @@ class LargeSamples {
   LargeSamples(const LargeSamples&) = delete;
   LargeSamples& operator=(const LargeSamples&) = delete;
 
+  // Waits while more than kBytesMax wait here: then a subscriber takes them too slowly.
   void add(Sample sample);
   // What was published, or could not be, since the last call.
   std::vector<Sample> take_done();
@@ -47,7 +49,9 @@ class LargeSamples {
   const std::function<void()> wake_;
   std::mutex mutex_;  // guards what follows
   std::condition_variable added_;
+  std::condition_variable room_;
   std::deque<Sample> waiting_;
+  std::size_t bytes_ = 0;  // of those that wait, and of the one that is being published
   std::vector<Sample> done_;
   bool stop_ = false;
   std::thread thread_;  // from the first sample on
