@@ -171,7 +171,8 @@ def of_report(folder, sides, case):
     logs = folder / "ros_log"
     logs.mkdir()
     # What is in no file is known to nobody but the program: it would stand beside its name.
-    home = "".join(file.read_text() for file in case.home(sides) if file.is_file())
+    files = [file for file in case.home(sides) if file.is_file()]
+    home = "".join(file.read_text(errors="replace") for file in files)
     planted = "\n".join(
         secret if secret in home else f"CONNECT_BRIDGE_TOKEN={secret}"
         for secret in case.secrets
