@@ -17,7 +17,10 @@ SampleCheck::~SampleCheck() {
 
 void SampleCheck::add(Sample sample) {
   {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    const std::size_t size = sample.what.payload.size();
+    room_.wait(lock, [&] { return bytes_ == 0 || bytes_ + size <= kBytesMax; });
+    bytes_ += size;
     waiting_.push_back(std::move(sample));
   }
   added_.notify_all();
@@ -42,6 +45,8 @@ void SampleCheck::run() {
     lock.unlock();
     sample.problem = sample.publisher->check(sample.what.payload.view());
     lock.lock();
+    bytes_ -= sample.what.payload.size();
+    room_.notify_all();
     checked_.push_back(std::move(sample));
     wake_();
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstddef>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -22,6 +23,8 @@ class Publisher;
 // does. Thread: all calls from the loop's.
 class SampleCheck {
  public:
+  static constexpr std::size_t kBytesMax = std::size_t{128} << 20;
+
   struct Sample {
     std::shared_ptr<Publisher> publisher;
     Publish what;
@@ -35,6 +38,7 @@ class SampleCheck {
   SampleCheck(const SampleCheck&) = delete;
   SampleCheck& operator=(const SampleCheck&) = delete;
 
+  // Waits while more than kBytesMax wait here.
   void add(Sample sample);
   // The first that is checked and was not taken yet.
   std::optional<Sample> take();
@@ -45,7 +49,9 @@ class SampleCheck {
   const std::function<void()> wake_;
   std::mutex mutex_;  // guards what follows
   std::condition_variable added_;
+  std::condition_variable room_;
   std::deque<Sample> waiting_;
+  std::size_t bytes_ = 0;  // of those that wait, and of the one that is being checked
   std::deque<Sample> checked_;
   bool stop_ = false;
   std::thread thread_;  // from the first sample on
