@@ -9,7 +9,6 @@
 #include "core/topics/sample_content.hpp"
 
 namespace connect_bridge {
-namespace {}  // namespace
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),
