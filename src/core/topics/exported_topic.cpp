@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/policy/companion.hpp"
-#include "core/topics/command.hpp"
 #include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
 
@@ -177,18 +176,9 @@ Qos ExportedTopic::wanted_qos() const {
     return offer == offers_.end() || (offer->second.is_awaited() && !backlogs_.contains(link) &&
                                       !offer->second.is_declined());
   });
-  if (all_want_live() || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
+  if (offers_.want_live(key()) || backlogs_.want_volatile())
+    weakest.durability = Durability::kVolatile;
   return qos_for(origins_, offers_, weakest, context_.options);
-}
-
-bool ExportedTopic::all_want_live() const {
-  bool asked = false;
-  for (const auto& [link, offer] : offers_) {
-    if (!offer.demanded() && !offer.is_awaited()) continue;
-    if (!offer.is_live()) return false;
-    asked = true;
-  }
-  return asked || drives(Treatment{}, key());
 }
 
 std::uint32_t ExportedTopic::history_depth() const {

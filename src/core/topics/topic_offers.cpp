@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/flow/delta_encoder.hpp"
+#include "core/topics/command.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -81,6 +82,16 @@ bool TopicOffers::drop_late(const Now& now) {
 bool TopicOffers::demanded() const {
   return std::any_of(busy_.begin(), busy_.end(),
                      [](const auto& entry) { return entry.second->demanded(); });
+}
+
+bool TopicOffers::want_live(const TopicKey& topic) const {
+  bool asked = false;
+  for (const auto& [link, offer] : offers_) {
+    if (!offer.demanded() && !offer.is_awaited()) continue;
+    if (!offer.is_live()) return false;
+    asked = true;
+  }
+  return asked || drives(Treatment{}, topic);
 }
 
 bool TopicOffers::hold(OriginId origin) const {

@@ -72,6 +72,8 @@ class TopicOffers {
   void drop_under_way();
 
   [[nodiscard]] bool demanded() const;
+  // Whether no peer that wants the topic, or may come to want it, wants what publishers keep.
+  [[nodiscard]] bool want_live(const TopicKey& topic) const;
   // Whether a sample of the origin waits for a link.
   [[nodiscard]] bool hold(OriginId origin) const;
   // No sample waits for any link.
