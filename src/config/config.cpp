@@ -46,7 +46,8 @@ class ConfigMaker {
     read_names();
     derive_limits();
     // What was said before a break must not move the robot after it.
-    config_.limits.resumes_by_default = config_.is_robot();
+    config_.limits.resumes_exported = config_.is_robot();
+    config_.limits.resumes_imported = !config_.is_robot();
     // A link that is alone has a third (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
     if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)

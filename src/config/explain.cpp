@@ -167,6 +167,8 @@ void add_treatment(const Treatment& treatment, Names& parts) {
   }
   if (treatment.resume)
     parts.emplace_back(*treatment.resume ? "resumed after a break" : "not resumed after a break");
+  if (treatment.drives)
+    parts.emplace_back(*treatment.drives ? "nothing that was published before" : "late ones too");
   if (treatment.allow_type_mismatch) parts.emplace_back("whatever the definition of its type");
   if (treatment.keep) {
     parts.push_back(fmt::format("of what waits {}", *treatment.keep == Keep::kNewest

@@ -115,6 +115,11 @@ void add_rule_exceptions(Rows& rows) {
        .help = "Whether messages of reliable volatile topics that a lost connection loses are sent "
                "again (see \"After a break\")."},
       [](Rule& r) { return &r.treatment.resume; });
+  add({.key = "drives",
+       .help = "Whether it moves the robot: nothing crosses that was published before the "
+               "connection, or before somebody listened. Unset: by type and name (see \"After a "
+               "break\")."},
+      [](Rule& r) { return &r.treatment.drives; });
   add({.key = "allow_type_mismatch",
        .fallback = false,
        .help = "Whether imports whose type has another definition here than at the peer are used. "

@@ -1,5 +1,7 @@
 #include "run/status_json.hpp"
 
+#include <fmt/format.h>
+
 #include "core/base/json.hpp"
 #include "core/policy/keep.hpp"
 #include "run/audit_json.hpp"
@@ -62,6 +64,9 @@ OrderedJson to_value(const TopicStatus& topic) {
   if (!topic.rule.empty()) json["rule"] = topic.rule;
   if (!topic.misfit.empty()) json["misfit"] = topic.misfit;
   if (topic.latency_ms) json["latency_ms"] = *topic.latency_ms;
+  if (topic.published_for_each_sent > 1)
+    json["overload"] = fmt::format("more than the link carries: one of {:.1f} is sent",
+                                   topic.published_for_each_sent);
   if (!topic.declined.empty()) json["declined"] = topic.declined;
   return json;
 }

@@ -91,8 +91,9 @@ class Message {
 // behind.
 class Node {
  public:
-  explicit Node(const std::string& name, std::size_t depth, bool reliable = true)
-      : depth_(depth), reliable_(reliable) {
+  explicit Node(const std::string& name, std::size_t depth, bool reliable = true,
+                bool latched = false)
+      : depth_(depth), reliable_(reliable), latched_(latched) {
     auto options = rcl_get_zero_initialized_init_options();
     require(rcl_init_options_init(&options, rcl_get_default_allocator()), "init options");
     require(rcl_init(0, nullptr, &options, &context_), "init");
@@ -112,6 +113,7 @@ class Node {
   [[nodiscard]] rmw_qos_profile_t qos() const {
     auto q = rmw_qos_profile_default;
     q.depth = depth_;
+    if (latched_) q.durability = RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL;
     if (!reliable_) q.reliability = RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT;
     return q;
   }
@@ -121,6 +123,7 @@ class Node {
  private:
   std::size_t depth_;
   bool reliable_;
+  bool latched_;
   rcl_context_t context_ = rcl_get_zero_initialized_context();
   rcl_node_t node_ = rcl_get_zero_initialized_node();
 };

@@ -9,8 +9,8 @@
 //        publishes <name>_<i>, one after another, numbered from 1
 //        {"sent":N of each,"began":s}
 //   wan_bench listen name= topics=  commands: count, of what came since the last one
-//        {"topics":[{"count":,"repeated":,"disordered":,"age_ms":[...],"at":[...]}]}
-// Options of all: depth= (default 100), reliable=0.
+//        {"topics":[{"count":,"repeated":,"disordered":,"last":,"age_ms":[...],"at":[...]}]}
+// Options of all: depth= (default 100), reliable=0, latched=1.
 #include <set>
 
 #include "ros_node.hpp"
@@ -242,8 +242,8 @@ struct Heard {
   }
   [[nodiscard]] std::string text() const {
     return "{\"count\":" + std::to_string(at.size()) + ",\"repeated\":" + std::to_string(repeated) +
-           ",\"disordered\":" + std::to_string(disordered) + ",\"age_ms\":" + json_array(age_ms) +
-           ",\"at\":" + json_array(at) + "}";
+           ",\"disordered\":" + std::to_string(disordered) + ",\"last\":" + std::to_string(last) +
+           ",\"age_ms\":" + json_array(age_ms) + ",\"at\":" + json_array(at) + "}";
   }
 };
 
@@ -277,7 +277,8 @@ int main(int argc, char** argv) {
   const auto name = options.text("name", "/wan/stream");
   const auto topics = std::max<std::size_t>(options.count("topics", 1), 1);
   bench::Commands commands;
-  bench::Node node("wan_" + mode, options.count("depth", 100), options.number("reliable", 1) != 0);
+  bench::Node node("wan_" + mode, options.count("depth", 100), options.number("reliable", 1) != 0,
+                   options.number("latched", 0) != 0);
   if (mode == "echo") {
     bench::run_echo(node, commands, topics);
   } else if (mode == "ping") {

@@ -180,6 +180,8 @@ MUTANTS = [
     Mutant("resumed_numbers", "what went on has new numbers", always),
     Mutant("kept_bound", "what is kept has no bound", never),
     Mutant("kept_time", "what is kept is kept for ever", always),
+    Mutant("yesterdays_command", "a robot gets what its driver said before the connection", never),
+    Mutant("old_orders", "a robot asks for what was said to it before a break", value("true")),
     Mutant("commands_kept", "commands are replayed",
            swap("may_be_late && treatment.max_age == kForever", "true")),
     Mutant("best_effort_kept", "best effort is replayed", value("true")),

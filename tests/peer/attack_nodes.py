@@ -73,7 +73,13 @@ def toggles(domain):
             pass
 
 
-NODES = {"bomb": bomb, "unfinished": unfinished, "never_reads": never_reads, "toggles": toggles}
+NODES = {
+    "bomb": bomb,
+    "large": unfinished,
+    "unfinished": unfinished,
+    "never_reads": never_reads,
+    "toggles": toggles,
+}
 
 if __name__ == "__main__":
     NODES[sys.argv[1]](int(sys.argv[2]))

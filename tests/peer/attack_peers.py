@@ -92,6 +92,31 @@ async def bomb(attack):
     await attack.many(1, throw)
 
 
+async def large(attack):
+    """Samples of 16 MiB, not compressed, as fast as they are taken, for a node that listens."""
+    size = (16 << 20) - 16
+    raw = b"\0\1\0\0" + bytes(8) + size.to_bytes(4, "little") + bytes(size)
+    parts = [raw[at : at + PART_BYTES] for at in range(0, len(raw), PART_BYTES)]
+
+    async def throw():
+        async with attack.logged_in() as web:
+            begin(web)
+            say(web, type="offer", channels=[topic(1, LARGE_NAMES[0], BYTES)])
+            number = (await told(web, "demand"))["number"]
+            ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
+            for sequence in itertools.count(1):
+                first = message(1, sequence, parts[0], body_bytes=len(raw))
+                web.send(encode_packet([dict(first, demand=number)]))
+                for part in parts[1:]:
+                    web.send(encode_packet([part_of(1, part)]))
+                    await web.drain()
+                attack.done["samples"] += 1
+                if ends.done() or not attack.seconds_left():
+                    return
+
+    await attack.many(1, throw)
+
+
 async def unfinished(attack):
     """Peers that each begin four messages of 64 MiB, and send all of them but the ends."""
 

@@ -30,6 +30,7 @@ ATTACKS = (
     "wrong_logins",
     "tls_handshakes",
     "bomb",
+    "large",
     "unfinished",
     "malformed",
     "never_reads",
@@ -42,8 +43,8 @@ ATTACKS = (
     "frames",
 )
 # Their links have to live on: else the server ends them before they do what they are to do.
-LEGAL = ("never_reads", "texts", "listeners", "mirrors", "frames")
-WITH_NODES = ("bomb", "unfinished", "never_reads", "toggles")  # attack_nodes.py
+LEGAL = ("large", "never_reads", "texts", "listeners", "mirrors", "frames")
+WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "toggles")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LOG_BYTES_PER_HOUR = 1 << 20

@@ -23,6 +23,7 @@ ATTACKS = {
     "wrong_logins": strangers.wrong_logins,
     "tls_handshakes": strangers.tls_handshakes,
     "bomb": peers.bomb,
+    "large": peers.large,
     "unfinished": peers.unfinished,
     "malformed": peers.malformed,
     "never_reads": peers.never_reads,

@@ -188,6 +188,7 @@ def _check_accepts(message):
 def _check_demand(message):
     require(0 <= member(message, "number", int) < 65536, "number of a demand")
     member(message, "resume", bool, False)
+    member(message, "live", bool, False)
     if "after" not in message:
         return
     after = items(message, "after", CHANNELS_MAX)

@@ -35,6 +35,7 @@ enum class Judged : std::uint8_t {
   kFirstWords,
   kMetered,
   kMissing,
+  kStates,
   kCount,
 };
 
@@ -68,6 +69,7 @@ inline constexpr std::array<std::string_view, kJudgedCount> kJudgedNames = {
     "first messages of new publishers expected at listeners of the other side",
     "packets under a cap in bytes per second",
     "names that do not cross compared with the rules",
+    "messages of thin links compared with the age that is right",
 };
 
 class Coverage {

@@ -72,7 +72,7 @@ void Expectation::add_late_subscribers(Crowd& crowd) {
     const Writer& origin = middleware_.writer(expected.origin);
     if (expected.qos.durability != Durability::kTransientLocal) continue;
     if (origin.spec.qos.durability != Durability::kTransientLocal) continue;
-    if (is_command({origin.spec.topic, origin.spec.type})) continue;  // late ones are none
+    if (drives(Treatment{}, {origin.spec.topic, origin.spec.type})) continue;  // late ones are none
     Qos qos;
     qos.durability = Durability::kTransientLocal;
     qos.reliability = Reliability::kBestEffort;  // fits every publisher

@@ -1,7 +1,8 @@
 // The simulation: worlds of sides, graphs and networks in virtual time, one per seed.
 //
 //   sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] [--minutes M] [--threads T]
-//       [--digest] [--twins]
+//       [--digest] [--twins] [--thin]
+//   sim --uses               what people do on thin links, one small world each
 //   sim --day [--seed S]     two sides for 24 hours of bad weather, about 1,900 disturbances
 //
 // A failure prints the seed, its scenario, what a checker found and the command that replays it.
@@ -23,7 +24,9 @@
 #include <vector>
 
 #include "sim/digest.hpp"
+#include "sim/thin.hpp"
 #include "sim/twins.hpp"
+#include "sim/uses.hpp"
 #include "sim/world.hpp"
 
 namespace {
@@ -34,6 +37,8 @@ using connect_bridge::sim::Judged;
 using connect_bridge::sim::kJudgedCount;
 using connect_bridge::sim::kJudgedNames;
 using connect_bridge::sim::Scenario;
+using connect_bridge::sim::Thin;
+using connect_bridge::sim::ThinPlan;
 using connect_bridge::sim::TwinPlan;
 using connect_bridge::sim::Twins;
 using connect_bridge::sim::Violation;
@@ -47,6 +52,8 @@ struct Options {
   bool stop = false;  // at the first failure
   bool digest = false;
   bool twins = false;  // worlds of two bridges in one graph
+  bool thin = false;   // worlds of one thin link
+  bool uses = false;   // what people do on thin links
   bool day = false;    // worlds that live for a day
   double minutes = 0;  // > 0: go on with the next seeds for so long
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
@@ -58,6 +65,9 @@ struct Totals {
   std::map<std::uint64_t, std::uint64_t> digests;  // by seed, under `printing`
   std::mutex printing;
 };
+
+// Besides its world each of so many seeds has one of a thin link.
+constexpr std::uint64_t kThinEvery = 10;
 
 // A seed takes milliseconds, a day some minutes with sanitizers; one that takes so long hangs.
 constexpr std::chrono::seconds kSeedMax{120}, kDayMax{1800};
@@ -126,6 +136,43 @@ std::optional<std::string> run_twins(std::uint64_t seed, bool verbose, Totals& t
   return found;
 }
 
+std::optional<std::string> run_thin(std::uint64_t seed, bool verbose, Totals& totals) {
+  running_seed = seed;
+  const ThinPlan plan = connect_bridge::sim::make_thin(seed);
+  if (verbose)
+    std::printf("thin %llu: %s\n", static_cast<unsigned long long>(seed), plan.text().c_str());
+  Thin thin(plan, verbose);
+  std::optional<std::string> found;
+  try {
+    thin.run();
+    thin.check();
+  } catch (const Violation& violation) {
+    found = "on a thin link (" + plan.text() + "): " + violation.what();
+  }
+  const std::lock_guard lock(totals.printing);
+  totals.coverage += thin.coverage();
+  totals.digests[seed] += thin.digest();
+  return found;
+}
+
+// Whether all get what they must.
+bool run_uses(bool verbose) {
+  bool right = true;
+  for (const auto& use : connect_bridge::sim::uses()) {
+    std::string found = "ok";
+    try {
+      Thin thin(use.plan, verbose);
+      thin.run();
+      use.check(thin);
+    } catch (const Violation& violation) {
+      found = violation.what();
+      right = false;
+    }
+    std::printf("%s: %s\n", use.what.c_str(), found.c_str());
+  }
+  return right;
+}
+
 Scenario scenario_of(std::uint64_t seed, const Options& options) {
   return options.day ? connect_bridge::sim::make_day(seed)
                      : connect_bridge::sim::make_scenario(seed);
@@ -162,7 +209,15 @@ std::optional<std::string> run_seed(std::uint64_t seed, const Options& options, 
   totals.frames += counts.frames;
   const std::lock_guard lock(totals.printing);
   totals.coverage += counts.coverage;
-  totals.digests[seed] = world.digest();
+  totals.digests[seed] += world.digest();
+  return found;
+}
+
+std::optional<std::string> run_worlds(std::uint64_t seed, const Options& options, Totals& totals) {
+  if (options.twins) return run_twins(seed, options.verbose, totals);
+  const bool thin = options.thin || (!options.day && seed % kThinEvery == 0);
+  auto found = thin ? run_thin(seed, options.verbose, totals) : std::nullopt;
+  if (!found && !options.thin) found = run_seed(seed, options, totals);
   return found;
 }
 
@@ -174,8 +229,7 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     if (options.stop && totals.failed > 0) return;
     if (timed ? std::chrono::steady_clock::now() >= end : seed > options.last) return;
     watch.begin(seed);
-    const auto found =
-        options.twins ? run_twins(seed, options.verbose, totals) : run_seed(seed, options, totals);
+    const auto found = run_worlds(seed, options, totals);
     if (!found) {
       ++totals.passed;
       continue;
@@ -199,6 +253,8 @@ bool parse(int argc, char** argv, Options& options) {
                        : arg == "--stop"   ? &options.stop
                        : arg == "--digest" ? &options.digest
                        : arg == "--twins"  ? &options.twins
+                       : arg == "--thin"   ? &options.thin
+                       : arg == "--uses"   ? &options.uses
                        : arg == "--day"    ? &options.day
                                            : nullptr;
     if (flag != nullptr) {
@@ -272,13 +328,18 @@ int main(int argc, char** argv) {
   if (!parse(argc, argv, options)) {
     std::fprintf(stderr,
                  "usage: sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] "
-                 "[--minutes M] [--threads T] [--digest] [--twins]\n"
+                 "[--minutes M] [--threads T] [--digest] [--twins] [--thin]\n"
+                 "       sim --uses             what people do on thin links\n"
                  "       sim --day [--seed S]   a pair of sides for 24 hours of bad weather\n");
     return 2;
   }
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(signal, on_fatal);
+  if (options.uses) return run_uses(options.verbose) ? 0 : 1;
   if (options.last == 0) options.last = options.day ? 1 : 2000;
-  running_mode = options.twins ? "--twins " : options.day ? "--day " : "";
+  running_mode = options.twins  ? "--twins "
+                 : options.thin ? "--thin "
+                 : options.day  ? "--day "
+                                : "";
   // The memory in use in the course of a day is that of the first thread.
   if (options.verbose || options.day) options.threads = 1;
   Totals totals;

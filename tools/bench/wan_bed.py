@@ -32,8 +32,9 @@ DEFAULTS = {
 }
 # Messages of the bench have no Header: here they tell states, but for the events.
 NOW = {
-    "rules": ["event", "state"],
+    "rules": ["stop", "event", "state"],
     "rule": {
+        "stop": {"export_topics": ["/wan/stop_*"], "max_rate": 10.0},
         "event": {"export_topics": ["/wan/event_*"], "compression": "none"},
         "state": {
             "export_topics": ["/wan/**"],

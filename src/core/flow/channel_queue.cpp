@@ -92,7 +92,7 @@ void ChannelQueue::place(OutMessage message, std::uint64_t arrival, const Now& n
   } else if (replay_.count() == waiting_.size() &&
              replay_.takes(message, bytes_max(), now.steady)) {
     replay_.add(body_bytes);
-  } else if (options_.depth > 0 && !options_.keep && make_room(message, now)) {
+  } else if (!options_.keep && make_room(message, now)) {
     return;
   }
   enqueue(std::move(message), arrival, now);
@@ -109,7 +109,7 @@ bool ChannelQueue::make_room(OutMessage& message, const Now& now) {
            now.steady - waiting_[first].since > kWaitMax)
       drop_waiting_at(first, DropReason::kQueueTime);
   }
-  while (waiting_.size() - first >= options_.depth)
+  while (options_.depth > 0 && waiting_.size() - first >= options_.depth)
     drop_waiting_at(first, DropReason::kQueueDepth);  // mutant: depth
   while (!has_room(message.body.size(), now)) drop_waiting_at(first, DropReason::kQueueBytes);
   return false;
@@ -260,6 +260,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
 ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   auto front = std::exchange(front_, std::nullopt);
   overload_.began(waiting_.front().since, now.steady);
+  last_wait_ = now.steady - waiting_.front().since;
   Open next{take_waiting(0), 0, now.steady, {}, {}};
   replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;

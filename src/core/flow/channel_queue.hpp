@@ -172,6 +172,9 @@ class ChannelQueue {
     return counts_.queued_bytes + (options_.keep ? counts_.queued * kKeptMessageBytes : 0);
   }
   [[nodiscard]] const ChannelCounts& counts() const { return counts_; }
+  // How long the last message that began to leave had waited. Nothing: none has.
+  [[nodiscard]] std::optional<Duration> last_wait() const { return last_wait_; }
+  [[nodiscard]] const Overload& overload() const { return overload_; }
   // Bytes of the next message, or the rest of the message that is partly sent.
   [[nodiscard]] std::uint64_t next_message_bytes() const {
     if (open_) return open_->message.body.size() - open_->offset;
@@ -242,6 +245,7 @@ class ChannelQueue {
   std::uint64_t waiting_bytes_ = 0;
   Replay replay_;  // the first of them
   Overload overload_;
+  std::optional<Duration> last_wait_;
   std::optional<TimePoint> rests_until_;
   SentMessages sent_;  // wholly, that resume; until the peer has them
   std::optional<Open> open_;

@@ -52,6 +52,12 @@ class Overload {
   }
 
   [[nodiscard]] bool stands() const { return stands_; }
+  // While it stands: of so many that came one has left. Else 1.
+  [[nodiscard]] double came_for_each() const {
+    return stands_
+               ? static_cast<double>(came_) / static_cast<double>(std::max<std::uint64_t>(left_, 1))
+               : 1.0;
+  }
 
   static constexpr Duration kTargetMin = std::chrono::milliseconds(50);
   static constexpr Duration kIntervalMin = std::chrono::milliseconds(100);

@@ -27,8 +27,10 @@ struct AccountOptions {
   // for a period.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // What its peers withdraw after this side has made something for it; a minute's worth at once.
-  int channels_per_second = 200;
+  // What a peer takes back of what it has had made here; kBurst seconds' worth at once. The largest
+  // graph that may be offered takes back some 11,000 when all of it ends: more than ten such ends
+  // may come together.
+  int ends_per_second = 1000;
   // Mirrors of all peers together that may exist here: publishers; and services.
   std::uint64_t mirrors_max = 16384;
   std::uint64_t services_max = 16384;
@@ -75,17 +77,18 @@ struct Account {
         listeners(all ? &all->appearing : nullptr, time, options.mirrors_at_once,
                   options.mirror_period),
         offences(options.offences_at_once, options.offence_period),
-        withdrawals(kMinute * options.channels_per_second,
-                    Duration(std::chrono::seconds(1)) / options.channels_per_second),
-        attaches(withdrawals),
-        demands(kDemandTime * kDemandShare * options.channels_per_second,
-                withdrawals.period() / kDemandShare),
+        withdrawals(kBurst * options.ends_per_second,
+                    Duration(std::chrono::seconds(1)) / options.ends_per_second),
+        attaches(kMinute * options.ends_per_second / kAttachCost,
+                 withdrawals.period() * kAttachCost),
+        demands(withdrawals),
         all_(all) {}
 
+  // Seconds whose worth may come at once.
+  static constexpr int kBurst = 132;
   static constexpr int kMinute = 60;
-  // A demand that ends costs less than a channel, and one message may end 65,536 of them.
-  static constexpr int kDemandShare = 5;
-  static constexpr int kDemandTime = 132;  // seconds whose worth may come at once
+  // An attachment that needs a client costs as much as so many ends.
+  static constexpr int kAttachCost = 5;
 
   // The longest time that an identity waits for its next login because of offences.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);

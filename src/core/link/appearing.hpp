@@ -106,7 +106,10 @@ class Appearing {
     TimePoint since_{};  // of its last turn, or as long as something waits
   };
 
-  Appearing() = default;
+  // So many at once, as long as none waits, then one in each period: between two of them the loop
+  // does something else.
+  explicit Appearing(int at_once = 8, Duration period = std::chrono::microseconds(500))
+      : pace_(at_once, period) {}
   Appearing(const Appearing&) = delete;
   Appearing& operator=(const Appearing&) = delete;
 
@@ -140,8 +143,7 @@ class Appearing {
   }
 
  private:
-  // Between two of them the loop does something else.
-  Pace pace_{2, std::chrono::microseconds(500)};
+  Pace pace_;
   TimePoint next_at_{};     // others come first until then
   std::list<Line*> lines_;  // in which something waits
   std::pair<const Line*, const Waiting*> turn_{};

@@ -52,6 +52,7 @@ struct ChannelDemand {
   std::uint16_t number = 0;              // 0: it is not wanted any longer
   bool resume = false;                   // what a lost connection loses is to be kept
   std::optional<std::uint32_t> after{};  // goes on behind this sequence
+  bool live = false;                     // nothing that was published before
 };
 
 // A channel on which this side sends: a topic or a service that it offers, or its requests to a

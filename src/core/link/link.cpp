@@ -224,11 +224,10 @@ Result<Nothing> Link::on(Demand& demand, const Now& now) {
   for (std::size_t i = 0; i < demand.channels.size(); ++i) {
     OutgoingChannel* channel = outgoing(demand.channels[i]);
     if (!channel) continue;
-    ChannelDemand of_channel{demand.number, demand.resume};
+    ChannelDemand of_channel{demand.number, demand.resume, {}, demand.live};
     if (!demand.after.empty()) of_channel.after = demand.after[i];
     channel->on_demand(of_channel, now);
-    if (demand.number == 0 &&
-        !(note_withdrawal(now) && account->demands.take(now.steady)))  // mutant: demands_pace
+    if (demand.number == 0 && !account->demands.take(now.steady))  // mutant: demands_pace
       return Error{CloseCode::kTooLarge, "topics are demanded and not demanded too often"};
   }
   return Nothing{};

@@ -218,12 +218,22 @@ Priority default_priority(std::string_view topic, std::string_view type) {
   return Priority::kNormal;
 }
 
-bool is_command(std::string_view topic, std::string_view type) {
+bool drives(const Treatment& treatment, std::string_view topic, std::string_view type) {
+  if (treatment.drives) return *treatment.drives;
   // Not urgent, as what they start takes longer than they do: trajectories, jogging, set points.
-  constexpr std::array<std::string_view, 6> kMoves = {
-      "trajectory_msgs/msg/JointTrajectory", "trajectory_msgs/msg/MultiDOFJointTrajectory",
-      "control_msgs/msg/JointJog",           "mavros_msgs/msg/PositionTarget",
-      "mavros_msgs/msg/AttitudeTarget",      "mavros_msgs/msg/OverrideRCIn"};
+  constexpr std::array<std::string_view, 12> kMoves = {
+      "trajectory_msgs/msg/JointTrajectory",
+      "trajectory_msgs/msg/MultiDOFJointTrajectory",
+      "control_msgs/msg/JointJog",
+      "mavros_msgs/msg/PositionTarget",
+      "mavros_msgs/msg/AttitudeTarget",
+      "mavros_msgs/msg/OverrideRCIn",
+      "autoware_control_msgs/msg/Control",
+      "px4_msgs/msg/TrajectorySetpoint",
+      "px4_msgs/msg/VehicleRatesSetpoint",
+      "px4_msgs/msg/VehicleCommand",
+      "unitree_go/msg/LowCmd",
+      "unitree_hg/msg/LowCmd"};
   // A person's clicks in RViz, for Nav2.
   constexpr std::array<std::string_view, 2> kClicks = {"goal_pose", "initialpose"};
   const auto name = topic.substr(topic.rfind('/') + 1);
@@ -244,9 +254,9 @@ bool is_picture(std::string_view type) {
 }
 
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
-  // A command is a command, whatever priority a rule gives it.
-  const bool may_be_late =
-      treatment.priority != Priority::kUrgent && !is_command(topic, type) && !is_picture(type);
+  // What drives does so whatever priority a rule gives it.
+  const bool may_be_late = treatment.priority != Priority::kUrgent &&
+                           !drives(treatment, topic, type) && !is_picture(type);
   return treatment.resume.value_or(may_be_late &&
                                    treatment.max_age == kForever);  // mutant: commands_kept
 }

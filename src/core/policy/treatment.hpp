@@ -53,6 +53,7 @@ struct Treatment {
   std::uint64_t queue_bytes_max = 0;  // a channel's queue; one message always fits; 0: by the link
   QosOverride qos;
   std::optional<bool> resume;        // none: see resumes()
+  std::optional<bool> drives;        // none: see drives()
   std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
   std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not limited here
   Duration call_timeout = kForever;  // after it a call is given up, except for an action's result

@@ -27,8 +27,11 @@ struct TopicStatus {
   std::uint64_t bytes = 0;     // uncompressed
   std::uint64_t wire_bytes = 0;
   std::uint64_t queued = 0;
-  std::optional<double>
-      latency_ms;  // imported: last message, origin's stamp to publication, clock offset corrected
+  // Of the last message. Imported: from the origin's stamp to publication, clock offset corrected;
+  // exported: how long it waited here before it began to leave.
+  std::optional<double> latency_ms;
+  // Exported: more than 1 where the link carries less than is published.
+  double published_for_each_sent = 1;
   DropCounts dropped;
   Keep keep = Keep::kAll;         // exported
   std::string_view keep_because;  // exported: why

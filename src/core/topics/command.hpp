@@ -7,15 +7,15 @@
 
 namespace connect_bridge {
 
-// Whether the topic carries commands. Samples that its publishers keep are not asked for: an old
-// command would reach a robot that starts or returns as if it were new.
-inline bool is_command(const TopicKey& topic) {
-  return is_command(topic.first, topic.second);
+// Of such a topic nothing is asked for that a publisher keeps: it would reach, late and as if it
+// were new, a robot that starts or returns.
+inline bool drives(const Treatment& treatment, const TopicKey& topic) {
+  return drives(treatment, topic.first, topic.second);
 }
 
 // Whether the last samples of a publisher with this QoS come again when demand begins.
-inline bool come_again(const Qos& origin, const TopicKey& topic) {
-  return origin.durability == Durability::kTransientLocal && !is_command(topic);
+inline bool come_again(const Qos& origin, const Treatment& treatment, const TopicKey& topic) {
+  return origin.durability == Durability::kTransientLocal && !drives(treatment, topic);
 }
 
 }  // namespace connect_bridge

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/policy/companion.hpp"
+#include "core/topics/command.hpp"
 #include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
 
@@ -66,6 +67,8 @@ void ExportedTopic::remove_vanished(const Now& now) {
   for (const OriginId origin : removed) history_.remove(origin);
   for (auto& [link, offer] : offers_) {
     if (origins_.empty()) {
+      // What found no place on this link may have this one's.
+      context_.offers_due = context_.offers_due || !offer.link().may_offer();
       offer.withdraw({"it has no publisher any longer"});
     } else {
       offer.remove_origins(removed);
@@ -179,8 +182,18 @@ Qos ExportedTopic::wanted_qos() const {
     return offer == offers_.end() || (offer->second.is_awaited() && !backlogs_.contains(link) &&
                                       !offer->second.is_declined());
   });
-  if (is_command(key()) || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
+  if (all_want_live() || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
   return qos_for(origins_, offers_, weakest, context_.options);
+}
+
+bool ExportedTopic::all_want_live() const {
+  bool asked = false;
+  for (const auto& [link, offer] : offers_) {
+    if (!offer.demanded() && !offer.is_awaited()) continue;
+    if (!offer.is_live()) return false;
+    asked = true;
+  }
+  return asked || drives(Treatment{}, key());
 }
 
 std::uint32_t ExportedTopic::history_depth() const {
@@ -281,7 +294,7 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
   if (taken.stamp == 0) taken.stamp = now.system;
   Origin* origin = origins_.find(taken.origin, subscription_qos_.durability);
   if (origin && !parked_.empty()) unpark(now);  // they are older
-  if (origin) return forward(*origin, std::move(taken), now);
+  if (origin) return forward(*origin, std::move(taken), now.steady, now);
   if (!context_.is_of_bridge(taken.origin)) park(std::move(taken), now);
 }
 
@@ -295,7 +308,9 @@ void ExportedTopic::park(MessageTaken taken, const Now& now) {
 void ExportedTopic::unpark(const Now& now) {
   parked_.review(
       now, [&](const Gid& gid) { return origins_.find(gid, subscription_qos_.durability); },
-      [&](Origin& origin, MessageTaken taken) { forward(origin, std::move(taken), now); },
+      [&](Origin& origin, MessageTaken taken, TimePoint at) {
+        forward(origin, std::move(taken), at, now);
+      },
       [&](const MessageTaken& taken) {
         if (!context_.is_of_bridge(taken.origin)) offers_.drop(DropReason::kUnknownOrigin, 1);
       });
@@ -305,7 +320,7 @@ void ExportedTopic::unpark(const Now& now) {
 // is subscribed already. A subscription that is made again (changed QoS) gets from the publishers
 // what they keep: those samples have crossed and are known by their numbers (by their stamps where
 // the middleware does not count; then a clock that is set back silences them for as long).
-void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {
+void ExportedTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const Now& now) {
   auto age = TopicOffer::Age::kNew;
   if (origin.qos.durability == Durability::kTransientLocal) origins_.number(taken);
   if (subscription_qos_.durability == Durability::kTransientLocal) {
@@ -316,7 +331,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
     if (may_be_kept && Origins::was_kept(origin, history_depth())) age = TopicOffer::Age::kKept;
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
-  read(sample, now);
+  read(sample, at);
   if (has_header_) sample.node = company_node(origin.node);
   const bool promised =
       origin.qos.reliability == Reliability::kReliable;  // mutant: best_effort_kept
@@ -360,13 +375,13 @@ void ExportedTopic::keep_early(const OutSample& sample, const Now& now) {
 void ExportedTopic::send_history(TopicOffer& offer, const Now& now) {
   for (const auto& [origin, stamp, number, raw] : history_.samples()) {
     OutSample sample{origin, stamp, number, raw, {}};
-    read(sample, now);
+    read(sample, now.steady);
     if (offer.admit(sample, TopicOffer::Age::kKept, now)) offers_.send_to(offer, sample, now);
   }
 }
 
-void ExportedTopic::read(OutSample& sample, const Now& now) const {
-  sample.taken = now.steady;
+void ExportedTopic::read(OutSample& sample, TimePoint taken) const {
+  sample.taken = taken;
   sample.state = state_of(key().second, sample.raw.view());
   if (has_header_) sample.header = header_stamp(sample.raw.view());
 }

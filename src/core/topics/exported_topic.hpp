@@ -77,6 +77,8 @@ class ExportedTopic {
 
   [[nodiscard]] bool is_wanted() const;
   [[nodiscard]] Qos wanted_qos() const;
+  // Whether no peer that wants it, or may come to want it, wants what publishers keep.
+  [[nodiscard]] bool all_want_live() const;
   void take_name();
   void unsubscribe();
   void end_subscription();
@@ -87,8 +89,9 @@ class ExportedTopic {
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);
   // What the sample's content says of it.
-  void read(OutSample& sample, const Now& now) const;
-  void forward(Origin& origin, MessageTaken taken, const Now& now);
+  void read(OutSample& sample, TimePoint taken) const;
+  // `at`: when it came; it may have waited for its publisher to be known.
+  void forward(Origin& origin, MessageTaken taken, TimePoint at, const Now& now);
   // A sample was taken: keeps it for the links that will demand it.
   void keep_early(const OutSample& sample, const Now& now);
   void send_history(TopicOffer& offer, const Now& now);

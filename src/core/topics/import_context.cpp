@@ -80,7 +80,7 @@ void ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
                                 const OfferedTopic& feeder, const Now& now) const {
   const bool come = std::all_of(origins.begin(), origins.end(), [](const auto& origin) {
     const Mirror& mirror = *origin.second;
-    return come_again(mirror.origin().qos, mirror.key().first) && mirror.action_type().empty();
+    return mirror.is_latched() && mirror.action_type().empty();
   });
   if (!come || beside_bridges()) return;
   for (const auto& [id, mirror] : origins) {

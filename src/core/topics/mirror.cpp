@@ -2,6 +2,7 @@
 
 #include "core/link/standing.hpp"
 #include "core/offers/import_right.hpp"
+#include "core/topics/command.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
 
@@ -75,6 +76,10 @@ bool Mirror::follow_feeder() {
   any_definition_ = feeder()->treatment().allow_type_mismatch;
   qos_ = qos;
   return true;
+}
+
+bool Mirror::is_latched() const {
+  return feeder() && come_again(origin_.qos, feeder()->treatment(), key_.first);
 }
 
 bool Mirror::is_of_its_type(const OfferedTopic& offered) const {

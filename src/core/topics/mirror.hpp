@@ -14,7 +14,6 @@
 #include "core/graph/graph_view.hpp"
 #include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
-#include "core/topics/command.hpp"
 #include "core/topics/first_messages.hpp"
 #include "core/topics/mirror_qos.hpp"
 #include "core/topics/subscriber_warning.hpp"
@@ -99,6 +98,8 @@ class Mirror final : private Appearing::Waiting {
   // ---- demand
   // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
   [[nodiscard]] bool wants(const OfferedTopic& offered, bool listened, const Now& now) const;
+  // Whether its origin's last samples come again when demand begins.
+  [[nodiscard]] bool is_latched() const;
   // It does not want data for a moment.
   void pause(const Now& now);
   // It wants data for a while, with or without a subscriber.
@@ -152,7 +153,6 @@ class Mirror final : private Appearing::Waiting {
   [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
   [[nodiscard]] bool keeps_samples() const { return is_transient_local(qos_); }
-  [[nodiscard]] bool is_latched() const { return come_again(origin_.qos, key_.first); }
 
   ImportContext& context_;
   MirrorKey key_;

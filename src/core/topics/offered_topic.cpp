@@ -6,7 +6,7 @@
 #include "core/base/cdr.hpp"
 #include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
-#include "core/policy/interface.hpp"
+#include "core/topics/command.hpp"
 #include "core/topics/parameter_event.hpp"
 #include "core/topics/peer_topics.hpp"
 #include "core/topics/sample_content.hpp"
@@ -169,7 +169,7 @@ void OfferedTopic::lose(const Now& now) {
   const bool is_known = last_sequence_ > 0 || !declined_kept_;
   if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
     link_.arrived[key_] = {last_sequence_};
-  const bool may_be_late = resumes(treatment(), key_.first, key_.second);
+  const bool may_be_late = may_come_late();
   for (const auto& [id, mirror] : std::exchange(origins_, {})) {
     // Nobody knows how long the break will be: what must not be late does not wait beyond it.
     if (!may_be_late && mirror->candidates().front().offered == this) mirror->drop_first();
@@ -192,14 +192,14 @@ void OfferedTopic::update_demand(const Now& now) {
 // Messages of /parameter_events are permitted one by one, by rules that may have changed when the
 // link returns.
 bool OfferedTopic::may_resume() const {
-  return link_.life.keeps() && !parameter_events_ && resumes(treatment(), key_.first, key_.second);
+  return link_.life.keeps() && !parameter_events_ && may_come_late();
 }
 
 ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
   demand_ = number;
   deltas_.clear();
   resume_ = may_resume();
-  ChannelDemand begun{number, resume_};
+  ChannelDemand begun{number, resume_, {}, drives(treatment(), key_)};
   const auto arrived = link_.arrived.extract(key_);
   if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
     begun.after = last_sequence_ = arrived.mapped().sequence;

@@ -13,6 +13,7 @@
 #include "core/jobs/jobs.hpp"
 #include "core/link/link.hpp"
 #include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
 #include "core/ports/status.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/left_out_origins.hpp"
@@ -113,6 +114,12 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void note_end(const Ending& why) const;
   // Whether the peer should keep the messages that a break loses, for this topic.
   [[nodiscard]] bool may_resume() const;
+  // Whether what was published before a break may be published here after it.
+  [[nodiscard]] bool may_come_late() const {
+    const bool ever =
+        treatment().resume || context_.options.resumes_imported;  // mutant: old_orders
+    return ever && resumes(treatment(), key_.first, key_.second);
+  }
 
   PeerTopics& peer_;
   ImportContext& context_;

@@ -15,9 +15,11 @@ struct TopicOptions {
   // The same for transient local: most middlewares do not tell how many samples a publisher keeps,
   // and most keep one; who keeps more keeps few.
   std::uint32_t latched_depth = 10;
-  // What this side exports may be kept over a break also where no rule says `resume: true`. False
-  // at an operator: nothing that is older than the break moves a robot.
-  bool resumes_by_default = true;
+  // What this side exports, and what it imports, may be kept over a break also where no rule says
+  // `resume: true`. The first is false at an operator, the second at a robot: nothing that is older
+  // than the break moves it, whatever the other end says.
+  bool resumes_exported = true;
+  bool resumes_imported = true;
   std::uint64_t resume_bytes_max = 16 << 20;   // of what is kept for one lost link
   std::uint64_t history_bytes_max = 64 << 20;  // transient-local samples kept for later links
   // Of one peer, 25 kB each; more than any robot has.

@@ -32,14 +32,15 @@ class ParkedSamples {
   void wait_until(TimePoint time) { until_ = timers_.set(time); }
   void clear();
 
-  // Gives each sample whose publisher `find(gid)` now knows (not null) to `forward(found, sample)`,
-  // in order; what has waited for kTime goes to `drop(sample)`, the rest stays.
+  // Gives each sample whose publisher `find(gid)` now knows (not null) to `forward(found, sample,
+  // since when it waits)`, in order; what has waited for kTime goes to `drop(sample)`, the rest
+  // stays.
   template <class Find, class Forward, class Drop>
   void review(const Now& now, const Find& find, const Forward& forward, const Drop& drop) {
     for (auto& sample : std::exchange(samples_, {})) {
       if (auto* found = find(sample.taken.origin)) {
         sample.bytes.release();
-        forward(*found, std::move(sample.taken));
+        forward(*found, std::move(sample.taken), sample.until - kTime);
       } else if (sample.until > now.steady) {
         samples_.push_back(std::move(sample));
       } else {

@@ -1,5 +1,7 @@
 #include "core/topics/peer_topics.hpp"
 
+#include <array>
+#include <map>
 #include <utility>
 
 #include "core/compress/compress.hpp"
@@ -80,25 +82,26 @@ void PeerTopics::change_demand(const OfferedTopic& topic, bool on) {
 void PeerTopics::send_demands() {
   // A topic may be withdrawn by now.
   // Ends go first: a channel may be demanded again under a new number. All that begins has one
-  // number, as only messages of one channel are compared by it. `resume` and `after` hold for all
-  // channels of their message, so there are up to three messages.
+  // number, as only messages of one channel are compared by it. `resume`, `live` and `after` hold
+  // for all channels of their message, so there are up to six messages.
   for (const ChannelId number : ends_)
     if (const auto topic = topics_.find(number); topic != topics_.end()) topic->second.end_demand();
   if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});
   if (wants_.empty()) return;
   if (++demands_ == 0) ++demands_;
-  Demand plain{{}, demands_};
-  Demand fresh{{}, demands_, true};  // and to be kept from now on
-  Demand going_on{{}, demands_, true};
+  std::map<std::array<bool, 3>, Demand> demands;
   for (const ChannelId number : std::exchange(wants_, {})) {
     const auto topic = topics_.find(number);
     if (topic == topics_.end()) continue;
     const auto begun = topic->second.begin_demand(demands_);
-    if (begun.after) going_on.after.push_back(*begun.after);
-    (begun.after ? going_on : begun.resume ? fresh : plain).channels.push_back(number);
+    Demand& demand = demands[{begun.resume, begun.after.has_value(), begun.live}];
+    demand.number = demands_;
+    demand.resume = begun.resume;
+    demand.live = begun.live;
+    demand.channels.push_back(number);
+    if (begun.after) demand.after.push_back(*begun.after);
   }
-  for (const Demand& demand : {plain, fresh, going_on})
-    if (!demand.channels.empty()) link_.send(demand);
+  for (const auto& [how, demand] : demands) link_.send(demand);
 }
 
 void PeerTopics::add_status(LinkStatus& status) const {

@@ -51,7 +51,7 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   };
   // A reliable publisher that keeps few may say more at once, and all of it would arrive in one
   // graph. Of commands the newest counts. Not every middleware tells the depth.
-  const bool wants_more = (reliable && !is_command(key)) || depth == 0;
+  const bool wants_more = (reliable && !drives(treatment, key)) || depth == 0;
   queue.depth = of_all(origins.size(), depth);
   if (wants_more) queue.depth = std::max(queue.depth, options.default_depth);
   // Where each message counts, bytes and kWaitMax bound what waits: the depth that a publisher asks

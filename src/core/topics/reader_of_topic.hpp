@@ -5,7 +5,6 @@
 
 #include "core/base/qos.hpp"
 #include "core/graph/graph_view.hpp"
-#include "core/topics/command.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
 #include "core/topics/topic_offers.hpp"

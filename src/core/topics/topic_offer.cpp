@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/topics/command.hpp"
 #include "core/topics/exported_topic.hpp"
 #include "core/topics/parameter_event.hpp"
 #include "core/topics/queue_of_topic.hpp"
@@ -121,6 +122,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   if (demanded() == (demand.number != 0)) return;
   demand_ = demand.number;  // mutant: demand_ends
   resume_ = demand.resume && may_resume();
+  live_ = demand.live;
   if (demanded()) offer_.on_taken();
   offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   // An open message is aborted and what waits is dropped before the topic hears of it: a demand
@@ -147,7 +149,7 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
 // the link returns.
 bool TopicOffer::may_resume() const {
   const auto& [name, type] = topic_.key();
-  if (!treatment().resume && !context_.options.resumes_by_default) return false;
+  if (!treatment().resume && !context_.options.resumes_exported) return false;
   return link_.life.keeps() && !parameter_events_ &&
          treatment().qos.reliability != Reliability::kBestEffort &&
          connect_bridge::resumes(treatment(), name, type);
@@ -182,6 +184,10 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
   link_.sending().go_on(number(), std::move(kept), now, link_.life.kept_until(now));
 }
 
+bool TopicOffer::is_live() const {
+  return (demanded() && live_) || drives(treatment(), topic_.key());
+}
+
 bool TopicOffer::holds(OriginId origin) const {
   return is_open() && link_.connection() && link_.outbox().holds(number(), origin);
 }
@@ -193,6 +199,8 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.raw.size();
   // Not counted as dropped: nobody was to get it.
   if (!demanded() || !link_.open()) return false;
+  const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at();
+  if (is_old && is_live()) return false;  // mutant: yesterdays_command
   if (withheld_.contains(origin)) return false;
   if (!permits(sample.raw)) {
     drop(DropReason::kNotPermitted);
@@ -278,6 +286,21 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   if (keep() == Keep::kAll) message.state.reset();
   message.moment = moment_of(sample);
   link_.sending().push(*queue_, std::move(message), now);
+  tell_late();
+}
+
+// What is no state waits for its turn; where that takes too long a person has to decide.
+void TopicOffer::tell_late() {
+  if (told_late_ || queue_->counts().dropped.of(DropReason::kQueueTime) == 0) return;
+  told_late_ = true;
+  const std::string& name = topic_.key().first;
+  if (link_.account->told.first(name + " waits too long"))
+    context_.outputs.log(LogLevel::kWarn,
+                         name + ": the link to " + link_.label() +
+                             " carries less than is published, and what has waited for 5 s is "
+                             "dropped (" +
+                             std::string(keep_.why) +
+                             "). If only the newest message counts, give its rule `keep: newest`");
 }
 
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {
@@ -322,6 +345,9 @@ void TopicOffer::add_status(LinkStatus& status) const {
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;
     s.queued = counts.queued + held_.size();
+    if (const auto waited = queue_ ? queue_->last_wait() : std::nullopt)
+      s.latency_ms = std::chrono::duration<double, std::milli>(*waited).count();
+    if (queue_) s.published_for_each_sent = queue_->overload().came_for_each();
     for (std::size_t i = 0; i < kDropReasons; ++i)
       s.dropped.by_reason[i] += counts.dropped.by_reason[i];
   }

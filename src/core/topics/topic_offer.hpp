@@ -96,6 +96,9 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool is_open() const { return offer_.is_open(); }
   [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] bool demanded() const { return demand_ != 0; }
+  // Nothing that was published before the demand goes to this peer: it drives, as the peer says or
+  // the rule here.
+  [[nodiscard]] bool is_live() const;
   [[nodiscard]] const Treatment& treatment() const { return offer_.treatment(); }
   [[nodiscard]] Keep keep() const { return keep_.keep; }
   // Estimated bytes per second that the path carries; 0: not known.
@@ -116,6 +119,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();
   void hold(const OutSample& sample, TimePoint at);
+  void tell_late();
   // The stamp, node and namespace by which messages of the link leave together.
   [[nodiscard]] Moment moment_of(const OutSample& sample) const;
 
@@ -128,6 +132,8 @@ class TopicOffer final : public OutgoingChannel {
   std::string type_hash_;          // as it was offered
   std::uint16_t demand_ = 0;       // the number that the peer gave it; 0: none
   bool resume_ = false;            // whether it asks to keep what a lost connection loses
+  bool live_ = false;              // whether it wants nothing that was published before
+  bool told_late_ = false;
   KeepDecision keep_;
   Company company_ = Company::kNone;
   std::uint64_t namespace_ = 0;  // company_namespace()

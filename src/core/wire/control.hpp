@@ -96,6 +96,7 @@ struct Demand {
   // For each channel, the last sequence that arrived on the previous connection: it goes on after
   // that. Empty: none goes on.
   std::vector<std::uint32_t> after = {};
+  bool live = false;  // nothing that was published before is wanted
 };
 // "accepts": what this side would import, so that the peer offers only that. One entry per rule.
 struct AcceptedNames {

@@ -110,6 +110,7 @@ void fields(auto& io, Is<Demand> auto& demand) {
   io.list("channels", demand.channels, kChannelIdsMax);
   io.member("number", demand.number);
   io.member("resume", demand.resume, Presence::kOptional);
+  io.member("live", demand.live, Presence::kOptional);
   if (io.list("after", demand.after, kChannelIdsMax, Presence::kOptional))
     io.check(demand.after.size() == demand.channels.size(), "after",
              "does not have a number for each channel");

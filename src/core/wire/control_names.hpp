@@ -35,6 +35,7 @@ inline constexpr auto kControlNames = [] {
       "kind",
       "lifespan_ns",
       "listener",
+      "live",
       "liveliness",
       "liveliness_lease_ns",
       "message_bytes_max",

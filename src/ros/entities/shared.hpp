@@ -30,7 +30,7 @@ namespace connect_bridge::ros {
 class Ended {
  public:
   // How long free_some() takes, and what it had begun by then.
-  static constexpr auto kTurn = std::chrono::milliseconds(2);
+  static constexpr auto kTurn = std::chrono::milliseconds(1);
 
   // It reports nothing any more.
   void add(std::unique_ptr<Entity> entity) {

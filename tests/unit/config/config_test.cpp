@@ -30,7 +30,7 @@ TEST(Config, ServerDefaults) {
   // Without parameters the core's own numbers hold.
   const SideOptions made = side_options(config);
   const SideOptions core;
-  EXPECT_TRUE(made.resumes_by_default);
+  EXPECT_TRUE(made.resumes_exported);
   EXPECT_EQ(made.dead_after, core.dead_after);
   EXPECT_EQ(made.login_timeout, core.login_timeout);
   EXPECT_EQ(made.reassembly.message_bytes_max, core.reassembly.message_bytes_max);
@@ -75,7 +75,7 @@ TEST(Config, ClientNeedsOnlyUrlAndToken) {
               imported);
   }
   EXPECT_EQ(side_options(config).role, Role::kClient);
-  EXPECT_FALSE(side_options(config).resumes_by_default);
+  EXPECT_FALSE(side_options(config).resumes_exported);
   EXPECT_EQ(side_options(config).login_method, "token");
 }
 

@@ -31,12 +31,14 @@ TEST(DefaultRule, IsOfTheEndThatIsNotTheRobot) {
   const std::string drives = "rules: [a]\nrule: {a: {parameters: [/arm]}}\n";
   const std::string url = "robot: client\nurl: 'ws://localhost'\n";
   const Config robot = config_of(yaml(url + drives), Role::kClient);
-  EXPECT_TRUE(side_options(robot).resumes_by_default);
+  EXPECT_TRUE(side_options(robot).resumes_exported);
+  EXPECT_FALSE(side_options(robot).resumes_imported);
   EXPECT_FALSE(side_options(robot).proxy_nodes);
   EXPECT_EQ(robot.policy.rules()[0].export_parameters.size(), 1U);
   EXPECT_THAT(config_of(yaml(url), Role::kClient).policy.rules(), IsEmpty());
   const Config desk = config_of(yaml("robot: client"), Role::kServer);
-  EXPECT_FALSE(side_options(desk).resumes_by_default);
+  EXPECT_FALSE(side_options(desk).resumes_exported);
+  EXPECT_TRUE(side_options(desk).resumes_imported);
   EXPECT_TRUE(side_options(desk).proxy_nodes);
   EXPECT_TRUE(desk.default_rules);
   EXPECT_THAT(explain(desk), HasSubstr("robot: the client\n"));

@@ -167,8 +167,12 @@ TEST(Overload, AfterAPathThatStoodWhatIsNowComesFirst) {
   EXPECT_LE(link.ages.back(), 300 + 100);
 }
 
-TEST(Overload, OfEventsEachOneWaitsForFiveSeconds) {
-  Link link(40, Of::kEvents, 1'000'000);  // 200 ms for a message
+// Of a publisher that keeps all, too (depth 0).
+class EachOneWaits : public testing::TestWithParam<std::uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(Overload, EachOneWaits, testing::Values(1'000'000U, 0U));
+
+TEST_P(EachOneWaits, ForFiveSeconds) {
+  Link link(40, Of::kEvents, GetParam());  // 200 ms for a message
   link.run(4'000, every(100, 0, 4'000));
   EXPECT_EQ(link.ages.size(), 20U);
   EXPECT_EQ(link.dropped(DropReason::kQueueTime), 0U);

@@ -32,7 +32,7 @@ struct AppearScene {
   };
 
   Now now{TimePoint{} + 1000s, 0, 0};
-  Appearing all;
+  Appearing all{2, 500us};
   LoopTurns packets{500ms};
   std::vector<std::string> made;
 

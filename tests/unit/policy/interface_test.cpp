@@ -165,13 +165,13 @@ TEST(DefaultPriority, TheClassesOfWellKnownTopics) {
 }
 
 TEST(Commands, AreKnownByTypeOrName) {
-  EXPECT_TRUE(is_command("/teleop", "geometry_msgs/msg/TwistStamped"));
+  EXPECT_TRUE(drives({}, "/teleop", "geometry_msgs/msg/TwistStamped"));
   EXPECT_TRUE(
-      is_command("/arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory"));
-  EXPECT_TRUE(is_command("/robot1/goal_pose", "geometry_msgs/msg/PoseStamped"));
-  EXPECT_TRUE(is_command("/goal_pose", "geometry_msgs/msg/PoseStamped"));
-  EXPECT_FALSE(is_command("/pose", "geometry_msgs/msg/PoseStamped"));
-  EXPECT_FALSE(is_command("/goal_pose/history", "nav_msgs/msg/Path"));
+      drives({}, "/arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory"));
+  EXPECT_TRUE(drives({}, "/robot1/goal_pose", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_TRUE(drives({}, "/goal_pose", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_FALSE(drives({}, "/pose", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_FALSE(drives({}, "/goal_pose/history", "nav_msgs/msg/Path"));
   EXPECT_FALSE(resumes({}, "/goal_pose", "geometry_msgs/msg/PoseStamped"));
   EXPECT_TRUE(resumes({}, "/pose", "geometry_msgs/msg/PoseStamped"));
   Treatment kept;

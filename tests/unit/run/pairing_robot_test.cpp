@@ -6,6 +6,7 @@
 #include "auth/token_file.hpp"
 #include "config/config.hpp"
 #include "config/explain_right.hpp"
+#include "run/invitation_text.hpp"
 #include "run/pairing_folder.hpp"
 #include "unit/run/pairing_start.hpp"
 

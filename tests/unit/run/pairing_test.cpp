@@ -28,7 +28,6 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-
 TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start first = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{9443}}});
   ASSERT_THAT(first.problems, IsEmpty());

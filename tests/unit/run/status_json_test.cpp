@@ -92,6 +92,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   exported.dropped.add(DropReason::kRate, 4);
   exported.declined = "no such type";
   exported.keep_because = "an event";
+  exported.published_for_each_sent = 3;
   exported.rule = "look";
   TopicStatus imported;
   imported.topic = "/b";
@@ -136,7 +137,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
-       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type"},
+       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type",
+       "overload": "more than the link carries: one of 3.0 is sent"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
        "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
        "misfit": "durability", "latency_ms": 2.5}],

@@ -17,7 +17,8 @@ struct MissingTest : testing::Test {
   // "import topic /a not_given: the sentence [the rule]", one per line.
   std::string missing(std::size_t link = 0) {
     std::string lines;
-    for (const auto& name : s.status().links.at(link).missing)
+    const Status status = s.status();
+    for (const auto& name : status.links.at(link).missing)
       lines += std::string(name.exported ? "export " : "import ") +
                std::string(word_of(kKindWords, name.kind)) + " " + name.name + " " +
                std::string(word_of(kMissingWords, name.reason)) + ": " + name.text +

@@ -48,6 +48,24 @@ TEST(SideResume, AMirrorIsMadeAnewAndGoesOnBehindWhatArrived) {
   EXPECT_EQ(s.did(), "publish 3 c\n");
 }
 
+// Whatever the other end would do: nothing that is older than the break moves a robot, unless its
+// own rule says so.
+TEST(SideResume, ARobotAsksForNothingThatWasLost) {
+  for (const bool resume : {false, true}) {
+    Rule rule = everything();
+    if (resume) rule.treatment.resume = true;
+    SideOptions options = server({rule});
+    options.resumes_imported = false;
+    options.resume_for = std::chrono::seconds(60);
+    Script s(options);
+    s.graph({topic("/a").sub(1)});
+    s.pass(1000);
+    s.join(1);
+    s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+    EXPECT_EQ(s.said(1), std::string("demand 1 on") + (resume ? " resume" : "") + "\n");
+  }
+}
+
 TEST(SideResume, AShortBreakLeavesTheMirrorAndNothingWaits) {
   Importing s;
   s.message(1, 1, 1, "a");

@@ -11,9 +11,15 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
+std::size_t occurrences(const std::string& text, const std::string& of) {
+  std::size_t found = 0;
+  for (auto at = text.find(of); at != std::string::npos; at = text.find(of, at + 1)) ++found;
+  return found;
+}
+
 TEST(Limits, WhatAPeerTakesBackHasTheRateThatIsSet) {
   SideOptions options = server({everything()});
-  options.account.channels_per_second = 2;
+  options.account.ends_per_second = 2;
   Script s(options);
   s.graph({topic("/a").pub(1)});
   s.join(1);
@@ -22,13 +28,13 @@ TEST(Limits, WhatAPeerTakesBackHasTheRateThatIsSet) {
     s.demand(1, 1, false);
     return s.did();
   };
-  for (int n = 0; n < 120; ++n) EXPECT_THAT(change_demand(), Not(HasSubstr("close 1 4006")));
+  for (int n = 0; n < 264; ++n) EXPECT_THAT(change_demand(), Not(HasSubstr("close 1 4006")));
   EXPECT_THAT(change_demand(), HasSubstr("close 1 4006"));
 }
 
 TEST(Limits, SoHaveAttachmentsAndDemandsOfAllLinksOfAnIdentity) {
   AccountOptions options;
-  options.channels_per_second = 2;
+  options.ends_per_second = 10;
   Account account(options);
   const TimePoint begin = topics_test::ms(1000).steady;
   for (int n = 0; n < 120; ++n) EXPECT_TRUE(account.attaches.take(begin));
@@ -37,6 +43,40 @@ TEST(Limits, SoHaveAttachmentsAndDemandsOfAllLinksOfAnIdentity) {
   for (int n = 0; n < 1320; ++n) EXPECT_TRUE(account.demands.take(begin));
   EXPECT_FALSE(account.demands.take(begin));
   EXPECT_TRUE(account.demands.take(begin + std::chrono::milliseconds(100)));
+}
+
+// All nodes of the largest graph that may be offered end and come again, ten times within a minute:
+// its channels, the demands for them, its listeners, and mirrors' origins.
+TEST(Limits, TheLargestGraphMayComeAgainTenTimesAMinute) {
+  Account account;
+  const TimePoint begin = topics_test::ms(1000).steady;
+  constexpr int kEnds = 4096 + 1024 + 2048;
+  for (int again = 0; again < 10; ++again) {
+    for (int n = 0; n < kEnds; ++n) ASSERT_TRUE(account.withdrawals.take(begin));
+    for (int n = 0; n < 4096; ++n) ASSERT_TRUE(account.demands.take(begin));
+  }
+}
+
+// What fits stays; what does not is said once, and comes when others leave.
+TEST(Limits, BeyondThePlacesOfALinkWhatFitsStays) {
+  Script s(server({everything()}));
+  std::vector<Topic> topics;
+  for (int i = 0; i < 4100; ++i) topics.push_back(topic("/t" + std::to_string(i)).pub(1));
+  s.graph(topics);
+  s.login(1);
+  s.said(1);
+  s.say(1, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+  EXPECT_EQ(occurrences(s.said(1), "/t"), 4096U);
+  s.did();
+  EXPECT_EQ(occurrences(s.logged, "not all interfaces"), 1U);
+  topics.erase(topics.begin(), topics.begin() + 10);
+  s.graph(topics);
+  s.pass(2000);
+  const std::string said = s.said(1);
+  EXPECT_EQ(occurrences(said, "withdraw "), 10U);
+  EXPECT_EQ(occurrences(said, "/t"), 4U);
+  EXPECT_EQ(occurrences(s.did(), "close "), 0U);
+  EXPECT_EQ(occurrences(s.logged, "not all interfaces"), 1U);
 }
 
 // ---- counts

@@ -72,11 +72,11 @@ TEST(Shares, OnlyAFewMirrorsAppearInOneStep) {
   std::vector<OriginOffer> origins;
   for (std::uint8_t i = 1; i <= 50; ++i) origins.push_back(origin(i, i));
   s.say(1, Offer{{channel(1, "/a", origins)}, true});
-  EXPECT_EQ(count(s.did(), "mirror "), 2);
+  EXPECT_EQ(count(s.did(), "mirror "), 8);
   s.pass(1);
   EXPECT_EQ(count(s.did(), "mirror "), 2);
   s.pass(30);
-  EXPECT_EQ(count(s.did(), "mirror "), 46);
+  EXPECT_EQ(count(s.did(), "mirror "), 40);
 }
 
 // Services count there, too.

@@ -142,6 +142,7 @@ std::string word_of(const Control& control) {
           [&](const Demand& m) {
             std::string line = "demand " + ids(m.channels) + (m.number ? " on" : " off");
             if (m.resume) line += " resume";
+            if (m.live) line += " live";
             if (!m.after.empty()) line += " after";
             for (const std::uint32_t sequence : m.after) line += " " + std::to_string(sequence);
             return line;

@@ -121,6 +121,25 @@ TEST(ClockPublisher, AStandingPeerStands) {
   EXPECT_EQ(script.pass(350), Times(5, 5100));
 }
 
+// It is paused between two replies: what was said before the second one was known stands, too, and
+// is passed again when the peer's time goes on.
+TEST(ClockPublisher, APauseThatIsHeardOfLateStands) {
+  ClockScript script;
+  script.reply(0, 5000);
+  script.reply(100, 5100);
+  script.pass(210);         // no further ahead than until a reply comes
+  script.reply(200, 5150);  // paused since 150
+  script.reply(300, 5150);
+  EXPECT_EQ(script.pass(1000), Times(79, 5210));
+  for (int at = 1100; at <= 1400; at += 100) {
+    script.reply(at, 5150 + at - 1000);
+    script.pass(at + 10);
+  }
+  const auto published = script.pass(1500);
+  EXPECT_TRUE(std::is_sorted(published.begin(), published.end()));
+  EXPECT_EQ(published.back(), 5650);
+}
+
 TEST(ClockPublisher, NeverRunsBackwards) {
   ClockScript script;
   script.reply(0, 5000);

@@ -54,6 +54,28 @@ TEST(ExportedTopic, AsksForNothingThatThePublisherOfACommandKeeps) {
   }
 }
 
+TEST(ExportedTopic, AsksForNothingThatIsKeptOfWhatDrivesByARuleHereOrThere) {
+  Rule driving = everything();
+  driving.treatment.drives = true;
+  for (const bool here : {true, false}) {
+    OneLink peer, other{2};
+    Exporting s({here ? driving : everything()});
+    s.see(topic("/a").pub(1, latched(3)));
+    s.offer(peer);
+    s.offer(other);
+    peer.link.outgoing({1})->on_demand({1, false, {}, !here}, ms(0));
+    EXPECT_EQ(s.did(), "subscribe 1 /a reliable volatile 100\n");
+    if (here) continue;
+    // Another peer wants what is kept: this one does not get it for all that.
+    s.demand(other);
+    EXPECT_EQ(s.did(), "unsubscribe 1\nsubscribe 2 /a reliable latched 100\n");
+    s.subject.on_taken({{}, gid(1), flow_test::at_ms(-5), sample("yesterday"), 1}, ms(10));
+    s.take(1, "now", 20);
+    EXPECT_EQ(peer.said().find("yesterday"), std::string::npos);
+    EXPECT_NE(other.said().find("yesterday"), std::string::npos);
+  }
+}
+
 TEST(ExportedTopic, IsSubscribedNotTooOften) {
   OneLink peer;
   Exporting s;

@@ -29,7 +29,7 @@ struct Parks {
           const auto found = known.find(origin);
           return found == known.end() ? nullptr : &found->second;
         },
-        [&](std::uint8_t& publisher, MessageTaken taken) {
+        [&](std::uint8_t& publisher, MessageTaken taken, TimePoint) {
           EXPECT_EQ(taken.origin, gid(publisher));
           say("", taken);
         },

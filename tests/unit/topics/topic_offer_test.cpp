@@ -143,7 +143,7 @@ TEST(TopicOffer, WhatGoesToARobotIsKeptOverABreakOnlyIfARuleSaysSo) {
     Rule resumed = everything();
     resumed.treatment.resume = rule;
     Offering s(resumed);
-    s.options.resumes_by_default = by_default;
+    s.options.resumes_exported = by_default;
     OneLink lasting(2, std::make_shared<Account>(), std::chrono::minutes(1));
     TopicOffer offer(s.context, s.subject, lasting.link);
     EXPECT_TRUE(offer.open());
@@ -153,6 +153,43 @@ TEST(TopicOffer, WhatGoesToARobotIsKeptOverABreakOnlyIfARuleSaysSo) {
   EXPECT_FALSE(resumes(true, false));
   EXPECT_FALSE(resumes(false, {}));
   EXPECT_TRUE(resumes(false, true));
+}
+
+// A sample may wait until its publisher is known; a link that opens meanwhile must not get it.
+TEST(TopicOffer, OfWhatDrivesNothingGoesThatCameBeforeTheConnection) {
+  for (const bool drives : {true, false}) {
+    Rule driving = everything();
+    driving.treatment.drives = drives;
+    Offering s(driving);
+    ASSERT_TRUE(s.offer.open());
+    s.peer.link.life.opened(ms(100));
+    s.offer.on_demand({1}, ms(150));
+    OutSample before = sized(10);
+    before.taken = ms(90).steady;
+    OutSample after = sized(10);
+    after.taken = ms(110).steady;
+    EXPECT_EQ(s.offer.admit(before, TopicOffer::Age::kNew, ms(160)), !drives);
+    EXPECT_TRUE(s.offer.admit(after, TopicOffer::Age::kNew, ms(160)));
+    EXPECT_EQ(s.offer.admit(after, TopicOffer::Age::kKept, ms(160)), !drives);
+  }
+}
+
+TEST(TopicOffer, WhatWaitsForTooLongIsToldOnceWithItsCure) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand({1}, ms(0));
+  for (int at = 0; at < 5000; at += 100)
+    s.offer.send(sized(1000), Codec::kNone, bytes(1000), ms(at));
+  s.did();
+  EXPECT_EQ(s.logged.find("keep: newest"), std::string::npos);
+  for (int at = 5000; at < 8000; at += 100)
+    s.offer.send(sized(1000), Codec::kNone, bytes(1000), ms(at));
+  s.did();
+  EXPECT_GT(s.dropped(DropReason::kQueueTime), 0U);
+  const auto told = s.logged.find("/a: the link to");
+  EXPECT_NE(told, std::string::npos);
+  EXPECT_NE(s.logged.find("keep: newest"), std::string::npos);
+  EXPECT_EQ(s.logged.find("/a: the link to", told + 1), std::string::npos);
 }
 
 TEST(TopicOffer, WhatARateHoldsCountsAsQueuedAndIsLostWithTheLink) {
