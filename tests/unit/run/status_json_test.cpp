@@ -80,6 +80,15 @@ ServiceStatus a_service() {
   return service;
 }
 
+MissingName a_missing_name() {
+  MissingName missing;
+  missing.name = "/c", missing.type = "p/msg/T";
+  missing.reason = MissingReason::kDenied;
+  missing.rule = "shut";
+  missing.text = "it is denied";
+  return missing;
+}
+
 TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   TopicStatus exported;
   exported.topic = "/a", exported.type = "p/msg/T";
@@ -98,11 +107,6 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   imported.type = "p/msg/T";
   imported.latency_ms = 2.5;
   imported.misfit = "durability";
-  MissingName missing;
-  missing.name = "/c", missing.type = "p/msg/T";
-  missing.reason = MissingReason::kDenied;
-  missing.rule = "shut";
-  missing.text = "it is denied";
   LinkStatus link;
   link.number = 8;
   link.peer = "10.0.0.2:4";
@@ -123,7 +127,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
                 std::chrono::microseconds(1250)};
   link.topics = {exported, imported};
   link.services = {a_service()};
-  link.missing = {missing};
+  link.missing = {a_missing_name()};
   link.further_missing = 3;
   Status status;
   status.links = {link};

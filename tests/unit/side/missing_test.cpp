@@ -206,7 +206,7 @@ TEST_F(MissingTest, QosThatDoesNotFit) {
   settle();
   EXPECT_EQ(missing(),
             "import topic /a qos: a subscriber here requests a reliability that no publisher "
-            "offers [all]\n");
+            "offers [rule]\n");
 }
 
 // ---- what is published here
@@ -228,7 +228,7 @@ TEST_F(MissingTest, WhatThePeerDeclines) {
   s.say(1, Decline{{1}, "type_mismatch", "another definition"});
   settle();
   EXPECT_EQ(missing(),
-            "export topic /a declined: the peer declines it: another definition [all]\n");
+            "export topic /a declined: the peer declines it: another definition [rule]\n");
 }
 
 TEST_F(MissingTest, WhatThePeerListensToWithAnotherType) {
