@@ -9,6 +9,7 @@ import pathlib
 import socket
 import ssl
 import subprocess
+import tempfile
 import threading
 
 import pytest
@@ -102,7 +103,7 @@ def http(status, body="", headers=""):
 
 def test_nobody_is_there():
     assert ids(f"ws://127.0.0.1:{free_port()}") == {"port_closed"}
-    assert ids("ws://robot.invalid:9090") == {"host_unknown"}
+    assert ids("wss://robot.invalid:9090") == {"host_unknown"}
 
 
 @pytest.mark.parametrize(
@@ -178,7 +179,7 @@ def test_certificates_of_others(fake, authority):
     url = f"wss://localhost:{port}"
     assert ids(url, "--ca", authority / "other.pem") == {"certificate_foreign"}
     assert ids(f"wss://127.0.0.1:{port}", "--ca", authority / "ca.pem") == {"certificate_name"}
-    pin = "sha256/" + "A" * 43 + "="
+    pin = "A" * 43 + "="
     assert ids(url, "--pin", pin) == {"certificate_pin"}
 
 
@@ -196,7 +197,7 @@ def test_the_http_proxy_of_a_client_s_file(fake, tmp_path):
         file = parameters(
             tmp_path,
             {
-                "url": "ws://robot.example:9090",
+                "url": "wss://robot.example:9090",
                 "auth": {"token": TOKEN},
                 "http_proxy": f"http://127.0.0.1:{fake(answer)}",
                 "rules": ["a"],
@@ -244,13 +245,13 @@ RULES = {
 
 
 @pytest.fixture
-def pair(make_pair, tmp_path):
-    runtime = tmp_path / "r"
-    runtime.mkdir(mode=0o700)
-    env = {"XDG_RUNTIME_DIR": str(runtime)}
-    made = make_pair(server=RULES["server"], client=RULES["client"], env=env)
-    made.runtime = runtime
-    return made
+def pair(make_pair):
+    # The path of a socket is short: pytest's folders may be too long.
+    with tempfile.TemporaryDirectory(prefix="cb") as runtime:
+        env = {"XDG_RUNTIME_DIR": runtime}
+        made = make_pair(server=RULES["server"], client=RULES["client"], env=env)
+        made.runtime = runtime
+        yield made
 
 
 def side_ids(pair, name, **more):
@@ -281,8 +282,6 @@ def test_what_does_not_cross_is_found_at_the_side_that_wants_it(pair):
 def test_a_shell_in_another_domain(pair):
     found = side_ids(pair, "server", ROS_DOMAIN_ID="231")
     assert ("domain_differs", "ROS_DOMAIN_ID") in found
-    found = side_ids(pair, "server", RMW_IMPLEMENTATION="rmw_other")
-    assert ("rmw_differs", "RMW_IMPLEMENTATION") in found
     found = side_ids(pair, "server", ROS_AUTOMATIC_DISCOVERY_RANGE="OFF")
     assert ("discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE") in found
 

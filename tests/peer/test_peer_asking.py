@@ -3,13 +3,13 @@
 import time
 
 import pytest
-from example_interfaces.srv import SetBool
 from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 from connect_records import ILLEGAL, TOO_LARGE
 from peer_world import STRING, TWIST
 
-SET_BOOL = "example_interfaces/srv/SetBool"
+SET_BOOL = "std_srvs/srv/SetBool"
 
 
 def test_rules_are_asked_before_the_graph(world, peer):
