@@ -99,7 +99,7 @@ CLI::App* add_bench_command(CLI::App& app, BenchOrder& order) {
       ->add_option("--rate", order.rate,
                    "The most bytes per second that it sends. Other links share the way: a robot "
                    "that is being driven feels it")
-      ->check(CLI::Range(std::uint64_t{1000}, std::uint64_t{125'000'000}));
+      ->check(CLI::Range(std::uint64_t{1000}, std::uint64_t{10'000'000}));
   bench->add_option("--topic", order.topics,
                     "A topic to receive for the load from the server, as the server calls it, or "
                     "a pattern; several times. Without one nothing is received");

@@ -28,8 +28,9 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   shared_.ready.collect();
   services_.watch_servers();
-  for (const auto& sample : large_.take_done())
-    if (auto* mirror = mirrors_.find(sample.what.mirror)) mirror->on_published(sample.problem);
+  const auto checked = check_.take();  // one: it takes long to publish it
+  if (checked)
+    if (auto* mirror = mirrors_.find(checked->what.mirror)) mirror->on_checked(*checked);
   auto& reports = shared_.reports;
   for (std::size_t n = reports.size(); n > 0; --n) {
     Input input = std::move(reports.front());
@@ -49,7 +50,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   }
   const bool ending = shared_.ended.free_some();
   const bool looking = services_.look_at_some();
-  const bool more = ending || looking || !shared_.ready.idle() || !reports.empty();
+  const bool more = checked || ending || looking || !shared_.ready.idle() || !reports.empty();
   if (more) shared_.ready.wake();  // with what comes meanwhile one wake, not two
   return more;
 }
@@ -73,7 +74,7 @@ void Gateway::add_lacks(GraphChanged& graph) {
 }
 
 void Gateway::apply(const Publish& action) {
-  if (auto* mirror = mirrors_.find(action.mirror)) mirror->publish(action, large_);
+  if (auto* mirror = mirrors_.find(action.mirror)) mirror->publish(action, check_);
 }
 
 void Gateway::apply(const SendResponse& action) {

@@ -12,8 +12,8 @@
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/services/services.hpp"
 #include "ros/topics/diagnostics_topic.hpp"
-#include "ros/topics/large_samples.hpp"
 #include "ros/topics/mirror.hpp"
+#include "ros/topics/sample_check.hpp"
 #include "ros/topics/subscription.hpp"
 #include "ros/topics/time_source.hpp"
 
@@ -85,7 +85,7 @@ class Gateway {
   TimeSource time_{shared_};
   DiagnosticsTopic diagnostics_{shared_};
   GraphWatcher graph_;  // these are last, so their threads end first
-  LargeSamples large_{[this] { shared_.ready.wake(); }};
+  SampleCheck check_{[this] { shared_.ready.wake(); }};
 };
 
 }  // namespace connect_bridge::ros

@@ -1,5 +1,7 @@
 #include "run/live_parameters.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <filesystem>
@@ -99,7 +101,8 @@ ros::SetResult LiveParameters::set(const std::vector<Parameter>& parameters) {
   const RuleChanges rules = rule_changes(config_, *parsed.config);
   const auto others = settings_changed(config_, *parsed.config);
   std::string what = others.empty() || !rules.none() ? "rules: " + to_text(rules) : "";
-  if (!others.empty()) what += (what.empty() ? "" : "; ") + ("changed: " + joined(others));
+  if (!others.empty())
+    what += (what.empty() ? "" : "; ") + ("changed: " + fmt::format("{}", fmt::join(others, ", ")));
   config_ = std::move(*parsed.config);
   changes_.config(config_);
   node_.log(LogLevel::kInfo, what);

@@ -59,7 +59,8 @@ std::string first_line(const std::filesystem::path& file, std::string_view that_
   std::ifstream in(file);
   std::string line;
   while (std::getline(in, line))
-    if (line.starts_with(that_begins)) return line.substr(that_begins.size());
+    if (line.starts_with(that_begins))
+      return line.substr(std::min(line.find_first_not_of(" \t", that_begins.size()), line.size()));
   return {};
 }
 

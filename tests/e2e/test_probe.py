@@ -103,9 +103,13 @@ def test_a_robot_tells_the_operator_its_diagnostics(make_pair):
     rule = {**OPEN["rule"]["all"]}
     rule["export_topics"] = [*rule["export_topics"], "/diagnostics"]
     pair = make_pair(server={"rules": ["all"], "rule": {"all": rule}})
-    assert ("connect_server", "/diagnostics") in publishers(pair.robot)
+
+    def publish(graph):
+        return sorted(info.node_name for info in graph.publishers("/diagnostics"))
+
+    until(lambda: publish(pair.robot) == ["connect_server"], lambda: str(publish(pair.robot)))
     # Its own, and that of the robot.
-    until(lambda: len(publishers(pair.operator)) == 2, lambda: str(publishers(pair.operator)))
+    until(lambda: len(publish(pair.operator)) == 2, lambda: str(publish(pair.operator)))
     until(
         lambda: "/diagnostics" in [t["topic"] for link in pair.client.status().get("links", ())
                                    for t in link["topics"]],
@@ -116,8 +120,3 @@ def test_a_robot_tells_the_operator_its_diagnostics(make_pair):
     spans = {span["span"]: span for span in json.loads(made.stdout)["spans"]}
     assert spans["idle"]["received_bytes"] == 0
     assert spans["receiving"]["received_bytes"] > 500, "it is told once a second to who listens"
-
-
-def publishers(graph):
-    return [(info.node_name, info_topic) for info_topic in ["/diagnostics"]
-            for info in graph.publishers(info_topic)]

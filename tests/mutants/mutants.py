@@ -196,6 +196,7 @@ MUTANTS = [
     Mutant("claims_start", "claims under way at a start are not waited for", gone),
     Mutant("claims_lapse", "a frozen bridge wakes up with its services", gone),
     Mutant("claims_cross", "claims have no time to cross", swap(" + graph.settle", "")),
+    Mutant("turns_at_depth", "a short queue lets one publisher starve the others", never),
     Mutant("states_replaced", "in a queue that stands all states wait", gone),
     Mutant("accepted", "what a peer does not accept is offered", value("Answer::kYes")),
     Mutant("stand_ends", "a queue that stood once stands for ever", gone),

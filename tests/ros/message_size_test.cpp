@@ -1,4 +1,4 @@
-// Messages that are larger than messages may be.
+// Large messages, and those that are larger than messages may be.
 #include "core/graph/claim_message.hpp"
 #include "core/graph/graph_view.hpp"
 #include "ros/gateway.hpp"
@@ -28,6 +28,56 @@ TEST_F(MessageSizeTest, DropsWhatIsTooLarge) {
   const auto message = side.next<MessageTaken>();
   ASSERT_TRUE(message);
   EXPECT_EQ(string_message("small"), bytes_of(message->payload));
+}
+
+// Large ones are checked beside the loop, and overtake nothing.
+TEST_F(MessageSizeTest, LargeOnesKeepTheirOrder) {
+  TestNode listener("listener");
+  TestSide side("connect_server");
+  RawSubscription subscription(listener, topic("chatter"));
+  side.gateway.apply(CreateMirror{kMirror, topic("chatter"), kString, "", qos_of_depth(10)});
+  const auto publish = [&](Bytes bytes) {
+    side.gateway.apply(Publish{kMirror, Payload::adopt(std::move(bytes))});
+  };
+  ASSERT_TRUE(side.until([&] {
+    publish(string_message("are you there"));
+    side.drain_for(20ms);
+    return subscription.take().has_value();
+  }));
+  side.drain_for(200ms);
+  while (subscription.take()) {
+  }
+  const Bytes large = string_message(std::string(2 << 20, 'x'));
+  Bytes no_string = large;
+  no_string[7] = 0xff;  // longer than there are bytes
+  publish(large);
+  publish(string_message("first"));
+  publish(no_string);
+  publish(large);
+  publish(string_message("second"));
+  std::vector<std::size_t> sizes;
+  side.until([&] {
+    while (const auto taken = subscription.take()) sizes.push_back(taken->size());
+    return sizes.size() == 4;
+  });
+  const std::size_t first = string_message("first").size();
+  const std::size_t second = string_message("second").size();
+  EXPECT_EQ((std::vector<std::size_t>{large.size(), first, large.size(), second}), sizes);
+  const auto failed = side.next<PublishFailed>();
+  ASSERT_TRUE(failed);
+  EXPECT_EQ(1u, failed->count);
+}
+
+// One that has ended takes what is checked with it.
+TEST_F(MessageSizeTest, AMirrorMayEndWhileALargeOneIsChecked) {
+  TestSide side("connect_server");
+  side.gateway.apply(CreateMirror{kMirror, topic("chatter"), kString, "", qos_of_depth(10)});
+  const Payload large = Payload::adopt(string_message(std::string(8 << 20, 'x')));
+  for (int n = 0; n < 5; ++n) side.gateway.apply(Publish{kMirror, large});
+  side.gateway.apply(DestroyMirror{kMirror});
+  side.drain_for(200ms);
+  EXPECT_EQ(0u, side.gateway.counters().published);
+  EXPECT_FALSE(side.next<PublishFailed>(0ms));
 }
 
 // However small messages must be: bridges that do not hear each other's claims feed the same.

@@ -66,9 +66,6 @@ struct Totals {
   std::mutex printing;
 };
 
-// Besides its world each of so many seeds has one of a thin link.
-constexpr std::uint64_t kThinEvery = 10;
-
 // A seed takes milliseconds, a day some minutes with sanitizers; one that takes so long hangs.
 constexpr std::chrono::seconds kSeedMax{120}, kDayMax{1800};
 
@@ -215,10 +212,8 @@ std::optional<std::string> run_seed(std::uint64_t seed, const Options& options, 
 
 std::optional<std::string> run_worlds(std::uint64_t seed, const Options& options, Totals& totals) {
   if (options.twins) return run_twins(seed, options.verbose, totals);
-  const bool thin = options.thin || (!options.day && seed % kThinEvery == 0);
-  auto found = thin ? run_thin(seed, options.verbose, totals) : std::nullopt;
-  if (!found && !options.thin) found = run_seed(seed, options, totals);
-  return found;
+  if (options.thin) return run_thin(seed, options.verbose, totals);
+  return run_seed(seed, options, totals);
 }
 
 void work(const Options& options, std::chrono::steady_clock::time_point end, Totals& totals) {

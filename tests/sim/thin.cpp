@@ -111,6 +111,7 @@ void Thin::build_host(Role role, int graph, bool verbose) {
   plan.options.node = "/connect" + std::to_string(graph);
   plan.options.dead_after = 3s;
   plan.options.resume_for = 60s;
+  plan.options.audits = true;
   plan.options.retry_min = 100ms;
   plan.options.retry_max = 500ms;
   const bool is_robot = role == Role::kServer;
@@ -230,7 +231,11 @@ void Thin::on_caller_gone(const Caller& caller) {
 Duration Thin::age_max(std::size_t bytes, std::size_t sharing) const {
   const double takes =
       static_cast<double>(bytes * sharing) / static_cast<double>(plan_.path.bytes_per_second);
-  return in_seconds(1.5 * (2 * takes + seconds(plan_.path.delay + plan_.path.jitter)) + 0.1);
+  // What the kernel is to have: on a very thin path three segments are much.
+  const double kernel = static_cast<double>(plan_.path.send_buffer) /
+                        static_cast<double>(plan_.path.bytes_per_second);
+  const double way = seconds(plan_.path.delay + plan_.path.jitter);
+  return in_seconds(1.5 * (2 * takes + way + kernel) + 0.1);
 }
 
 Duration Thin::age_p99(const Stream& stream, TimePoint from) {

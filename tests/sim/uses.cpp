@@ -71,9 +71,9 @@ constexpr const char* kGrid = "nav_msgs/msg/OccupancyGrid";
 // A grid now and then, and the changes between: one that is missing spoils all that follow.
 Use costmap() {
   return {"a costmap with its updates",
-          plan_of(60'000, {{"/costmap", kGrid, 40'000, 4s, 0, 1, latched(), 13s},
+          plan_of(60'000, {{"/costmap", kGrid, 40'000, 4s, 0, 1, latched(), 9s},
                            {"/costmap_updates", "map_msgs/msg/OccupancyGridUpdate", 4'000, 100ms, 0,
-                            1, reliable(10), 13s}}),
+                            1, reliable(10), 10s}}),
           [](const Thin& thin) {
             expect_last(thin.streams()[0], "the costmap");
             expect_all(thin.streams()[1], "its updates");
@@ -146,9 +146,9 @@ Use bag() {
 
 // Each would take 2 s.
 Use maps() {
-  return {"latched maps that change",
-          plan_of(100'000, {{"/map", kGrid, 200'000, 500ms, 0, 1, latched(), 9s}}),
-          [](const Thin& thin) {
+  ThinPlan plan = plan_of(100'000, {{"/map", kGrid, 200'000, 500ms, 0, 1, latched(), 9s}});
+  plan.end = 18s;
+  return {"latched maps that change", plan, [](const Thin& thin) {
             const Stream& stream = thin.streams()[0];
             expect_last(stream, "the map");
             expect_young(stream, thin.age_max(200'000, 1), "the maps");

@@ -109,8 +109,10 @@ bool ChannelQueue::make_room(OutMessage& message, const Now& now) {
            now.steady - waiting_[first].since > kWaitMax)
       drop_waiting_at(first, DropReason::kQueueTime);
   }
-  while (options_.depth > 0 && waiting_.size() - first >= options_.depth)
+  while (options_.depth > 0 && waiting_.size() - first >= options_.depth) {
+    if (displace(message)) return true;               // mutant: turns_at_depth
     drop_waiting_at(first, DropReason::kQueueDepth);  // mutant: depth
+  }
   while (!has_room(message.body.size(), now)) drop_waiting_at(first, DropReason::kQueueBytes);
   return false;
 }
@@ -141,14 +143,24 @@ bool ChannelQueue::replace(OutMessage& message) {
   return false;
 }
 
-void ChannelQueue::enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {
-  waiting_bytes_ += message.body.size();
-  waiting_.push_back({std::move(message), arrival, now.steady});
-}
-
-void ChannelQueue::count_queued(const OutMessage& message) {
-  ++counts_.queued;
-  counts_.queued_bytes += message.body.size();
+bool ChannelQueue::displace(OutMessage& message) {
+  const auto is_other = [&](const Waiting& w) { return w.message.subject != message.subject; };
+  const auto first = waiting_.begin() + static_cast<std::ptrdiff_t>(replay_.count());
+  if (std::none_of(first, waiting_.end(), is_other)) return false;
+  OutMessage* place = nullptr;
+  for (auto own = first; own != waiting_.end(); ++own) {
+    if (is_other(*own)) continue;
+    if (place) {
+      *place = std::move(own->message);
+    } else {
+      count_dropped(own->message, DropReason::kQueueDepth);
+      waiting_bytes_ += message.body.size() - own->message.body.size();
+      if (own == waiting_.begin()) front_.reset();
+    }
+    place = &own->message;
+  }
+  if (place) *place = std::move(message);
+  return place != nullptr;
 }
 
 void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,

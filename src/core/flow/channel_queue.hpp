@@ -216,6 +216,9 @@ class ChannelQueue {
   // of an older one, and waits there now.
   bool make_room(OutMessage& message, const Now& now);
   bool replace(OutMessage& message);
+  // Where others wait, too, its publisher's own oldest gives way, and its others move up: so
+  // publishers of one topic take turns. False: it has none.
+  bool displace(OutMessage& message);
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin(const Now& now);
   // All of it was handed out.
@@ -232,8 +235,14 @@ class ChannelQueue {
   void drop_waiting_at(std::size_t index, DropReason reason);
   // Takes the message at `index` out of what waits.
   OutMessage take_waiting(std::size_t index);
-  void enqueue(OutMessage message, std::uint64_t arrival, const Now& now);
-  void count_queued(const OutMessage& message);
+  void enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {
+    waiting_bytes_ += message.body.size();
+    waiting_.push_back({std::move(message), arrival, now.steady});
+  }
+  void count_queued(const OutMessage& message) {
+    ++counts_.queued;
+    counts_.queued_bytes += message.body.size();
+  }
   void count_dropped(const OutMessage& message, DropReason reason);
 
   ChannelId id_;

@@ -84,6 +84,7 @@ inline constexpr std::array<ParameterService, 6> kParameterServices{{
                                                                         std::string_view type);
 // Whether the last token is that of a parameter service, of whatever type.
 [[nodiscard]] bool is_parameter_service_name(std::string_view name);
+inline constexpr char kDiagnosticsTopic[] = "/diagnostics";  // each bridge publishes it, too
 inline constexpr std::string_view kParameterEvents = "/parameter_events";  // on the wire
 inline constexpr std::string_view kParameterEventType = "rcl_interfaces/msg/ParameterEvent";
 [[nodiscard]] bool is_parameter_events(InterfaceKind kind, std::string_view name);

@@ -38,8 +38,8 @@ struct CreateMirror {
 struct DestroyMirror {
   MirrorId id;
 };
-// Larger samples are published beside the loop, each mirror's in their order. The payload is let go
-// on this thread, when that is done.
+// Larger samples are checked beside the loop, and published in their mirror's order. The payload is
+// let go on this thread, when that is done.
 inline constexpr std::size_t kLargeSample = 1 << 20;
 
 struct Publish {

@@ -23,7 +23,9 @@ bool is_hidden(std::string_view name) {
 
 // Of an action the goals stand for all of it.
 bool may_be_wished(InterfaceKind kind, const std::string& name, const std::string& type) {
-  if (is_of_bridges(name) || name == kRosout || name == kParameterEvents) return false;
+  if (is_of_bridges(name) || name == kRosout || name == kParameterEvents ||
+      name == kDiagnosticsTopic)
+    return false;
   if (!has_action_token(name)) return !is_hidden(name);
   const auto part = part_of_action(kind, name, type);
   return part && part->part == ActionPart::kSendGoal && !is_hidden(part->action);

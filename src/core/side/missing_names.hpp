@@ -27,8 +27,8 @@ struct Wish {
 };
 
 // Without hidden names but those of actions, each of which is one wish, by its goals; without
-// bridges' own, /rosout and the parameter events, which every node has. At most kWishesMax of each
-// direction.
+// bridges' own, /rosout and the parameter events, which every node has, and /diagnostics, which
+// every bridge publishes. At most kWishesMax of each direction.
 inline constexpr std::size_t kWishesMax = 512;
 [[nodiscard]] std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims);
 

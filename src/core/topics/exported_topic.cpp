@@ -4,16 +4,10 @@
 #include <utility>
 
 #include "core/policy/companion.hpp"
-#include "core/topics/command.hpp"
 #include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
 
 namespace connect_bridge {
-namespace {
-
-constexpr Duration kJoinMax = std::chrono::seconds(1);  // since the first early sample
-
-}  // namespace
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),
@@ -182,18 +176,9 @@ Qos ExportedTopic::wanted_qos() const {
     return offer == offers_.end() || (offer->second.is_awaited() && !backlogs_.contains(link) &&
                                       !offer->second.is_declined());
   });
-  if (all_want_live() || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
+  if (offers_.want_live(key()) || backlogs_.want_volatile())
+    weakest.durability = Durability::kVolatile;
   return qos_for(origins_, offers_, weakest, context_.options);
-}
-
-bool ExportedTopic::all_want_live() const {
-  bool asked = false;
-  for (const auto& [link, offer] : offers_) {
-    if (!offer.demanded() && !offer.is_awaited()) continue;
-    if (!offer.is_live()) return false;
-    asked = true;
-  }
-  return asked || drives(Treatment{}, key());
 }
 
 std::uint32_t ExportedTopic::history_depth() const {
@@ -353,23 +338,7 @@ void ExportedTopic::keep_early(const OutSample& sample, const Now& now) {
     if (offer != offers_.end() && offer->second.is_awaited() && !backlogs_.contains(link))
       awaited.push_back(&offer->second);
   }
-  // Of bridges in one graph the first that listens may give way to another one. So a link that
-  // listens a little later gets what no link has got yet, and first, so that its order is that of
-  // the others.
-  const EarlySamples* oldest = nullptr;
-  if (!awaited.empty())
-    for (const auto& [link, offer] : offers_.busy())
-      if (!offer->early().empty() && (!oldest || offer->early().since() < oldest->since()))
-        oldest = &offer->early();
-  if (oldest && now.steady - oldest->since() >= kJoinMax) oldest = nullptr;
-  for (TopicOffer* offer : awaited)
-    if (oldest && offer->early().empty())
-      for (const OutSample& early : oldest->samples())
-        offer->keep_early(early, oldest->since(), now);
-  for (TopicOffer* offer : awaited) {
-    offer->keep_early(sample, now.steady, now);
-    offers_.note(*offer);
-  }
+  offers_.keep_early(awaited, sample, now);
 }
 
 void ExportedTopic::send_history(TopicOffer& offer, const Now& now) {

@@ -77,8 +77,6 @@ class ExportedTopic {
 
   [[nodiscard]] bool is_wanted() const;
   [[nodiscard]] Qos wanted_qos() const;
-  // Whether no peer that wants it, or may come to want it, wants what publishers keep.
-  [[nodiscard]] bool all_want_live() const;
   void take_name();
   void unsubscribe();
   void end_subscription();

@@ -4,11 +4,13 @@
 #include <utility>
 
 #include "core/flow/delta_encoder.hpp"
+#include "core/topics/command.hpp"
 
 namespace connect_bridge {
 namespace {
 
-constexpr std::uint64_t kEncoderBytesMax = 4 << 20;  // of samples that wait for a worker
+constexpr Duration kJoinMax = std::chrono::seconds(1);  // since the first early sample
+constexpr std::uint64_t kEncoderBytesMax = 4 << 20;     // of samples that wait for a worker
 // Bytes per second; below, zstd's third level is the better one, above it its first.
 constexpr double kThinRate = 4e6;
 constexpr double kSlackMax = 0.1;    // then it is asked again
@@ -45,6 +47,27 @@ void TopicOffers::note(TopicOffer& offer) {
   }
 }
 
+// Of bridges in one graph the first that listens may give way to another one. So a link that
+// listens a little later gets what no link has got yet, and first, so that its order is that of the
+// others.
+void TopicOffers::keep_early(const std::vector<TopicOffer*>& awaited, const OutSample& sample,
+                             const Now& now) {
+  if (awaited.empty()) return;
+  const EarlySamples* oldest = nullptr;
+  for (const auto& [link, offer] : busy_)
+    if (!offer->early().empty() && (!oldest || offer->early().since() < oldest->since()))
+      oldest = &offer->early();
+  if (oldest && now.steady - oldest->since() >= kJoinMax) oldest = nullptr;
+  for (TopicOffer* offer : awaited)
+    if (oldest && offer->early().empty())
+      for (const OutSample& early : oldest->samples())
+        offer->keep_early(early, oldest->since(), now);
+  for (TopicOffer* offer : awaited) {
+    offer->keep_early(sample, now.steady, now);
+    note(*offer);
+  }
+}
+
 bool TopicOffers::drop_late(const Now& now) {
   bool any = false;
   for (auto it = busy_.begin(); it != busy_.end();) {
@@ -59,6 +82,16 @@ bool TopicOffers::drop_late(const Now& now) {
 bool TopicOffers::demanded() const {
   return std::any_of(busy_.begin(), busy_.end(),
                      [](const auto& entry) { return entry.second->demanded(); });
+}
+
+bool TopicOffers::want_live(const TopicKey& topic) const {
+  bool asked = false;
+  for (const auto& [link, offer] : offers_) {
+    if (!offer.demanded() && !offer.is_awaited()) continue;
+    if (!offer.is_live()) return false;
+    asked = true;
+  }
+  return asked || drives(Treatment{}, topic);
 }
 
 bool TopicOffers::hold(OriginId origin) const {

@@ -36,6 +36,8 @@ class TopicOffers {
   // Those that are demanded or keep early samples. No other one has to do with a sample, so that it
   // costs the same however many links have the topic offered, or may not have it.
   [[nodiscard]] const std::map<LinkId, TopicOffer*>& busy() const { return busy_; }
+  // Keeps the sample for these, which listen and may demand the topic soon.
+  void keep_early(const std::vector<TopicOffer*>& awaited, const OutSample& sample, const Now& now);
   // What was kept too long for demands that did not come is dropped. Whether there was anything.
   [[nodiscard]] bool drop_late(const Now& now);
 
@@ -70,6 +72,8 @@ class TopicOffers {
   void drop_under_way();
 
   [[nodiscard]] bool demanded() const;
+  // Whether no peer that wants the topic, or may come to want it, wants what publishers keep.
+  [[nodiscard]] bool want_live(const TopicKey& topic) const;
   // Whether a sample of the origin waits for a link.
   [[nodiscard]] bool hold(OriginId origin) const;
   // No sample waits for any link.

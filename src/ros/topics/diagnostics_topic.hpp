@@ -5,11 +5,11 @@
 
 #include <optional>
 
+#include "core/policy/interface.hpp"
 #include "ros/entities/shared.hpp"
 
 namespace connect_bridge::ros {
 
-inline constexpr char kDiagnosticsTopic[] = "/diagnostics";
 // Its package need not be installed: samples are serialized by the caller.
 inline constexpr char kDiagnosticsType[] = "diagnostic_msgs/msg/DiagnosticArray";
 

@@ -49,13 +49,15 @@ std::optional<Refusal> Publisher::open(const CreateMirror& create) {
   return std::nullopt;
 }
 
-std::optional<std::string> Publisher::publish(ByteView bytes) {
-  if (ended_) return "the publisher of " + topic_ + " has ended";
+std::optional<std::string> Publisher::check(ByteView bytes) const {
   const bool small = bytes.size() <= kUncheckedBytesMax && type_.other_hash.empty();
-  if (const auto* fields = type_.introspection; fields != nullptr && !small) {
-    if (const auto problem = check_cdr(bytes, *fields, sample_limits(bytes.size())))
-      return "a peer's message on " + topic_ + " is no " + type_name_ + ": " + *problem;
-  }
+  if (type_.introspection == nullptr || small) return std::nullopt;
+  const auto problem = check_cdr(bytes, *type_.introspection, sample_limits(bytes.size()));
+  if (!problem) return std::nullopt;
+  return "a peer's message on " + topic_ + " is no " + type_name_ + ": " + *problem;
+}
+
+std::optional<std::string> Publisher::publish(ByteView bytes) {
   const rcl_serialized_message_t message = as_serialized(bytes);
   const rcl_ret_t result = rcl_publish_serialized_message(&publisher_, &message, nullptr);
   if (result == RCL_RET_OK) return std::nullopt;
@@ -68,25 +70,26 @@ Mirror::Mirror(Shared& shared, Create create)
       create_(std::move(create)),
       publisher_(std::make_shared<Publisher>(shared)) {}
 
-Mirror::~Mirror() {
-  publisher_->end();
-}
-
 std::optional<Refusal> Mirror::open() {
   return publisher_->open(create_);
 }
 
-void Mirror::publish(const Publish& sample, LargeSamples& large) {
-  if (beside_ == 0 && sample.payload.size() <= kLargeSample) {
-    ++beside_;
-    return on_published(publisher_->publish(sample.payload.view()));
+void Mirror::publish(const Publish& sample, SampleCheck& check) {
+  const ByteView bytes = sample.payload.view();
+  if (checked_ > 0 || bytes.size() > kLargeSample) {
+    ++checked_;
+    return check.add({publisher_, sample});
   }
-  ++beside_;
-  large.add({publisher_, sample});
+  const auto problem = publisher_->check(bytes);
+  count(problem ? problem : publisher_->publish(bytes));
 }
 
-void Mirror::on_published(const std::optional<std::string>& problem) {
-  --beside_;
+void Mirror::on_checked(const SampleCheck::Sample& sample) {
+  --checked_;
+  count(sample.problem ? sample.problem : publisher_->publish(sample.what.payload.view()));
+}
+
+void Mirror::count(const std::optional<std::string>& problem) {
   if (!problem) return static_cast<void>(++shared_.counters.published);
   shared_.node.log(shared_.unpublished, LogLevel::kWarn, *problem);
   if (unpublished_++ == 0) ReadyList::mark(slot(), kReadyFailed);

@@ -3,7 +3,6 @@
 
 #include <rcl/publisher.h>
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -11,12 +10,12 @@
 
 #include "ros/entities/entity.hpp"
 #include "ros/entities/shared.hpp"
-#include "ros/topics/large_samples.hpp"
+#include "ros/topics/sample_check.hpp"
 #include "ros/types/type_supports.hpp"
 
 namespace connect_bridge::ros {
 
-// Thread: the loop's, but publish() any.
+// Thread: the loop's, but check() any.
 class Publisher {
  public:
   explicit Publisher(Shared& shared) : shared_(shared) {}
@@ -26,10 +25,10 @@ class Publisher {
 
   // Why there is no publisher, or nothing.
   std::optional<Refusal> open(const CreateMirror& create);
-  // Why it was not published, or nothing. The bytes are not copied here.
+  // Why these bytes are not to be published, or nothing.
+  [[nodiscard]] std::optional<std::string> check(ByteView bytes) const;
+  // Why they were not published, or nothing. They are not copied here.
   std::optional<std::string> publish(ByteView bytes);
-  // From here on nothing is published.
-  void end() { ended_ = true; }
 
  private:
   Shared& shared_;
@@ -40,7 +39,6 @@ class Publisher {
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
   std::optional<Gid> own_id_;  // of the publisher, where the middleware tells it
-  std::atomic<bool> ended_{false};
 };
 
 // Thread: the loop's.
@@ -49,23 +47,22 @@ class Mirror final : public Entity {
   using Create = CreateMirror;
 
   Mirror(Shared& shared, Create create);
-  // What waits to be published is not.
-  ~Mirror() override;
-
   // Why there is no publisher, or nothing.
   std::optional<Refusal> open();
-  // The bytes are not copied here. A large sample, and what comes behind it, is published beside
-  // the loop: then on_published() is to be called. A message that does not have the type, or that
-  // the middleware refuses, is reported with a later step.
-  void publish(const Publish& sample, LargeSamples& large);
-  void on_published(const std::optional<std::string>& problem);
+  // The bytes are not copied here. A large sample, and what comes behind it, is checked first, and
+  // comes back as on_checked(). A message that does not have the type, or that the middleware
+  // refuses, is reported with a later step.
+  void publish(const Publish& sample, SampleCheck& check);
+  void on_checked(const SampleCheck::Sample& sample);
   std::optional<Input> step(Batch& batch) override;
 
  private:
+  void count(const std::optional<std::string>& problem);
+
   Shared& shared_;
   const Create create_;
   std::shared_ptr<Publisher> publisher_;
-  std::uint64_t beside_ = 0;       // samples that wait beside the loop
+  std::uint64_t checked_ = 0;      // samples that are to come back
   std::uint64_t unpublished_ = 0;  // samples, not reported yet
 };
 

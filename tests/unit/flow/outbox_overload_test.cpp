@@ -167,6 +167,14 @@ TEST(Overload, AfterAPathThatStoodWhatIsNowComesFirst) {
   EXPECT_LE(link.ages.back(), 300 + 100);
 }
 
+// It has room for one of each: nothing waits for long, and each has its turn all the same.
+TEST(Overload, PublishersOfOneTopicTakeTurnsHoweverShortItsQueueIs) {
+  Link link(40, Of::kState, 2);  // 200 ms for a message
+  link.run(30'000, every(20, 0, 30'000), every(20, 10, 30'000));
+  EXPECT_NEAR(static_cast<double>(link.ages.size()), static_cast<double>(link.other_ages.size()),
+              4);
+}
+
 // Of a publisher that keeps all, too (depth 0).
 class EachOneWaits : public testing::TestWithParam<std::uint32_t> {};
 INSTANTIATE_TEST_SUITE_P(Overload, EachOneWaits, testing::Values(1'000'000U, 0U));

@@ -97,11 +97,10 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   exported.messages = 3;
   exported.bytes = 30;
   exported.wire_bytes = 20;
-  exported.queued = 1;
+  exported.queued = 1, exported.published_for_each_sent = 3;
   exported.dropped.add(DropReason::kRate, 4);
   exported.declined = "no such type";
   exported.keep_because = "an event";
-  exported.published_for_each_sent = 3;
   exported.rule = "look";
   TopicStatus imported;
   imported.topic = "/b";

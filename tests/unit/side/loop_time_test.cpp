@@ -74,7 +74,8 @@ TEST(LoopTime, DueWorkOfWhoUsesMuchComesLater) {
   TwoLinks s;
   s.say(1, Accepts{});
   std::vector<OriginOffer> origins;
-  for (std::uint8_t i = 1; i <= 11; ++i) origins.push_back(origin(i, i));
+  for (std::uint8_t i = 1; i <= 11; ++i)
+    origins.push_back(origin(i, static_cast<std::uint8_t>(i + 20)));
   s.say(1, Offer{{channel(1, "/b", origins)}, true});
   const auto made = [&] {
     int mirrors = 0;

@@ -256,6 +256,7 @@ TEST_F(MissingTest, HiddenNamesAndThoseOfEveryNodeAreLeftOut) {
   s.graph({topic("/a/_hidden").sub(1), topic("/_connect_bridge/x").sub(1),
            typed(topic("/rosout").pub(2), "rcl_interfaces/msg/Log"),
            typed(topic("/parameter_events").pub(3), "rcl_interfaces/msg/ParameterEvent"),
+           typed(topic("/diagnostics").pub(5), "diagnostic_msgs/msg/DiagnosticArray"),
            topic("/fib/_action/feedback").sub(4)});
   s.join(1);
   s.say(1, Accepts{});

@@ -178,7 +178,7 @@ TEST(PeerTopics, WhatIsKeptAndWhatGoesOnIsDemandedApart) {
     EXPECT_EQ(demand->number, 1U);
     words += line_of(*packet) + "\n";
   }
-  EXPECT_EQ(words, "demand 1 on\ndemand 3 4 on resume\ndemand 2 on resume after 7\n");
+  EXPECT_EQ(words, "demand 1 on live\ndemand 3 4 on resume\ndemand 2 on resume after 7\n");
   EXPECT_TRUE(s.one.link.arrived.empty());  // it goes on once
 }
 

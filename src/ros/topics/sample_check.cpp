@@ -1,4 +1,4 @@
-#include "ros/topics/large_samples.hpp"
+#include "ros/topics/sample_check.hpp"
 
 #include <utility>
 
@@ -6,7 +6,7 @@
 
 namespace connect_bridge::ros {
 
-LargeSamples::~LargeSamples() {
+SampleCheck::~SampleCheck() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -15,21 +15,27 @@ LargeSamples::~LargeSamples() {
   if (thread_.joinable()) thread_.join();
 }
 
-void LargeSamples::add(Sample sample) {
+void SampleCheck::add(Sample sample) {
   {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    const std::size_t size = sample.what.payload.size();
+    room_.wait(lock, [&] { return bytes_ == 0 || bytes_ + size <= kBytesMax; });
+    bytes_ += size;
     waiting_.push_back(std::move(sample));
   }
   added_.notify_all();
   if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
 }
 
-std::vector<LargeSamples::Sample> LargeSamples::take_done() {
+std::optional<SampleCheck::Sample> SampleCheck::take() {
   const std::lock_guard lock(mutex_);
-  return std::exchange(done_, {});
+  if (checked_.empty()) return std::nullopt;
+  std::optional<Sample> sample(std::move(checked_.front()));
+  checked_.pop_front();
+  return sample;
 }
 
-void LargeSamples::run() {
+void SampleCheck::run() {
   std::unique_lock lock(mutex_);
   while (true) {
     added_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
@@ -37,9 +43,11 @@ void LargeSamples::run() {
     Sample sample = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
-    sample.problem = sample.publisher->publish(sample.what.payload.view());
+    sample.problem = sample.publisher->check(sample.what.payload.view());
     lock.lock();
-    done_.push_back(std::move(sample));
+    bytes_ -= sample.what.payload.size();
+    room_.notify_all();
+    checked_.push_back(std::move(sample));
     wake_();
   }
 }
