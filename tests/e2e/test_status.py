@@ -250,7 +250,8 @@ def test_the_page_shows_what_the_json_says(world, topic, tmp_path):
         (link,) = status["links"]
         (said,) = [t for t in link["topics"] if t["topic"] == topic]
         assert shown[1:3] == [said["direction"], str(link["link"])]
-        assert shown[8:] == ["flows", f"{said['keep']}: {said['keep_because']}", said["type"]]
+        keeps = f"{said['keep']}: {said['keep_because']}"
+        assert shown[8:] == ["flows", said["rule"], keeps, said["type"]]
         whole = page.value("document.body.innerText")
         assert link["node"] in whole and link["peer"] in whole and "1 link is open" in whole
         for _ in range(40):
