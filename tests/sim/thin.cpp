@@ -13,6 +13,7 @@ using namespace std::chrono_literals;
 
 constexpr const char* kThinType = "geometry_msgs/msg/Pose";  // a state
 constexpr double kShare = 0.25;                              // more or less than the others
+constexpr double kHeads = 40;                                // bytes of a message's frames
 constexpr double kArrives = 0.8;                             // of what the path carries
 
 GraphPlan quick_graph() {
@@ -269,8 +270,8 @@ void Thin::check() const {
   const double each = sum / static_cast<double>(counts.size());
   const double span = seconds(TimePoint{} + plan_.end - from);
   const double published = span / seconds(flow.period) * static_cast<double>(streams_.size());
-  const double carried =
-      span * static_cast<double>(plan_.path.bytes_per_second) / static_cast<double>(flow.bytes);
+  const double carried = span * static_cast<double>(plan_.path.bytes_per_second) /
+                         (static_cast<double>(flow.bytes) + kHeads);
   if (sum < kArrives * std::min(published, carried) - 2)
     violated("only " + std::to_string(sum) + " of " + std::to_string(std::min(published, carried)) +
              " messages arrived");
