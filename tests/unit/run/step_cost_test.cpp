@@ -5,6 +5,7 @@
 #include <chrono>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace connect_bridge::test {
 namespace {
@@ -42,6 +43,27 @@ TEST(StepCost, InsideTheMiddlewareALockThatAnotherThreadHoldsCounts) {
   EXPECT_GE(cost.inside(), 40ms);
   held.unlock();
   other.join();
+}
+
+Duration processor_time() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return Duration(t.tv_sec * 1'000'000'000LL + t.tv_nsec);
+}
+
+// More threads than processors: each waits for the others, and pays for nothing of that.
+TEST(StepCost, InsideTheMiddlewareWhatOthersComputeDoesNotCount) {
+  std::vector<std::thread> threads;
+  for (unsigned n = 0; n < 2 * std::thread::hardware_concurrency(); ++n)
+    threads.emplace_back([] {
+      StepCost cost;
+      cost.begin();
+      const Duration before = processor_time();
+      while (processor_time() < before + 50ms) {
+      }
+      EXPECT_LT(cost.inside(), 60ms);
+    });
+  for (std::thread& thread : threads) thread.join();
 }
 
 }  // namespace
