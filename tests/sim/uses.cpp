@@ -147,6 +147,7 @@ Use bag() {
 // Each would take 2 s.
 Use maps() {
   ThinPlan plan = plan_of(100'000, {{"/map", kGrid, 200'000, 500ms, 0, 1, latched(), 9s}});
+  plan.treatment.keep = Keep::kNewest;  // by its Header, of which the simulated graph tells nothing
   plan.end = 18s;
   return {"latched maps that change", plan, [](const Thin& thin) {
             const Stream& stream = thin.streams()[0];
