@@ -118,12 +118,13 @@ if(sim_sources AND TARGET connect_core)
   target_include_directories(sim PRIVATE "${tests}")
   add_test(NAME sim COMMAND sim --seeds ${CONNECT_SIM_SEEDS})
   add_test(NAME sim_twins COMMAND sim --twins --seeds ${CONNECT_SIM_SEEDS})
+  add_test(NAME sim_uses COMMAND sim --uses)
   # It weighs the heap, which is another one under a sanitizer.
   if(NOT CONNECT_SANITIZE)
     add_test(NAME sim_day COMMAND sim --day --seed 1)
     set_tests_properties(sim_day PROPERTIES LABELS sim TIMEOUT 1800)
   endif()
-  set_tests_properties(sim sim_twins PROPERTIES LABELS sim TIMEOUT 1800 RUN_SERIAL ON)
+  set_tests_properties(sim sim_twins sim_uses PROPERTIES LABELS sim TIMEOUT 1800 RUN_SERIAL ON)
 endif()
 
 # fuzz: one libFuzzer program per file.

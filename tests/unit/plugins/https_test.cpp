@@ -52,7 +52,7 @@ TEST_F(HttpsTest, GoesThroughAProxyThatLooksUpTheName) {
   FakeProxy proxy{pair.loop, kDone, pair.server.network.listen_port()};
   const HttpAnswer answer = fetched(pair.loop, proxy.proxy("me:secret"));
   EXPECT_EQ(answer.problem, "");
-  EXPECT_EQ(answer.status, 404);
+  EXPECT_EQ(answer.status, 426);
   EXPECT_THAT(answer.body, HasSubstr("ROS2 Connect"));
   EXPECT_THAT(proxy.request, HasSubstr("CONNECT id.example:443 HTTP/1.1\r\n"));
   EXPECT_THAT(proxy.request, HasSubstr("\r\nProxy-Authorization: Basic bWU6c2VjcmV0\r\n"));
