@@ -84,16 +84,6 @@ struct Shared {
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
                                   " is not installed here: its messages are carried unchecked");
   }
-  // Logs once per type that its keys are not kept apart.
-  void tell_keys(const std::string& type) {
-    told_types.on_time(Node::steady_now());
-    if (!told_types.first("keys of " + type)) return;
-    node.log(LogLevel::kWarn,
-             "the type " + type +
-                 " has keys: they are not kept apart where the middleware publishes serialized "
-                 "messages as one instance, as rmw_fastrtps does; subscribers keep the last "
-                 "samples of all keys together");
-  }
   // An entity is made here with a type for which the peer has sent this hash. Logs once that hashes
   // cannot be compared, if one is missing; old distributions have none.
   void tell_if_unhashed(const std::string& type, const std::string& hash_there) {

@@ -14,6 +14,8 @@ namespace {
 // A subscriber allocates memory for as many elements as a sequence claims to have, before it reads
 // them: at most as many as the message has bytes. Below this size that is little.
 constexpr std::size_t kUncheckedBytesMax = 1024;
+// What one message of a type with keys may take in memory.
+constexpr std::size_t kKeyedBytesMax = std::size_t{64} << 20;
 
 }  // namespace
 
@@ -43,7 +45,7 @@ std::optional<Refusal> Publisher::open(const CreateMirror& create) {
   if (own_id_) shared_.report(MirrorMade{create.id, *own_id_});
   if (type_.introspection == nullptr) shared_.tell_not_installed(create.type);
   if (type_.introspection != nullptr && has_keys(*type_.introspection))
-    shared_.tell_keys(create.type);
+    form_ = installed_form(type_.handle.get());
   if (!create.any_definition) shared_.tell_if_unhashed(create.type, create.type_hash);
   if (!type_.other_hash.empty()) shared_.report(TypeDiffers{create.id, type_.other_hash});
   return std::nullopt;
@@ -58,8 +60,18 @@ std::optional<std::string> Publisher::check(ByteView bytes) const {
 }
 
 std::optional<std::string> Publisher::publish(ByteView bytes) {
-  const rcl_serialized_message_t message = as_serialized(bytes);
-  const rcl_ret_t result = rcl_publish_serialized_message(&publisher_, &message, nullptr);
+  rcl_ret_t result = RCL_RET_OK;
+  if (form_) {
+    // rmw_fastrtps gives all serialized samples one key, so that a late subscriber gets those of
+    // the last key alone.
+    if (auto problem = form_->read_from(bytes, kKeyedBytesMax))
+      return "a peer's message on " + topic_ + ": " + *problem;
+    result = rcl_publish(&publisher_, form_->message(), nullptr);
+    form_->reset();
+  } else {
+    const rcl_serialized_message_t message = as_serialized(bytes);
+    result = rcl_publish_serialized_message(&publisher_, &message, nullptr);
+  }
   if (result == RCL_RET_OK) return std::nullopt;
   return error_text("cannot publish on " + topic_, result);
 }

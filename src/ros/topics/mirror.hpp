@@ -11,6 +11,7 @@
 #include "ros/entities/entity.hpp"
 #include "ros/entities/shared.hpp"
 #include "ros/topics/sample_check.hpp"
+#include "ros/types/message_form.hpp"
 #include "ros/types/type_supports.hpp"
 
 namespace connect_bridge::ros {
@@ -35,7 +36,8 @@ class Publisher {
   std::string topic_;
   std::string type_name_;
   MessageType type_;
-  ProxyNodes::Handle node_;  // has the publisher
+  std::unique_ptr<MessageForm> form_;  // of a type with keys
+  ProxyNodes::Handle node_;            // has the publisher
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
   std::optional<Gid> own_id_;  // of the publisher, where the middleware tells it
