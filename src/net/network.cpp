@@ -136,12 +136,10 @@ void Network::State::on_held(const std::string& peer) {
   ++held;
   const auto times = holds.count({steady_now(), 0});
   if (times && events.log)
-    events.log(
-        Log{LogLevel::kWarn,
-            peer +
-                " sends more messages or bytes than are read of it (peer_bytes_per_second): it "
-                "waits (" +
-                std::to_string(*times) + " times since the last line)"});
+    events.log(Log{LogLevel::kWarn, peer +
+                                        " sends more messages or bytes than are read of it: it "
+                                        "waits (" +
+                                        std::to_string(*times) + " times since the last line)"});
 }
 
 void Network::State::on_arrival(Listener::Arrival arrival) {

@@ -111,7 +111,7 @@ std::string certificate_problem(long result, const std::string& name) {
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
       return "the server's certificate is not for '" + name +
-             "' (tls.server_name sets the name to expect)";
+             "' (dial a name that is in it, or set tls.pin)";
     case X509_V_ERR_CERT_HAS_EXPIRED: return "the server's certificate has expired";
     case X509_V_ERR_CERT_NOT_YET_VALID:
       return "the server's certificate is not valid yet (is this machine's clock right?)";

@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <regex>
 #include <set>
 
+#include "config/document.hpp"
 #include "unit/config/yaml_parameters.hpp"
 
 namespace connect_bridge {
@@ -31,6 +33,16 @@ TEST(Findings, EachHasAnIdACauseAndACure) {
     EXPECT_EQ(finding_of(finding.id), &finding);
   }
   EXPECT_EQ(finding_of("wombat"), nullptr);
+}
+
+TEST(Findings, CuresNameKeysThatExist) {
+  const std::regex key("`([a-z_]+[.][a-z_.]+)`");
+  const std::string tables = config_tables();
+  for (const Finding& finding : all_findings()) {
+    const std::string cure(finding.cure);
+    for (std::sregex_iterator it(cure.begin(), cure.end(), key), end; it != end; ++it)
+      EXPECT_THAT(tables, HasSubstr((*it)[1].str() + "`")) << finding.id;
+  }
 }
 
 // ---- the link: what the client says of it (e2e/test_doctor.py has the real ones)
@@ -70,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(
         FailureCase{"certificate_foreign",
                     "wss://h:1/: TLS: the server's certificate is from an unknown authority (x"},
         FailureCase{"certificate_name",
-                    "wss://h:1/: TLS: the server's certificate is not for 'h' (tls.server_name"},
+                    "wss://h:1/: TLS: the server's certificate is not for 'h' (dial a name"},
         FailureCase{"certificate_pin",
                     "TLS: the server's public key has the pin x, which is not in tls.pin"},
         FailureCase{"client_certificate", "TLS: the server wants a client certificate"},
