@@ -32,7 +32,7 @@ class Appearing {
 
    protected:
     Waiting() = default;
-    ~Waiting() { leave(); }
+    virtual ~Waiting() { leave(); }
 
    private:
     friend Line;
