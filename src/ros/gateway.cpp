@@ -111,7 +111,8 @@ GatewayCounters Gateway::counters() const {
   counters.service_mirrors = static_cast<std::uint32_t>(services_.mirrors.size());
   counters.service_clients = static_cast<std::uint32_t>(services_.clients.size());
   counters.proxy_nodes = static_cast<std::uint32_t>(shared_.proxies.size());
-  counters.types_not_installed = static_cast<std::uint32_t>(shared_.types.made());
+  counters.types_not_installed =
+      static_cast<std::uint32_t>(shared_.types.made()) - (diagnostics_.is_bare() ? 1 : 0);
   counters.pending_calls = static_cast<std::uint32_t>(services_.pending());
   return counters;
 }

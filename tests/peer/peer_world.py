@@ -35,7 +35,7 @@ STRING, BYTES, TWIST = (
 # One identity tries here what earns an end, again and again.
 LIMITS = {"offences_per_minute": 1_000_000}
 RULES = {
-    "rules": ["lz4", "zstd", "slow", "timed", "all"],
+    "rules": ["lz4", "zstd", "slow", "timed", "resumed", "all"],
     "rule": {
         "lz4": {"export_topics": ["/t/lz4"], "compression": "lz4"},
         "zstd": {
@@ -45,6 +45,8 @@ RULES = {
         },
         "slow": {"export_services": ["/s/slow/*"], "calls_max": 1},
         "timed": {"export_services": ["/s/timed/*"], "call_timeout": 0.5},
+        # A robot asks for nothing else that was lost.
+        "resumed": {"import_topics": ["/o/resumed"], "resume": True},
         "all": {
             "compression": "none",  # a peer is slow to answer, as if the path were long
             "export_topics": ["/t/**"],

@@ -19,7 +19,7 @@ def test_hundreds_of_types_come_and_go(tmp_path):
     made = lambda: own.server.status().get("types_not_installed")  # noqa: E731
     try:
         until(lambda: made() is not None, "a status")
-        before = made()  # the bridge's own /diagnostics may be one
+        before = made()
         resident = []
         for _ in range(5):  # the first ones fill the heaps of the other threads, too
             mine = Peer(own.url, TOKEN, dead_after=30.0)

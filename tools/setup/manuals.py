@@ -63,7 +63,10 @@ def rows():
             section = line[3:]
         elif line.startswith("| `"):
             cells = [c.strip() for c in re.split(r"(?<!\\)\|", line)[1:-1]]
-            yield section, [c.replace("\\|", "|").replace("`", "") for c in cells]
+            cells = [c.replace("\\|", "|").replace("`", "") for c in cells]
+            if cells[0].endswith(" *"):
+                cells[:2] = cells[0][:-2], cells[1] + "; may change while it runs"
+            yield section, cells
 
 
 def parameter_page(table):

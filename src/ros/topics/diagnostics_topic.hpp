@@ -24,6 +24,8 @@ class DiagnosticsTopic {
 
   // Once. Why there is none, or nothing.
   [[nodiscard]] std::optional<Refusal> open();
+  // Whether the package of its type is not installed.
+  [[nodiscard]] bool is_bare() const { return open_ && type_.introspection == nullptr; }
   // Whether somebody listens, here or (by a subscription of this process) at a peer.
   [[nodiscard]] bool wanted() const;
   // One serialized sample. Nothing happens if it is not open.
