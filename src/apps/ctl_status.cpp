@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/ctl_asked.hpp"
+#include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
 #include "run/exit_codes.hpp"
