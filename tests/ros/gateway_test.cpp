@@ -279,8 +279,16 @@ TEST_F(GatewayTest, TakesInTurnsAndBounded) {
     side.gateway.apply(
         CreateSubscription{SubscriptionId{i + 1}, names[i], kString, "", qos_of_depth(100)});
   }
-  ASSERT_TRUE(
-      side.until([&] { return publishers[0].matched() == 1 && publishers[1].matched() == 1; }));
+  // Both ends know of each other when something has arrived.
+  for (auto& publisher : publishers) {
+    bool arrived = false;
+    for (int i = 0; i < 200 && !arrived; ++i) {
+      publisher.publish(string_message("are you there"));
+      arrived = side.next<MessageTaken>(50ms).has_value();
+    }
+    ASSERT_TRUE(arrived);
+  }
+  side.drain_for(300ms);
   for (int i = 0; i < 20; ++i) publishers[0].publish(string_message("flood"));
   publishers[1].publish(string_message("command"));
   std::this_thread::sleep_for(200ms);

@@ -35,6 +35,7 @@ TEST_F(ServiceMirrorTest, CarriesACall) {
   EXPECT_FALSE(client.ready());
   mirror(side);
   ASSERT_TRUE(side.until([&] { return client.ready(); }));
+  side.drain_for(200ms);  // so that the server knows the client, too
   const std::int64_t number = client.send(set_bool(true));
   const auto request = side.next<RequestTaken>();
   ASSERT_TRUE(request);
