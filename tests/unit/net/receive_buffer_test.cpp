@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
 #include <string>
 
 namespace connect_bridge {
@@ -11,7 +11,7 @@ namespace {
 void receive(ReceiveBuffer& buffer, const std::string& text) {
   const auto room = buffer.prepare(text.size());
   ASSERT_EQ(room.size(), text.size());
-  std::memcpy(room.data(), text.data(), text.size());
+  std::copy(text.begin(), text.end(), static_cast<char*>(static_cast<void*>(room.data())));
   buffer.commit(text.size());
 }
 
