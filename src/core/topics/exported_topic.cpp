@@ -51,7 +51,7 @@ void ExportedTopic::on_type_hash(const TopicState& state, const Now& now) {
 }
 
 void ExportedTopic::offer_closed_again() {
-  if (offers_.erase_closed()) context_.offers_due = true;
+  if (offers_.erase_closed()) context_.outputs.follow_up(FollowUp::kOffers);
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
@@ -62,7 +62,7 @@ void ExportedTopic::remove_vanished(const Now& now) {
   for (auto& [link, offer] : offers_) {
     if (origins_.empty()) {
       // What found no place on this link may have this one's.
-      context_.offers_due = context_.offers_due || !offer.link().may_offer();
+      if (!offer.link().may_offer()) context_.outputs.follow_up(FollowUp::kOffers);
       offer.withdraw({"it has no publisher any longer"});
     } else {
       offer.remove_origins(removed);

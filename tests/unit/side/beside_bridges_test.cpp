@@ -99,6 +99,8 @@ TEST(BesideBridges, WhoStoodStillForTooLongServesNothing) {
   s.pass(1000);
   EXPECT_NE(s.did().find("mirror_service 1 /s\n"), std::string::npos);
   s.claim_service(9, 0, "/other");
+  s.give(TimePassed{});  // signs of life come more often now
+  s.did();
   s.at += 4001;  // without a deadline that is kept
   s.give(RequestTaken{{1}, {7}, sample("a")});
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
