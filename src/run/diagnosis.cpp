@@ -99,7 +99,7 @@ constexpr auto kProblems = std::to_array<Sign>({
     {"does not belong to the certificate", "certificate_files"},
     {"is not a PEM", "certificate_files"},
     {"has no PEM", "certificate_files"},
-    {"can be changed by", "file_distrusted"},
+    {"belongs to the user", "file_distrusted"},
     {"may change", "file_distrusted"},
     {"may read", "file_distrusted"},
     {"^tls.", "certificate_files"},

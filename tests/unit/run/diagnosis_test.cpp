@@ -140,6 +140,10 @@ TEST(DoctorFileLines, OfFilesAndCertificates) {
   EXPECT_EQ(diagnose_problem("/etc/x.yaml cannot be read: Permission denied").id,
             "file_unreadable");
   EXPECT_EQ(diagnose_problem("anna may change /etc/x.yaml").id, "file_distrusted");
+  EXPECT_EQ(diagnose_problem("the parameter file x: x belongs to the user anna (chown it to ben); "
+                             "or strict_modes: false")
+                .id,
+            "file_distrusted");
   EXPECT_EQ(diagnose_problem("dead_after: 0 is wrong, expected seconds").id, "file_wrong");
 }
 
