@@ -12,6 +12,7 @@
 #include "auth/credential.hpp"
 #include "auth/file_trust.hpp"
 #include "auth/pairing_login.hpp"
+#include "config/key_search.hpp"
 #include "core/base/check.hpp"
 #include "net/certified.hpp"
 #include "ros/types/type_supports.hpp"
@@ -169,8 +170,7 @@ Surroundings surroundings() {
 void hide_secrets(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument(argv[i]);
-    for (const std::string_view key :
-         {"auth.token:=", "auth.plugin_options:=", "http_proxy_login:="}) {
+    for (const std::string& key : secret_arguments()) {
       const auto at = argument.find(key);
       if (at != std::string_view::npos)
         std::memset(argv[i] + at + key.size(), 'x', argument.size() - at - key.size());
