@@ -281,7 +281,7 @@ void Links::on(NetworkChanged& changed, const Now& now) {
 
 bool Links::settle(const Now& now) {
   bool any = false;
-  due_.look_again();
+  due_.look_again(!turns_.empty(), now.steady);
   while (const auto id = due_.take_marked()) {
     const auto found = links_.find(*id);
     if (found == links_.end()) continue;  // it was forgotten
