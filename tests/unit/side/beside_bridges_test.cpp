@@ -165,6 +165,19 @@ TEST(BesideBridges, WhatABridgeThatTheGraphDoesNotShowPublishesIsNotKept) {
   EXPECT_EQ(s.did(), "refresh /b\n");
 }
 
+TEST(BesideBridges, WhatTheOtherBringsIsNotMissing) {
+  Script s(server());
+  s.graph({bridge(), topic("/a").sub(1).pub(8, {}, "bridge")});
+  s.join(1);
+  s.pass(9000);
+  while (const auto packet = s.side.next_packet({1}, flow_test::now_ms(s.at))) {
+    if (!packet->text) continue;
+    const Bytes bytes = flow_test::joined(*packet);
+    const std::string text(bytes.begin(), bytes.end());
+    EXPECT_EQ(text.find("\"ask\""), std::string::npos) << text;
+  }
+}
+
 // The graph shows its server a moment longer than the bridge claims it.
 TEST(BesideBridges, AServiceThatABridgeHasEndedIsNotTakenForANodes) {
   Script s(server({callable()}));
