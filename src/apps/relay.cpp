@@ -110,7 +110,7 @@ int start(const std::string& name, bool only_checks) {
   if (!read.config) return refuse(read.problems);
   const std::string others = read.config->auth.strict_modes ? who_else_may_change(name) : "";
   if (!others.empty()) return refuse({"this file decides which robots come here: " + others});
-  const AuthOptions login{read.config->auth, std::nullopt};
+  const AuthOptions login{read.config->auth, std::nullopt, kLineGroup};
   AuthSetup robots = make_authenticator(login, system_time());
   if (!robots.authenticator) return refuse(robots.problems);
   std::string problem;
@@ -125,9 +125,9 @@ int start(const std::string& name, bool only_checks) {
   setup.tls = tls;
   for (const std::string& range : read.config->listen.trusted_proxies)
     if (const auto parsed = AddressRange::parse(range)) setup.proxies.push_back(*parsed);
-  const auto give = [login](const std::string& robot, const Digest& token, std::string& wrong) {
+  const auto give = [login](const RobotNames::Taking& of, std::string& wrong) {
     AuthSetup next;
-    wrong = hand_over(login.token_file, robot, token, system_time());
+    wrong = hand_over(login.token_file, of.robot, of.token, of.code, system_time());
     if (wrong.empty()) next = make_authenticator(login, system_time());
     if (!next.problems.empty()) wrong = next.problems.front();
     return std::move(next.authenticator);
@@ -147,11 +147,11 @@ int print_robot_line(const std::string& file, const std::string& robot) {
   std::string problem = file.empty() ? make_relay_files(folder, *url) : "";
   std::string line;
   if (problem.empty())
-    line = add_robot(file.empty() ? folder + "/relay.yaml" : file, *url, problem);
+    line = add_robot(file.empty() ? folder + "/relay.yaml" : file, *url, system_time(), problem);
   if (!problem.empty()) return refuse({problem});
   std::printf(
-      "\nTo pair a client with %s, start there (this works once; then the name is that "
-      "robot's):\n\n"
+      "\nTo pair a client with %s, start there within 24 hours (this works once; then the name is "
+      "that robot's):\n\n"
       "  ros2 run connect_bridge server --pair --via '%s'\n\n",
       url->robot.c_str(), line.c_str());
   return 0;

@@ -62,6 +62,8 @@ struct PairingOptions {
 
 struct AuthOptions : LoginOptions {
   std::optional<PairingOptions> pairing;  // with `token_file`, which may be without an entry then
+  // A group whose tokens work once: that they end soon is no warning. Empty: there is none.
+  std::string once = {};
 };
 
 // The method, or its problems, each with the file, line and key. Never both.

@@ -38,7 +38,7 @@ bool RobotNames::takes(const std::string& robot, std::string_view token, std::st
   if (!judged.identity || judged.identity->name != robot || !is_line(*judged.identity) ||
       !token_problem(token).empty() || !hand_over_)
     return false;
-  auto robots = hand_over_(robot, sha256(view_of(token)), problem);
+  auto robots = hand_over_({robot, sha256(view_of(token)), sha256(view_of(code))}, problem);
   if (!robots) return false;
   robots_ = std::move(robots);
   return true;

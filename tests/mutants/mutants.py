@@ -72,6 +72,7 @@ MUTANTS = [
            swap(" && judged.identity->name == robot", "")),
     Mutant("line_as_login", "the code of a robot's line is a login at a relay",
            swap(" && !is_line(*judged.identity)", "")),
+    Mutant("line_once", "a line works once at each relay of a file", never),
     Mutant("visitors_of_robot", "visitors at a relay without a limit", never),
     Mutant("control_handshakes", "control handshakes without a limit", never),
     # what a file of parameters allows
