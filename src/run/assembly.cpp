@@ -89,6 +89,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   const Credential token = client_credential(at_relay);
   for (const std::string& problem : token.problems)
     assembly.problems.push_back("listen.relay.token_file, which is read as " + problem);
+  if (!start.relay_code.empty()) parts.listen.relay->keep = start.keep;
   append(assembly.warnings, token.warnings);
   parts.listen.relay->tls.distrusted = parts.config.tls.distrusted;
   parts.listen.relay->code = start.relay_code;

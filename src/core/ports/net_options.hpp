@@ -66,6 +66,8 @@ enum class ToldBy : std::uint8_t { kXForwardedFor, kProxyProtocol };
 struct RelayOptions {
   Url url;                               // with the name of the robot that this server is there
   TlsOptions tls;                        // `ca_file` and `pins` of the relay
+  // Called at the first welcome there; what is wrong, or nothing. May be empty.
+  std::function<std::string()> keep{};
   std::function<std::string()> token{};  // read at each login; empty: there is none now
   std::string code{};                    // of the relay's line, for the first login; may be empty
 };
