@@ -58,6 +58,7 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
 }
 
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
+                                  .shown = start.folder->invitation_file(),
                     Assembly& assembly) {
   AuthOptions auth{config.auth, std::nullopt};
   if (start.folder) {

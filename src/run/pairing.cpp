@@ -327,6 +327,12 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
   if (own_rules)
     start.news.push_back("your rules in " + folder.parameter_file() +
                          " stay: they say what its operator may do here");
+PairingFolder folder_of(const std::string& node, const ParameterMap& given) {
+  // Not by what stands in the folder itself.
+  const auto strict = given.find("strict_modes");
+  return PairingFolder(node, strict == given.end() || strict->second != ParameterValue{false});
+}
+
   else if (is_robot)
     start.news.emplace_back(
         arguments.operates
@@ -341,7 +347,7 @@ Role robot_end(const ParameterMap& given, const Arguments& arguments, const std:
   if (arguments.pairs || !arguments.invitation.empty()) return arguments.robot;
   std::string unread;
   const ParameterMap all =
-      goes_by_pairing(given) ? filled(given, PairingFolder(node).parameters(unread)) : given;
+      goes_by_pairing(given) ? filled(given, folder_of(node, given).parameters(unread)) : given;
   return string_at(all, "robot") == "client" ? Role::kClient : Role::kServer;
 }
 
@@ -350,10 +356,7 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   start.problems = arguments.problems;
   start.parameters = given;
   if (!start.problems.empty()) return start;
-  // Not by what stands in the folder itself.
-  const auto strict = given.find("strict_modes");
-  const PairingFolder folder(node,
-                             strict == given.end() || strict->second != ParameterValue{false});
+  const PairingFolder folder = folder_of(node, given);
   std::string problem;
   if (arguments.pairs) {
     start.folder = folder;
