@@ -95,6 +95,7 @@ MUTANTS = [
     Mutant("status_token", "any token reads the status", always),
     Mutant("names_of_people", "every local user sees who is linked",
            swap("transport_.tls()", "true")),
+    Mutant("robots_addresses", "every local user sees where the robots of a relay are", always),
     # the core: rights, order, at most once, limits, urgency, breaks
     Mutant("deny", "what a rule denies is allowed", gone),
     Mutant("hidden_names", "hidden names match wildcards", value("false")),
