@@ -19,7 +19,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr int kYears10 = 3650;  // robots check the key's pin
 constexpr Stamp kLineLife = 24 * 3600 * kStampSecond;
 
 bool is_there(const std::string& file) {
@@ -35,13 +34,7 @@ std::string relay_folder() {
 
 std::string make_relay_files(const std::string& folder, const Url& url) {
   std::string problem;
-  if (!is_there(folder + "/server.crt")) {
-    CertificateOrder order;
-    order.folder = folder;
-    order.hosts = {url.host};
-    order.days = kYears10;
-    problem = make_certificates(order).problem;
-  }
+  if (!is_there(folder + "/server.crt")) problem = make_pinned_certificate(folder, url.host);
   const std::string robots = folder + "/robots.yaml";
   if (problem.empty() && !is_there(robots))
     problem = write_secret_file(robots, "# The robots of this relay.\n");

@@ -9,11 +9,11 @@
 
 #include "core/base/overloaded.hpp"
 #include "net/certified.hpp"
+#include "net/system_now.hpp"
 #include "run/audit_json.hpp"
 #include "run/diagnostics.hpp"
 #include "run/exit_codes.hpp"
 #include "run/status_json.hpp"
-#include "run/system_now.hpp"
 #include "version.hpp"
 
 namespace connect_bridge {

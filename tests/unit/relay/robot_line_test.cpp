@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "auth/authenticator.hpp"
 #include "config/invitation.hpp"
 #include "net/authority.hpp"
@@ -22,6 +24,7 @@ TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
   ASSERT_EQ(problem, "");
   EXPECT_EQ(line.url, "wss://robot7@relay.example:443/");
   EXPECT_EQ(line.pin, pin_of_file(folder + "/server.crt", problem));
+  EXPECT_FALSE(std::filesystem::exists(folder + "/ca.key"));
   // What is there stays.
   ASSERT_EQ(make_relay_files(folder, url), "");
   EXPECT_EQ(line.pin, pin_of_file(folder + "/server.crt", problem));
