@@ -9,11 +9,11 @@
 
 #include "core/base/overloaded.hpp"
 #include "net/certified.hpp"
+#include "net/system_now.hpp"
 #include "run/audit_json.hpp"
 #include "run/diagnostics.hpp"
 #include "run/exit_codes.hpp"
 #include "run/status_json.hpp"
-#include "run/system_now.hpp"
 #include "run/worth_telling.hpp"
 #include "version.hpp"
 

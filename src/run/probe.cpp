@@ -9,7 +9,7 @@
 #include "core/base/overloaded.hpp"
 #include "core/wire/control.hpp"
 #include "net/steady_now.hpp"
-#include "run/system_now.hpp"
+#include "net/system_now.hpp"
 
 namespace connect_bridge {
 namespace {
