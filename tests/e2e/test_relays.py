@@ -86,7 +86,7 @@ def test_two_relays_behind_one_address(joined, relay, tmp_path, topic):
         publisher.publish(Blob(sequence=7))
         until(lambda: any(m.sequence == 7 for m in collector.messages), "a message by the other")
         programs[here].start().wait_for("listens on port")
-        time.sleep(2)  # HAProxy has seen it
+        haproxy.wait_for(rf"relays/relay{here + 1} is UP")
         pair.client.stop()
         pair.client.start().wait_linked()
         assert f"{ROBOT} is here" not in programs[here].text()
