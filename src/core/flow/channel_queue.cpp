@@ -92,23 +92,26 @@ void ChannelQueue::place(OutMessage message, std::uint64_t arrival, const Now& n
   } else if (replay_.count() == waiting_.size() &&
              replay_.takes(message, bytes_max(), now.steady)) {
     replay_.add(body_bytes);
-  } else if (!options_.keep && make_room(message, now)) {
+  } else if (!options_.keep && make_room(message, arrival, now)) {
     return;
   }
   enqueue(std::move(message), arrival, now);
 }
 
-bool ChannelQueue::make_room(OutMessage& message, const Now& now) {
+bool ChannelQueue::make_room(OutMessage& message, std::uint64_t arrival, const Now& now) {
   const auto first = replay_.count();  // of those that may be dropped
   if (empty()) overload_.over();       // mutant: stand_ends
   if (waiting_.size() > first) overload_.came(waiting_[first].since, now.steady);
   if (overload_.stands()) {
-    if (message.state && replace(message, now)) return true;  // mutant: states_replaced
-    if (!message.state) drop_overdue(now);
+    if (message.state) {  // mutant: states_replaced
+      replace(std::move(message), arrival, now);
+      return true;
+    }
+    drop_overdue(now);
   }
   while (options_.depth > 0 && waiting_.size() - first >= options_.depth) {
-    if (displace(message, now)) return true;          // mutant: turns_at_depth
-    drop_waiting_at(first, DropReason::kQueueDepth);  // mutant: depth
+    if (displace(message, arrival, now)) return true;  // mutant: turns_at_depth
+    drop_waiting_at(first, DropReason::kQueueDepth);   // mutant: depth
   }
   while (!has_room(message.body.size(), now)) drop_waiting_at(first, DropReason::kQueueBytes);
   return false;
@@ -119,45 +122,62 @@ bool ChannelQueue::make_room(OutMessage& message, const Now& now) {
 void ChannelQueue::drop_overdue(const Now& now) {
   for (auto i = replay_.count();
        i < waiting_.size() && now.steady - waiting_[i].since > kWaitMax;) {
-    if (now.steady - waiting_[i].came > kWaitMax) {
-      drop_waiting_at(i, DropReason::kQueueTime);
-    } else {
-      ++i;
-    }
+    if (now.steady - waiting_[i++].came > kWaitMax) drop_waiting_at(--i, DropReason::kQueueTime);
   }
 }
 
 // Where the link does not carry what is published, only the newest of each state waits behind the
 // message under way (docs/flow.md section 4): as many arrive, and each of them sooner. It has the
-// place of the oldest, so that publishers of one topic take turns.
-bool ChannelQueue::replace(OutMessage& message, const Now& now) {
+// place of the oldest; without one it has its publisher's turn.
+void ChannelQueue::replace(OutMessage message, std::uint64_t arrival, const Now& now) {
   const auto is_older = [&](const Waiting& waiting) {
     return waiting.message.subject == message.subject && waiting.message.state == message.state;
   };
   const auto first = replay_.count();
+  std::size_t oldest = waiting_.size();
   for (auto i = waiting_.size(); i-- > first;) {
     if (!is_older(waiting_[i])) continue;
     overload_.replaced();
-    const bool oldest = std::none_of(waiting_.begin() + static_cast<std::ptrdiff_t>(first),
-                                     waiting_.begin() + static_cast<std::ptrdiff_t>(i), is_older);
-    const std::size_t gone = waiting_[i].message.body.size();
-    if (!oldest || !has_room(message.body.size(), now, gone)) {
-      drop_waiting_at(i, DropReason::kNewerAvailable);
-      continue;
-    }
-    count_dropped(waiting_[i].message, DropReason::kNewerAvailable);
-    waiting_bytes_ += message.body.size() - gone;
-    if (i == 0) front_.reset();
-    waiting_[i].put(std::move(message), now.steady);
-    return true;
+    if (oldest < waiting_.size()) drop_waiting_at(oldest, DropReason::kNewerAvailable);
+    oldest = i;
   }
-  return false;
+  if (oldest < waiting_.size()) {
+    count_dropped(waiting_[oldest].message, DropReason::kNewerAvailable);
+    waiting_bytes_ += message.body.size() - waiting_[oldest].message.body.size();
+    if (oldest == 0) front_.reset();
+    waiting_[oldest].put(std::move(message), now.steady);
+  } else {
+    enqueue(std::move(message), arrival, now);
+    take_turn(first);
+  }
+  drop_last(first, now);
 }
 
-bool ChannelQueue::displace(OutMessage& message, const Now& now) {
+// The last one goes before those whose publishers had their turns later: else the same ones get
+// through for ever where periods and the link's fall together. The places stay where they are.
+void ChannelQueue::take_turn(std::size_t first) {
+  const auto turn_of = [this](const Waiting& waiting) {
+    const auto turn = turns_.find(waiting.message.subject.origin());
+    return turn == turns_.end() ? 0 : turn->second;
+  };
+  for (auto i = waiting_.size() - 1; i > first; --i) {
+    if (turn_of(waiting_[i - 1]) <= turn_of(waiting_[i])) return;  // mutant: publishers_turns
+    std::swap(waiting_[i - 1], waiting_[i]);
+    std::swap(waiting_[i - 1].since, waiting_[i].since);
+    if (i == 1) front_.reset();
+  }
+}
+
+bool ChannelQueue::displace(OutMessage& message, std::uint64_t arrival, const Now& now) {
   const auto is_other = [&](const Waiting& w) { return w.message.subject != message.subject; };
   const auto first = waiting_.begin() + static_cast<std::ptrdiff_t>(replay_.count());
   auto own = std::find_if_not(first, waiting_.end(), is_other);
+  if (own == waiting_.end() && message.state) {
+    enqueue(std::move(message), arrival, now);
+    take_turn(replay_.count());
+    drop_last(replay_.count(), now);
+    return true;
+  }
   if (own == waiting_.end() || std::none_of(first, waiting_.end(), is_other)) return false;
   const std::size_t gone = own->message.body.size();
   if (!has_room(message.body.size(), now, gone)) return false;
@@ -284,6 +304,11 @@ ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   overload_.began(waiting_.front().since, now.steady);
   last_wait_ = now.steady - waiting_.front().came;
   Open next{take_waiting(0), 0, now.steady, {}, {}};
+  if (waiting_.empty() && !overload_.stands()) {
+    turns_.clear();
+  } else if (next.message.state) {
+    turns_[next.message.subject.origin()] = counts_.sent + 1;
+  }
   replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;
   auto& message = next.message;
@@ -337,38 +362,14 @@ OutMessage ChannelQueue::take_waiting(std::size_t index) {
   return message;
 }
 
-bool ChannelQueue::take_back(Subject subject) {
-  for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    if (waiting_[i].message.subject != subject) continue;
-    drop_waiting_at(i, DropReason::kNoDemand);
-    return true;
-  }
-  return false;
-}
-
-// Its sequence number is used up all the same, and no base has changed: an aborted message counts
-// as one that began and never ended (docs/protocol.md section 6).
-bool ChannelQueue::drop_open(DropReason reason) {
-  if (open_) count_dropped(open_->message, reason);
-  return std::exchange(open_, std::nullopt).has_value();
-}
-
-void ChannelQueue::count_dropped(const OutMessage& message, DropReason reason) {
-  counts_.dropped.add(reason);
-  --counts_.queued;
-  counts_.queued_bytes -= message.body.size();
-  if (message.moment.is_large()) together_.gone(message.moment);
-}
-
 // ---- what leaves with a large message
 
 Together::Verdict ChannelQueue::judge(const Waiting& next, const Now& now) {
   const auto answer = together_.ask(next.message.moment, next.since, now.steady);
   if (answer.verdict == Together::Verdict::kWait) settles_at_ = std::min(settles_at_, answer.until);
   // An event is not dropped with its picture: it counts by itself.
-  const bool drops = answer.verdict == Together::Verdict::kDrop && next.message.state;
-  return answer.verdict == Together::Verdict::kDrop && !drops ? Together::Verdict::kGo
-                                                              : answer.verdict;
+  const bool goes = answer.verdict == Together::Verdict::kDrop && !next.message.state;
+  return goes ? Together::Verdict::kGo : answer.verdict;
 }
 
 void ChannelQueue::settle(const Now& now) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "core/base/bytes.hpp"
@@ -110,10 +111,22 @@ class ChannelQueue {
     while (oldest_waiting()) drop_oldest_waiting(reason);
   }
   // Drops the oldest message of the subject that is not begun (kNoDemand). False: there is none.
-  bool take_back(Subject subject);
+  bool take_back(Subject subject) {
+    const auto at = std::find_if(waiting_.begin(), waiting_.end(), [&](const Waiting& waiting) {
+      return waiting.message.subject == subject;
+    });
+    if (at == waiting_.end()) return false;
+    drop_waiting_at(static_cast<std::size_t>(at - waiting_.begin()), DropReason::kNoDemand);
+    return true;
+  }
   // Drops the partly sent message; false if there is none. The caller sends `abort`, unless the
-  // peer forgets the channel anyway.
-  bool drop_open(DropReason reason);
+  // peer forgets the channel anyway. Its sequence number is used up all the same, and no base has
+  // changed: an aborted message counts as one that began and never ended (docs/protocol.md
+  // section 6).
+  bool drop_open(DropReason reason) {
+    if (open_) count_dropped(open_->message, reason);
+    return std::exchange(open_, std::nullopt).has_value();
+  }
 
   // On a new connection sequences go on after `last_sequence`.
   void restart(std::uint32_t last_sequence) {
@@ -128,6 +141,7 @@ class ChannelQueue {
   }
   void forget_base(OriginId origin) {
     front_.reset();
+    turns_.erase(origin);
     if (deltas_) deltas_->forget(origin);
   }
 
@@ -223,14 +237,25 @@ class ChannelQueue {
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
   // `gone`: bytes of what would give way.
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now, std::size_t gone = 0) const;
-  // Drops what the message displaces where depth limits the channel. Whether it has taken the place
-  // of an older one, and waits there now.
-  bool make_room(OutMessage& message, const Now& now);
-  bool replace(OutMessage& message, const Now& now);
+  // Drops what the message displaces where depth limits the channel. Whether it has found its place
+  // among those that wait.
+  bool make_room(OutMessage& message, std::uint64_t arrival, const Now& now);
+  void replace(OutMessage message, std::uint64_t arrival, const Now& now);
+  // `first`: of those that it may go before.
+  void take_turn(std::size_t first);
+  // Where there is no room who had a turn last gives way, and not who waits longest for one.
+  // `first`: of those that may be dropped.
+  void drop_last(std::size_t first, const Now& now) {
+    while (options_.depth > 0 && waiting_.size() > first + options_.depth)
+      drop_waiting_at(waiting_.size() - 1, DropReason::kQueueDepth);
+    while (waiting_.size() > first + 1 && !has_room(0, now))
+      drop_waiting_at(waiting_.size() - 1, DropReason::kQueueBytes);
+  }
   void drop_overdue(const Now& now);
-  // Where others wait, too, its publisher's own oldest gives way, and its others move up: so
-  // publishers of one topic take turns. False: it has none, or that leaves too little room.
-  bool displace(OutMessage& message, const Now& now);
+  // Where others wait, too, its publisher's own oldest gives way, and its others move up; a state
+  // without one waits for its publisher's turn, and the last one goes. So publishers of one topic
+  // take turns. False: it is for the oldest to give way, or that leaves too little room.
+  bool displace(OutMessage& message, std::uint64_t arrival, const Now& now);
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin(const Now& now);
   // All of it was handed out.
@@ -257,7 +282,12 @@ class ChannelQueue {
     ++counts_.queued;
     counts_.queued_bytes += message.body.size();
   }
-  void count_dropped(const OutMessage& message, DropReason reason);
+  void count_dropped(const OutMessage& message, DropReason reason) {
+    counts_.dropped.add(reason);
+    --counts_.queued;
+    counts_.queued_bytes -= message.body.size();
+    if (message.moment.is_large()) together_.gone(message.moment);
+  }
 
   ChannelId id_;
   QueueOptions options_;
@@ -268,6 +298,8 @@ class ChannelQueue {
   std::uint64_t waiting_bytes_ = 0;
   Replay replay_;  // the first of them
   Overload overload_;
+  std::unordered_map<OriginId, std::uint64_t>
+      turns_;  // of states, while some wait: when each had its last
   std::optional<Duration> last_wait_;
   std::optional<TimePoint> rests_until_;
   SentMessages sent_;  // wholly, that resume; until the peer has them

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <variant>
 #include <vector>
 
@@ -19,11 +20,12 @@ enum class Of : std::uint8_t { kState, kEvents };
 // A channel on a link that takes a part every so many ms.
 class Link {
  public:
-  explicit Link(std::int64_t part_ms, Of of = Of::kState, std::uint32_t depth = 100)
-      : part_ms_(part_ms), of_(of), outbox_(options()) {
+  explicit Link(std::int64_t part_ms, Of of = Of::kState, std::uint32_t depth = 100,
+                std::uint64_t bytes_max = 1 << 30)
+      : part_ms_(part_ms), what_(of), outbox_(options()) {
     QueueOptions channel = queue(Priority::kBulk);
     channel.depth = depth;
-    channel.queue_bytes_max = 1 << 30;
+    channel.queue_bytes_max = bytes_max;
     outbox_.add_channel(kA, channel);
   }
 
@@ -35,6 +37,20 @@ class Link {
       publish_at(other, {2});
       if (now_ % part_ms_ == 0 && !stands_) take();
     }
+  }
+  // Of so many publishers each publishes once in `period`, one after the other. How many messages
+  // of each leave from `from` to `until`.
+  std::vector<std::size_t> run_together(std::uint32_t publishers, std::int64_t period,
+                                        std::int64_t from, std::int64_t until) {
+    for (; now_ < until; ++now_) {
+      if (now_ == from) left_.clear();
+      for (std::uint32_t i = 0; i < publishers; ++i)
+        if (now_ % period == period * i / publishers) publish({i + 1});
+      if (now_ % part_ms_ == 0) take();
+    }
+    std::vector<std::size_t> each;
+    for (std::uint32_t i = 0; i < publishers; ++i) each.push_back(left_[{i + 1}]);
+    return each;
   }
   void stand(bool stands) { stands_ = stands; }
   [[nodiscard]] std::uint64_t dropped(DropReason reason) {
@@ -57,12 +73,14 @@ class Link {
   }
 
   void publish_at(const std::vector<std::int64_t>& times, OriginId publisher) {
-    for (auto count = std::count(times.begin(), times.end(), now_); count > 0; --count) {
-      OutMessage next = message(kParts * kPart, at_ms(now_));
-      next.subject = publisher;
-      if (of_ == Of::kState) next.state = 0;
-      outbox_.push(kA, std::move(next), now_ms(now_));
-    }
+    for (auto count = std::count(times.begin(), times.end(), now_); count > 0; --count)
+      publish(publisher);
+  }
+  void publish(OriginId publisher) {
+    OutMessage next = message(kParts * kPart, at_ms(now_));
+    next.subject = publisher;
+    if (what_ == Of::kState) next.state = 0;
+    outbox_.push(kA, std::move(next), now_ms(now_));
   }
 
   void take() {
@@ -74,18 +92,20 @@ class Link {
     const auto frame = reader.next();
     if (const auto* first = std::get_if<MessageFrame>(&*frame.value())) {
       published_ = (first->stamp - at_ms(0)) / 1'000'000;
-      of_other_ = first->subject == OriginId{2};
+      of_ = first->subject.origin();
     }
-    if (outbox_.counts(kA).sent > sent)
-      (of_other_ ? other_ages : ages).push_back(now_ - published_);
+    if (outbox_.counts(kA).sent == sent) return;
+    ++left_[of_];
+    (of_ == OriginId{2} ? other_ages : ages).push_back(now_ - published_);
   }
 
   const std::int64_t part_ms_;
-  const Of of_;
+  const Of what_;
   Outbox outbox_;
   std::int64_t now_ = 0;
   std::int64_t published_ = 0;
-  bool of_other_ = false;
+  OriginId of_{};  // what leaves
+  std::map<OriginId, std::size_t> left_;
   bool stands_ = false;
 };
 
@@ -127,6 +147,24 @@ TEST(Overload, PublishersOfOneTopicTakeTurns) {
   EXPECT_NEAR(static_cast<double>(both.ages.size()), static_cast<double>(both.other_ages.size()),
               4);
   EXPECT_LE(oldest_after(both.ages, 15), 900);
+}
+
+// Their periods are equal, so who finds the link free once would find it so always.
+TEST(Overload, PublishersOfOnePeriodGetAsMuchEach) {
+  for (const std::int64_t period : {132, 200, 250, 370}) {
+    Link link(11);
+    const auto each = link.run_together(7, period, 10'000, 60'000);
+    const auto [least, most] = std::minmax_element(each.begin(), each.end());
+    EXPECT_LE(*most, *least * 5 / 4) << period;
+  }
+}
+
+// Nor where one of them finds no place beside the others.
+TEST(Overload, WhereBytesAreShortNobodyStarves) {
+  Link link(11, Of::kState, 100, 6 * kParts * kPart);
+  const auto each = link.run_together(7, 250, 10'000, 60'000);
+  const auto [least, most] = std::minmax_element(each.begin(), each.end());
+  EXPECT_LE(*most, *least * 5 / 4);
 }
 
 TEST(Overload, ABurstArrivesWhole) {
