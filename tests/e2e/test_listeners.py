@@ -27,34 +27,6 @@ def test_it_has_a_type_and_one_subscriber_for_all_who_listen(pair):
     until(lambda: not pair.operator.subscriptions("/cmd_vel"), "nobody listens any more")
 
 
-def test_what_no_rule_lets_in_is_not_told(pair):
-    pair.robot.collector(String, "/private", node=pair.robot.tester)
-    pair.robot.collector(String, "/o/open", node=pair.robot.tester)
-    until(lambda: pair.operator.subscriptions("/o/open"), "the listener that may be told")
-    time.sleep(0.5)
-    assert not pair.operator.subscriptions("/private")
-    assert not pair.robot.subscriptions("/t/nobody")
-
-
-def test_a_listener_alone_makes_no_traffic(pair):
-    """The listener is the operator's; the robot subscribes for it, before and after anybody
-    publishes."""
-    collector = pair.operator.collector(String, "/t/quiet", node=pair.operator.tester)
-    robot = pair.robot
-
-    def ours():
-        return [s for s in robot.subscriptions("/t/quiet") if s.node_name == "connect_server"]
-
-    until(ours, "the bridge's subscription")
-    publisher = robot.publisher(String, "/t/quiet")
-    until(publisher.get_subscription_count, "a subscription")
-    publisher.publish(String(data="first"))
-    collector.wait()
-    assert [m.data for m in collector.messages] == ["first"]
-    collector.close()
-    until(lambda: not ours(), "no subscription without a listener")
-
-
 BOTH_WAYS = {
     "rules": ["all"],
     "rule": {"all": {"export_topics": ["/t/**"], "import_topics": ["/t/**"]}},
