@@ -189,57 +189,16 @@ def authority(tmp_path_factory):
     def openssl(*words):
         subprocess.run(["openssl", *words], cwd=folder, check=True, capture_output=True)
 
+    key = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes".split()
+
     def new_authority(name):
-        openssl(
-            "req",
-            "-x509",
-            "-newkey",
-            "ec",
-            "-pkeyopt",
-            "ec_paramgen_curve:prime256v1",
-            "-nodes",
-            "-keyout",
-            f"{name}.key",
-            "-out",
-            f"{name}.pem",
-            "-days",
-            "2",
-            "-subj",
-            f"/CN=test {name}",
-        )
+        files = f"-keyout {name}.key -out {name}.pem -days 2".split()
+        openssl("req", "-x509", *key, *files, "-subj", f"/CN=test {name}")
 
     new_authority("ca")
     new_authority("other")
-    openssl(
-        "req",
-        "-newkey",
-        "ec",
-        "-pkeyopt",
-        "ec_paramgen_curve:prime256v1",
-        "-nodes",
-        "-keyout",
-        "server.key",
-        "-out",
-        "server.csr",
-        "-subj",
-        "/CN=localhost",
-    )
+    openssl(*"req -keyout server.key -out server.csr -subj /CN=localhost".split(), *key)
     (folder / "names").write_text("subjectAltName=DNS:localhost\n", encoding="ascii")
-    openssl(
-        "x509",
-        "-req",
-        "-in",
-        "server.csr",
-        "-CA",
-        "ca.pem",
-        "-CAkey",
-        "ca.key",
-        "-CAcreateserial",
-        "-out",
-        "server.pem",
-        "-days",
-        "2",
-        "-extfile",
-        "names",
-    )
+    signed = "-CA ca.pem -CAkey ca.key -CAcreateserial -days 2 -extfile names".split()
+    openssl(*"x509 -req -in server.csr -out server.pem".split(), *signed)
     return folder
