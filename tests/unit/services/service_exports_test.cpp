@@ -58,16 +58,6 @@ TEST(ServiceExports, AnotherProcessAtTheOtherEndHasAskedNothing) {
   EXPECT_NE(did.find("drop_invocation 1.1\nuncall_service 1\n"), std::string::npos) << did;
 }
 
-TEST(ServiceExports, WhatIsNoLongerAllowedEnds) {
-  Script s(server({callable()}));
-  attached(s);
-  s.message(1, 1, 1, "q");
-  s.did();
-  s.give(PolicyChanged{Policy({rule({}, {})})});
-  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
-  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1 not_permitted\n");
-}
-
 TEST(ServiceExports, WhatIsNoLongerAllowedEndsAlsoWhileTheLinkIsLost) {
   Script s(server({callable()}));
   attached(s);

@@ -51,16 +51,6 @@ TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
 }
 
-TEST(ServiceImports, AMirrorThatFailsIsDeclined) {
-  Script s(server({callable()}));
-  mirrored(s);
-  s.give(ServiceMirrorFailed{{1}, "type_unknown", "package p is not installed"});
-  EXPECT_EQ(s.said(1), "decline 1 type_unknown\nwithdraw 1\n");
-  EXPECT_EQ(s.did(), "claim []\n");
-  s.graph({});
-  EXPECT_EQ(s.said(1), "");
-}
-
 TEST(ServiceImports, WhatIsNoLongerAllowedEnds) {
   Script s(server({callable()}));
   mirrored(s);

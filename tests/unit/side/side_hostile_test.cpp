@@ -146,15 +146,5 @@ TEST(Side, OffersALargeGraphInOnePiece) {
   EXPECT_TRUE(s.status().links.at(0).open);
 }
 
-TEST(Side, ASlowLoginIsClosed) {
-  Script s(server());
-  s.give(ConnectionOpened{{1}, "10.0.0.4"});
-  s.did();
-  s.pass(4999);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "close 1 4004\n");
-}
-
 }  // namespace
 }  // namespace connect_bridge::side_test

@@ -61,24 +61,6 @@ TEST(Shares, MirrorsAppearAtABoundedRate) {
   EXPECT_EQ(count(s.did(), "mirror "), 50);
 }
 
-// What else arrives is not held up until all of them are made.
-TEST(Shares, OnlyAFewMirrorsAppearInOneStep) {
-  Script s(server());
-  s.graph({});
-  s.pass(3000);
-  s.did();
-  s.login(1, {}, called("busy"));
-  s.say(1, Accepts{});
-  std::vector<OriginOffer> origins;
-  for (std::uint8_t i = 1; i <= 50; ++i) origins.push_back(origin(i, i));
-  s.say(1, Offer{{channel(1, "/a", origins)}, true});
-  EXPECT_EQ(count(s.did(), "mirror "), 8);
-  s.pass(1);
-  EXPECT_EQ(count(s.did(), "mirror "), 2);
-  s.pass(30);
-  EXPECT_EQ(count(s.did(), "mirror "), 40);
-}
-
 // Services count there, too.
 TEST(Shares, ServicesAppearAtABoundedRate) {
   SideOptions options = server({callable()});
