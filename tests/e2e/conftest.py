@@ -18,6 +18,7 @@ import pytest  # noqa: E402
 from calls import servers_graph  # noqa: E402
 from graph import Graph, connect  # noqa: E402
 from lacking import PACKAGES, take_away  # noqa: E402
+from relay import Relay  # noqa: E402
 from harness.domains import free_port, release_domains, take_domains  # noqa: E402
 from harness.programs import Bridge, Side, build_dir  # noqa: E402
 
@@ -112,6 +113,23 @@ def make_pair(tmp_path):
             pair = Pair(folder, **options)
             stack.callback(pair.close)
             return pair
+
+        yield make
+
+
+@pytest.fixture
+def relayed(make_pair):
+    """relayed(delay=0.0, **options): a pair with a relay between its sides, and the relay."""
+    with contextlib.ExitStack() as stack:
+
+        def make(delay=0.0, **options):
+            pair = make_pair(start=False, **options)
+            relay = Relay(pair.bridge.port, delay)
+            stack.callback(relay.close)
+            url = f"ws://127.0.0.1:{relay.port}"
+            pair.client.set_parameters({**pair.client.parameters, "url": url})
+            pair.bridge.start()
+            return pair, relay
 
         yield make
 

@@ -19,7 +19,6 @@ from calls import (
 )
 from graph import until
 from harness.programs import Program, ros_environment, uses_rmw
-from relay import Relay
 
 PARTS = 3  # that run side by side
 TIMES = 50
@@ -27,26 +26,18 @@ LEASE = 30.0  # seconds in which a graph forgets a silent process: Fast DDS take
 
 
 @pytest.fixture
-def make(make_pair):
-    """make(relayed=False): a pair, a graph with patient servers, and perhaps a relay."""
-    open_ones = []
+def make(relayed):
+    """make(): a pair, a graph with patient servers, and the relay between its sides."""
+    graphs = []
 
-    def made(relayed=False, **options):
-        pair = make_pair(server=OPEN_CALLS, start=False, **options)
-        relay = None
-        if relayed:
-            relay = Relay(pair.bridge.port)
-            open_ones.append(relay)
-            url = f"ws://127.0.0.1:{relay.port}"
-            pair.client.set_parameters({**pair.client.parameters, "url": url})
-        pair.bridge.start()
-        robot = servers_graph(pair, 16)
-        open_ones.append(robot)
-        return pair, robot, relay
+    def made():
+        pair, relay = relayed(server=OPEN_CALLS)
+        graphs.append(servers_graph(pair, 16))
+        return pair, graphs[-1], relay
 
     yield made
-    for thing in open_ones:
-        thing.close()
+    for graph in graphs:
+        graph.close()
 
 
 class Load:
@@ -269,7 +260,7 @@ def test_a_side_is_killed_during_100_calls(make, which):
 @pytest.mark.slow
 def test_a_short_break_delivers_late_answers(make):
     """The connection breaks with calls under way: all are answered, and executed once."""
-    pair, robot, relay = make(relayed=True)
+    pair, robot, relay = make()
     server = EchoServer(robot, "/s/slow", delay=0.3)
     caller = Caller(pair.operator, "/s/slow").wait_ready()
     for round_ in range(5):
@@ -286,7 +277,7 @@ def test_a_short_break_delivers_late_answers(make):
 @pytest.mark.slow
 def test_a_dead_link_takes_its_mirrors(make):
     """After dead_after the service is gone, the calls under way with it; then it is back."""
-    pair, robot, relay = make(relayed=True)
+    pair, robot, relay = make()
     server = EchoServer(robot, "/s/slow", delay=lambda name: 5.0 if "lost" in name else 0)
     caller = Caller(pair.operator, "/s/slow").wait_ready()
     for number in range(5):

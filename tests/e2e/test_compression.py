@@ -12,7 +12,6 @@ from sensor_msgs.msg import CompressedImage, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from graph import until
-from relay import Relay
 from sanitizer import not_under_a_sanitizer
 
 PARTS = 2  # that run side by side
@@ -132,16 +131,9 @@ def send_all(pair, name):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_on_a_long_path(make_pair, name):
-    pair = make_pair(server=SERVER, start=False)
-    relay = Relay(pair.bridge.port, delay=0.02)
-    try:
-        url = f"ws://127.0.0.1:{relay.port}"
-        pair.client.set_parameters({**pair.client.parameters, "url": url})
-        pair.bridge.start()
-        small, plain = send_all(pair, name)
-    finally:
-        relay.close()
+def test_on_a_long_path(relayed, name):
+    pair, _ = relayed(0.02, server=SERVER)
+    small, plain = send_all(pair, name)
     print(f"{name}: {100 * small / plain:.1f} % of {plain / MESSAGES:.0f} bytes")
     assert small <= KINDS[name][2] * plain
 

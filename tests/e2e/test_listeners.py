@@ -7,7 +7,6 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_msgs.msg import Int32, String
 
 from graph import qos, until
-from relay import Relay
 
 BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT
 DELAY = 0.1  # of the line, each way
@@ -81,21 +80,14 @@ def fresh_publishers(pair, name, collector, count, settings):
 
 
 @pytest.mark.parametrize("treatment", [{}, {"max_age": 1.0}])
-def test_the_first_message_of_each_publisher_arrives(make_pair, treatment):
+def test_the_first_message_of_each_publisher_arrives(relayed, treatment):
     """The link takes a tenth of a second each way, so demand comes long after the message."""
     rule = {"import_topics": ["/o/**"], **treatment}
-    pair = make_pair(start=False, server={"rules": ["all"], "rule": {"all": rule}})
-    relay = Relay(pair.bridge.port, delay=DELAY)
-    try:
-        url = f"ws://127.0.0.1:{relay.port}"
-        pair.client.set_parameters({**pair.client.parameters, "url": url})
-        pair.bridge.start()
-        for settings in (qos(10), qos(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)):
-            collector = pair.robot.collector(Int32, "/o/first", qos(10))
-            until(lambda: pair.operator.subscriptions("/o/first"), "the listener")
-            took = fresh_publishers(pair, "/o/first", collector, 4, settings)
-            assert min(took) < 2 * DELAY + 0.1 + 0.3, took
-            collector.close()
-            until(lambda: not pair.operator.subscriptions("/o/first"), "no listener")
-    finally:
-        relay.close()
+    pair, _ = relayed(DELAY, server={"rules": ["all"], "rule": {"all": rule}})
+    for settings in (qos(10), qos(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)):
+        collector = pair.robot.collector(Int32, "/o/first", qos(10))
+        until(lambda: pair.operator.subscriptions("/o/first"), "the listener")
+        took = fresh_publishers(pair, "/o/first", collector, 4, settings)
+        assert min(took) < 2 * DELAY + 0.1 + 0.3, took
+        collector.close()
+        until(lambda: not pair.operator.subscriptions("/o/first"), "no listener")
