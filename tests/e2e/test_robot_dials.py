@@ -138,21 +138,6 @@ def refused(program, text):
     assert program.process.wait(10) == 2
 
 
-def test_two_of_a_kind_are_refused(world):
-    server, for_robot = invite(world)
-    refused(world.run("client", "viewer", for_robot), "this invitation is for a robot")
-    other = world.run("server", "another robot", "--pair", "--ros-args", "-p", "listen.port:=0")
-    of_robot = invitation_of(other)
-    refused(world.run("client", "robot", "--robot", of_robot), "leave out --robot")
-    refused(world.run("server", "operator", "--pair"), "one where the robot is the client")
-    refused(
-        world.run("server", "operator", "--pair", "--drive", "--operate"),
-        "--operate is said at the robot",
-    )
-    # None of it has cost the invitation.
-    world.run("client", "robot", "--robot", for_robot).wait_for(_PAIRED)
-
-
 def test_a_second_robot_does_not_mix_with_the_first(world):
     server, line = invite(world)
     world.run("client", "robot", "--robot", line).wait_for(_PAIRED)
@@ -168,22 +153,3 @@ def test_a_second_robot_does_not_mix_with_the_first(world):
     line = invitation_of(again)
     assert again.process.wait(10) == 0
     world.run("client", "robot again", "--robot", line).wait_for(_PAIRED)
-
-
-def test_robots_that_pair_have_names_of_their_own(world):
-    """With one word at the first pairing; what they say is told apart."""
-    port = ["--ros-args", "-p", f"listen.port:={world.port}", "-p", "prefix:=by_identity"]
-    server = world.run("server", "operator", "--pair", "localhost", "--drive", *port)
-    line = invitation_of(server)
-    world.run("client", "robot", "--robot", line).wait_for(_PAIRED)
-    again = world.run("server", "operator", "--pair", "localhost", "--drive")
-    line = invitation_of(again)
-    assert again.process.wait(10) == 0
-    world.run("client", "robot again", "--robot", line).wait_for(_PAIRED)
-    (tokens,) = world.home("operator").rglob("tokens.yaml")
-    first, second = (entry["identity"] for entry in yaml.safe_load(tokens.read_text()))
-    assert second == f"{first}_2"
-    said = world.robot.publisher(String, "/state")
-    heard = [world.operator.collector(String, f"/{name}/state") for name in (first, second)]
-    for collector in heard:  # both robots are in one graph here
-        connect(said, collector, String(data="hello"))
