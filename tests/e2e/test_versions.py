@@ -7,7 +7,7 @@ from std_msgs.msg import String
 
 from graph import connect, until
 from harness.domains import free_port
-from versions import with_another
+from versions import with_another_blob
 
 BLOB = "uint64 sequence\nint64 sent_ns\nuint8[] data\n"
 TYPE = "connect_bridge_test_interfaces/msg/Blob"
@@ -30,7 +30,7 @@ def versions(domains, make_graph, make_side, tmp_path):
                 "client",
                 operator,
                 {"url": f"ws://127.0.0.1:{port}", **login, **imports},
-                env=with_another(tmp_path / "other", "msg/Blob.msg", message),
+                env=with_another_blob(tmp_path / "other", message),
             )
             self.server.start().wait_listening()
             self.client.start().wait_linked()
