@@ -7,7 +7,7 @@ from connect_bridge_test_interfaces.msg import Blob
 from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import String
 
-from graph import Graph, qos, until
+from graph import qos, until
 from harness.programs import uses_rmw
 from sanitizer import SANITIZED, not_under_a_sanitizer
 
@@ -49,31 +49,6 @@ def test_a_latched_publisher_restarted(pair, topic):
         pair.robot.remove(node)
     time.sleep(0.5)
     assert [m.data for m in collector.messages] == [str(i) for i in range(10)]
-
-
-def test_13_nodes_joining_at_once(pair):
-    """Each is a process of its own to the middleware, as after a launch file."""
-    joining = [Graph(pair.domains[0]) for _ in range(13)]
-    try:
-        alone = {i: g.publisher(String, f"/t/joined/own_{i}") for i, g in enumerate(joining)}
-        shared = [g.publisher(String, "/t/joined/shared") for g in joining]
-        own = {i: pair.operator.collector(String, f"/t/joined/own_{i}") for i in alone}
-        together = pair.operator.collector(String, "/t/joined/shared", 100)
-        pair.operator.wait_publishers("/t/joined/shared", len(joining))
-
-        def all_heard():
-            for i, publisher in alone.items():
-                publisher.publish(String(data=str(i)))
-                shared[i].publish(String(data=str(i)))
-            heard = {m.data for m in list(together.messages)}
-            return all(c.messages for c in own.values()) and len(heard) == len(joining)
-
-        until(all_heard, "every node is heard on both topics", step=0.2)
-        assert all(m.data == str(i) for i, c in own.items() for m in c.messages)
-    finally:
-        for graph in joining:
-            graph.close()
-    pair.operator.wait_publishers("/t/joined/shared", 0)
 
 
 @pytest.mark.slow
