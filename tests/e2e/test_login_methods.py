@@ -17,6 +17,7 @@ from std_msgs.msg import String
 from graph import connect, until
 from harness.domains import free_port
 from harness.programs import build_dir
+from tokens import write
 
 SECRET = b"a secret of thirty-two bytes or more"
 MAY_SEE = {"export_topics": ["/t/**"], "groups": ["ops", "plugin"]}
@@ -39,14 +40,6 @@ def jwt(seconds, secret=SECRET, **more):
     parts = [base64url(json.dumps(part).encode()) for part in ({"alg": "HS256"}, claims)]
     code = hmac.new(secret, ".".join(parts).encode(), hashlib.sha256).digest()
     return ".".join([*parts, base64url(code)])
-
-
-def write(file, text):
-    part = file.with_suffix(".new")
-    part.write_text(text, encoding="ascii")
-    part.chmod(0o600)
-    part.rename(file)
-    return str(file)
 
 
 @pytest.fixture

@@ -1,8 +1,6 @@
 """Two robots of one kind dial one server: each is below its own name there (`prefix:
 by_identity`)."""
 
-import hashlib
-
 import pytest
 from harness.domains import free_port
 from rclpy.parameter_client import AsyncParameterClient
@@ -10,6 +8,7 @@ from std_msgs.msg import Int32, String
 
 from calls import Caller, EchoServer
 from graph import connect, until
+from tokens import entry, write_tokens
 
 ROBOTS = ["robot7", "robot8"]
 
@@ -33,15 +32,9 @@ def rule(towards, away):
 def fleet(make_side, make_graph, domains, tmp_path):
     """The server's graph, and those of the robots."""
     *at_robots, at_server = domains(3)
-    tokens = tmp_path / "tokens.yaml"
-    digests = {name: hashlib.sha256(f"the-token-of-{name}".encode()).hexdigest() for name in ROBOTS}
-    tokens.write_text(
-        "".join(f"- {{token_sha256: {digests[name]}, identity: {name}}}\n" for name in ROBOTS),
-        encoding="ascii",
-    )
-    tokens.chmod(0o600)
-    port = free_port()
-    parameters = {"listen": {"port": port}, "auth": {"token_file": str(tokens)}}
+    entries = [entry(name, f"the-token-of-{name}") for name in ROBOTS]
+    tokens, port = write_tokens(tmp_path / "tokens.yaml", *entries), free_port()
+    parameters = {"listen": {"port": port}, "auth": {"token_file": tokens}}
     server = make_side(
         "server", at_server, {**parameters, "prefix": "by_identity", **rule("export", "import")}
     )

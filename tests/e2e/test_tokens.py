@@ -1,8 +1,6 @@
 """Tokens while the sides run: made, withdrawn, changed, expired, renewed."""
 
 import datetime
-import hashlib
-import json
 import subprocess
 import time
 
@@ -12,32 +10,14 @@ from std_msgs.msg import String
 from graph import connect, until
 from harness.domains import free_port
 from harness.programs import build_dir
+from tokens import entry, write, write_tokens
 
 ANNA, BERT = "token-of-anna-0123456789", "token-of-bert-0123456789"
 RULES = {"rules": ["ops"], "rule": {"ops": {"export_topics": ["/t/**"], "groups": ["ops"]}}}
 
 
-def entry(identity, token, groups=("ops",), expires=None):
-    made = {
-        "identity": identity,
-        "token_sha256": hashlib.sha256(token.encode()).hexdigest(),
-        "groups": list(groups),
-    }
-    if expires is not None:
-        made["expires"] = f"{expires:%Y-%m-%dT%H:%M:%SZ}"
-    return made
-
-
 def in_seconds(seconds):
     return datetime.datetime.now(datetime.timezone.utc) + datetime.timedelta(seconds=seconds)
-
-
-def write(file, text):
-    """Replaces the file in one step, as a careful writer does."""
-    part = file.with_suffix(".new")
-    part.write_text(text, encoding="ascii")
-    part.chmod(0o600)
-    part.rename(file)
 
 
 class World:
@@ -51,7 +31,7 @@ class World:
         self.tokens = folder / "tokens.yaml"
 
     def allow(self, *entries):
-        write(self.tokens, json.dumps(list(entries)))  # JSON is YAML
+        write_tokens(self.tokens, *entries)
 
     def serve(self, *entries):
         self.allow(*entries)
@@ -68,9 +48,7 @@ class World:
         return self.server
 
     def token_file(self, name, token):
-        file = self.folder / f"{name}.token"
-        write(file, token + "\n")
-        return file
+        return write(self.folder / f"{name}.token", token + "\n")
 
     def client(self, name, token):
         client = self.make_side(
@@ -78,7 +56,7 @@ class World:
             self.domains[1],
             {
                 "url": f"ws://127.0.0.1:{self.port}",
-                "auth": {"token_file": str(self.token_file(name, token))},
+                "auth": {"token_file": self.token_file(name, token)},
             },
             name=name,
         )
