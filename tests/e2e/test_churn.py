@@ -11,7 +11,6 @@ from graph import qos, until
 from harness.programs import uses_rmw
 from sanitizer import SANITIZED, not_under_a_sanitizer
 
-PARTS = 2  # that run side by side
 MIB = 1 << 20
 CYCLES = 2_500 if SANITIZED else 5_000  # memory needs so many
 
