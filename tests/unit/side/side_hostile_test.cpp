@@ -120,9 +120,7 @@ TEST(Side, OffersNoMoreThanAPeerTakes) {
   s.did();
   s.say(1, Accepts{{{{"/**"}, {}}}, {}});
   const std::string said = s.said(1);
-  std::size_t offered = 0;
-  for (auto at = said.find("/t"); at != std::string::npos; at = said.find("/t", at + 1)) ++offered;
-  EXPECT_EQ(offered, 4096U);
+  EXPECT_EQ(times(said, "/t"), 4096);
   s.did();
   EXPECT_NE(s.logged.find("not all interfaces of this side are offered to /peer"),
             std::string::npos);

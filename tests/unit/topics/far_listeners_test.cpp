@@ -256,12 +256,6 @@ void invent(Script& s, std::uint32_t connection, std::uint32_t first, std::uint3
   }
   s.pass(2000);
 }
-std::int64_t times(const std::string& did, const std::string& word) {
-  std::int64_t found = 0;
-  for (std::size_t at = did.find(word); at != std::string::npos; at = did.find(word, at + 1))
-    ++found;
-  return found;
-}
 
 TEST(FarListenersPlaces, OfWhatNobodyPublishesAnIdentityHasSoMany) {
   Script s(server());

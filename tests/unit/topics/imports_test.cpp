@@ -1,8 +1,6 @@
 // The peers' topics here: one mirror per origin, demanded by local subscribers.
 #include <gtest/gtest.h>
 
-#include <functional>
-
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -70,47 +68,6 @@ TEST(SideImports, KindsOfLaterVersionsAreDeclined) {
   s.give(PacketReceived{{1}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
   EXPECT_EQ(s.said(1), "decline 1 unsupported\ndecline 2 unsupported\n");
   EXPECT_EQ(s.did(), "");
-}
-
-// docs/protocol.md, the table of section "States" and of section 6.
-TEST(SideImports, WhatDoesNotFitEndsTheLink) {
-  using Input = std::function<void(Imports&)>;
-  const struct {
-    const char* what;
-    Input input;
-    const char* code;
-  } rows[] = {
-      {"a number in use", [](Imports& s) { s.offer(1, {channel(1, "/b", {})}); }, "4009"},
-      {"a number twice",
-       [](Imports& s) {
-         s.offer(1, {channel(2, "/b", {}), channel(2, "/c", {})});
-       },
-       "4009"},
-      {"origins of nothing",
-       [](Imports& s) {
-         s.say(1, OriginsChanged{{9}, {}, {}});
-       },
-       "4010"},
-      {"withdraw of nothing", [](Imports& s) { s.say(1, Withdraw{{{9}}}); }, "4010"},
-      {"data of nothing", [](Imports& s) { s.message(1, 9, 1, "x"); }, "4010"},
-      {"data after withdraw",
-       [](Imports& s) {
-         s.say(1, Withdraw{{{1}}});
-         s.message(1, 1, 1, "x");
-       },
-       "4010"},
-  };
-  for (const auto& row : rows) {
-    SCOPED_TRACE(row.what);
-    Imports s;
-    s.offer(1, {channel(1, "/a", {})});
-    s.did();
-    row.input(s);
-    EXPECT_EQ(s.did(), std::string("close 1 ") + row.code + "\n");
-    EXPECT_FALSE(s.status().links[0].open);
-    s.message(1, 1, 1, "ignored from now on");
-    EXPECT_EQ(s.did(), "");
-  }
 }
 
 TEST(SideImports, ChannelsHaveALimit) {

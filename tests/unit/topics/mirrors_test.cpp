@@ -106,16 +106,10 @@ TEST(SideMirrors, ClaimsAreToldNowAndThen) {
   s.say(1, Offer{{channel(1, "/a", {})}, true});
   s.pass(20);
   s.did();
-  const auto claims = [](const std::string& did) {
-    std::size_t found = 0;
-    for (auto at = did.find("claim ["); at != std::string::npos; at = did.find("claim [", at + 1))
-      ++found;
-    return found;
-  };
   for (std::uint8_t i = 1; i <= 100; ++i) s.say(1, OriginsChanged{{1}, {origin(i, i)}, {}});
   s.pass(24);
   const std::string did = s.did();
-  EXPECT_EQ(claims(did), 21U);
+  EXPECT_EQ(times(did, "claim ["), 21);
   EXPECT_NE(did.find(" 99 100]"), std::string::npos) << did;
   s.pass(100);
   s.did();
