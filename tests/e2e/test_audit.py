@@ -26,7 +26,8 @@ RULES = {
 
 
 def lines(file):
-    return [json.loads(line) for line in file.read_text(encoding="ascii").splitlines()]
+    *whole, _ = file.read_text(encoding="ascii").split("\n")  # a write may be under way
+    return [json.loads(line) for line in whole]
 
 
 def found(file, **what):
