@@ -3,14 +3,14 @@
 import time
 
 from connect_bridge_test_interfaces.action import Fibonacci
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 
 from graph import WAIT, until
 
 
 class FibonacciServer:
-    """Refuses a negative order, aborts one above 46, and can be cancelled."""
+    """Takes every goal, and can be cancelled."""
 
     def __init__(self, graph, name, node=None):
         self.goals = 0
@@ -25,7 +25,6 @@ class FibonacciServer:
                 Fibonacci,
                 self._name,
                 self._execute,
-                goal_callback=self._goal,
                 cancel_callback=lambda _: CancelResponse.ACCEPT,
                 callback_group=ReentrantCallbackGroup(),
             )
@@ -34,18 +33,12 @@ class FibonacciServer:
         with self._graph.still():
             self._server.destroy()
 
-    def _goal(self, goal):
-        return GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT
-
     def _execute(self, handle):
         self.goals += 1
         sequence = [0, 1]
         for _ in range(handle.request.order - 1):
             if handle.is_cancel_requested:
                 handle.canceled()
-                return Fibonacci.Result(sequence=sequence)
-            if handle.request.order > 46 and len(sequence) > 5:
-                handle.abort()
                 return Fibonacci.Result(sequence=sequence)
             sequence.append(sequence[-1] + sequence[-2])
             handle.publish_feedback(Fibonacci.Feedback(sequence=sequence))

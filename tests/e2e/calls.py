@@ -20,7 +20,6 @@ OPEN_CALLS = {
         "all": {
             "export_services": ["/s/**"],
             "export_actions": ["/a/**"],
-            "import_services": ["/back/**"],
             "export_topics": ["/t/**"],
         }
     },

@@ -18,6 +18,7 @@ import pytest  # noqa: E402
 from calls import servers_graph  # noqa: E402
 from graph import Graph, connect  # noqa: E402
 from lacking import PACKAGES, take_away  # noqa: E402
+from relay import Relay  # noqa: E402
 from harness.domains import free_port, release_domains, take_domains  # noqa: E402
 from harness.programs import Bridge, Side, build_dir  # noqa: E402
 
@@ -116,6 +117,23 @@ def make_pair(tmp_path):
         yield make
 
 
+@pytest.fixture
+def relayed(make_pair):
+    """relayed(delay=0.0, **options): a pair with a relay between its sides, and the relay."""
+    with contextlib.ExitStack() as stack:
+
+        def make(delay=0.0, **options):
+            pair = make_pair(start=False, **options)
+            relay = Relay(pair.bridge.port, delay)
+            stack.callback(relay.close)
+            url = f"ws://127.0.0.1:{relay.port}"
+            pair.client.set_parameters({**pair.client.parameters, "url": url})
+            pair.bridge.start()
+            return pair, relay
+
+        yield make
+
+
 @pytest.fixture(scope="module")
 def pair(request, tmp_path_factory):
     """One pair for all tests of a file, which use topics of their own; SERVER and CLIENT of the
@@ -189,57 +207,16 @@ def authority(tmp_path_factory):
     def openssl(*words):
         subprocess.run(["openssl", *words], cwd=folder, check=True, capture_output=True)
 
+    key = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes".split()
+
     def new_authority(name):
-        openssl(
-            "req",
-            "-x509",
-            "-newkey",
-            "ec",
-            "-pkeyopt",
-            "ec_paramgen_curve:prime256v1",
-            "-nodes",
-            "-keyout",
-            f"{name}.key",
-            "-out",
-            f"{name}.pem",
-            "-days",
-            "2",
-            "-subj",
-            f"/CN=test {name}",
-        )
+        files = f"-keyout {name}.key -out {name}.pem -days 2".split()
+        openssl("req", "-x509", *key, *files, "-subj", f"/CN=test {name}")
 
     new_authority("ca")
     new_authority("other")
-    openssl(
-        "req",
-        "-newkey",
-        "ec",
-        "-pkeyopt",
-        "ec_paramgen_curve:prime256v1",
-        "-nodes",
-        "-keyout",
-        "server.key",
-        "-out",
-        "server.csr",
-        "-subj",
-        "/CN=localhost",
-    )
+    openssl(*"req -keyout server.key -out server.csr -subj /CN=localhost".split(), *key)
     (folder / "names").write_text("subjectAltName=DNS:localhost\n", encoding="ascii")
-    openssl(
-        "x509",
-        "-req",
-        "-in",
-        "server.csr",
-        "-CA",
-        "ca.pem",
-        "-CAkey",
-        "ca.key",
-        "-CAcreateserial",
-        "-out",
-        "server.pem",
-        "-days",
-        "2",
-        "-extfile",
-        "names",
-    )
+    signed = "-CA ca.pem -CAkey ca.key -CAcreateserial -days 2 -extfile names".split()
+    openssl(*"x509 -req -in server.csr -out server.pem".split(), *signed)
     return folder

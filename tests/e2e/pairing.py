@@ -3,11 +3,16 @@
 import pathlib
 import re
 import stat
+import time
 
 import pytest
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 
-from graph import connect
+from actions import Client, FibonacciServer, Goal
+from calls import Caller, EchoServer
+from graph import WAIT, connect, until
 from harness.domains import free_port
 from harness.programs import Program, build_dir, ros_environment
 
@@ -54,6 +59,48 @@ class World:
         """A message of the robot arrives at the operator."""
         heard = self.operator.collector(String, name)
         connect(self.robot.publisher(String, name), heard, String(data="hello"))
+
+
+class Robot:
+    """What there is to operate at the robot."""
+
+    def __init__(self, world):
+        self.world = world
+        self.heard = world.robot.collector(String, "/command")
+        self.command = world.operator.publisher(String, "/command")
+        self.service = EchoServer(world.robot, "/service")
+        self.caller = Caller(world.operator, "/service")
+        self.action = FibonacciServer(world.robot, "/action")
+        self.goals = Client(world.operator, "/action")
+        self.node = world.robot.node("settable", start_parameter_services=True)
+        self.node.declare_parameter("speed", 1.0)
+
+    def operate(self):
+        connect(self.command, self.heard, String(data="go"))
+        self.caller.wait_ready()
+        self.caller.ask("call")
+        self.caller.wait_answers(1)
+        assert self.service.executed == ["call"]
+        until(self.goals.server_is_ready, "the action is ready")
+        assert Goal(self.goals, 3).handle.accepted
+        parameters = AsyncParameterClient(self.world.operator.tester, "settable")
+        assert parameters.wait_for_services(WAIT)
+        changed = parameters.set_parameters([Parameter("speed", value=2.0)])
+        until(changed.done, "an answer of the parameter service")
+        assert self.node.get_parameter("speed").value == 2.0
+
+    def stands_still(self):
+        self.command.publish(String(data="of who may only look"))
+        time.sleep(0.5)
+        assert not self.caller.ready()
+        assert not self.goals.server_is_ready()
+        assert not self.heard.messages
+        parameters = AsyncParameterClient(self.world.operator.tester, "settable")
+        assert not parameters.services_are_ready()
+
+    def stop(self):
+        self.goals.destroy()
+        self.action.stop()
 
 
 @pytest.fixture

@@ -22,17 +22,16 @@ def ctl(*words):
 
 
 class AtRelay:
-    """A relay with the robots robot7 and robot8, and the files for both ends."""
+    """A relay with a robot, and the files for both ends."""
 
     def __init__(self, folder):
         self.folder, self.port = folder, free_port()
         self.dialled = self.port
         ctl("certs", folder / "relay", "--host", "localhost")
         ctl("certs", folder / "robot", "--host", ROBOT)
-        tokens = folder / "robots.yaml"
-        for name in (ROBOT, "robot8"):
-            self.token_file(name).write_text(ctl("token", name, "--file", tokens))
-            self.token_file(name).chmod(0o600)
+        self.token = folder / f"{ROBOT}.token"
+        self.token.write_text(ctl("token", ROBOT, "--file", folder / "robots.yaml"))
+        self.token.chmod(0o600)
         self.file = folder / "relay.yaml"
         self.write(f"{folder}/relay")
         self.program = self.another(self.file, "relay")
@@ -52,18 +51,15 @@ class AtRelay:
         }
         self.file.write_text(json.dumps(text))
 
-    def token_file(self, name):
-        return self.folder / f"{name}.token"
-
     def start(self):
         self.program.start()
         self.program.wait_for("listens on port")
 
-    def server(self, name=ROBOT, token=None):
-        """The parameters of a server that is reached as `name`."""
+    def server(self):
+        """The parameters of the robot's server."""
         relay = {
-            "url": f"wss://{name}@localhost:{self.dialled}/",
-            "token_file": str(self.token_file(token or name)),
+            "url": f"wss://{ROBOT}@localhost:{self.dialled}/",
+            "token_file": str(self.token),
             "ca": f"{self.folder}/relay/ca.crt",
         }
         keys = f"{self.folder}/robot"
@@ -72,9 +68,9 @@ class AtRelay:
             "tls": {"certificate": f"{keys}/server.crt", "private_key": f"{keys}/server.key"},
         }
 
-    def client(self, name=ROBOT, port=None):
+    def client(self, port=None):
         return {
-            "url": f"wss://{name}@localhost:{port or self.dialled}/",
+            "url": f"wss://{ROBOT}@localhost:{port or self.dialled}/",
             "tls": {"ca": f"{self.folder}/robot/ca.crt"},
         }
 

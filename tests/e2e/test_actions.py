@@ -1,18 +1,13 @@
 """Actions: goals, feedback, status, cancelling and results, by rclpy's own server and client."""
 
-import threading
 import time
 
 import pytest
 from action_msgs.msg import GoalStatus
-from action_msgs.srv import CancelGoal
-from builtin_interfaces.msg import Time
-from connect_bridge_test_interfaces.action import Fibonacci
-from unique_identifier_msgs.msg import UUID
 
 from actions import Client, FibonacciServer, Goal
 from calls import OPEN_CALLS, servers_graph
-from graph import WAIT, until
+from graph import until
 
 SERVER = OPEN_CALLS
 
@@ -62,19 +57,6 @@ def test_status(served):
     until(lambda: goal.handle.status == GoalStatus.STATUS_SUCCEEDED, "succeeded")
 
 
-def test_a_rejected_goal(served):
-    server, client = served
-    assert not Goal(client, -1).handle.accepted
-    assert server.goals == 0
-
-
-def test_an_aborted_goal(served):
-    _, client = served
-    answer = Goal(client, 50, period_ms=1).result()
-    assert answer.status == GoalStatus.STATUS_ABORTED
-    assert list(answer.result.sequence) == fibonacci(6)
-
-
 def test_cancel_one_of_three(served):
     _, client = served
     goals = [Goal(client, 30, period_ms) for period_ms in (30, 200, 30)]
@@ -84,34 +66,6 @@ def test_cancel_one_of_three(served):
     assert goals[1].result().status == GoalStatus.STATUS_CANCELED
     for goal in (goals[0], goals[2]):
         assert goal.result().status == GoalStatus.STATUS_SUCCEEDED
-
-
-@pytest.mark.parametrize("which", ["all", "by_time"])
-def test_cancel_many(pair, served, action, which):
-    """A zero id and time cancel all goals, a time those that were accepted until then."""
-    _, client = served
-    cancel = pair.operator.tester.create_client(CancelGoal, action + "/_action/cancel_goal")
-    until(cancel.service_is_ready, "cancelling")
-    early = [Goal(client, 46, period_ms=200) for _ in range(2)]
-    for goal in early:
-        assert goal.handle.accepted
-    time.sleep(0.3)
-    stamp = pair.robot.tester.get_clock().now().to_msg() if which == "by_time" else Time()
-    time.sleep(0.3)
-    late = Goal(client, 46, period_ms=10 if which == "by_time" else 200)
-    assert late.handle.accepted
-    request = CancelGoal.Request()
-    request.goal_info.goal_id = UUID()
-    request.goal_info.stamp = stamp
-    future = cancel.call_async(request)
-    until(future.done, "an answer to the cancelling")
-    expected = 2 if which == "by_time" else 3
-    assert len(future.result().goals_canceling) == expected
-    for goal in early:
-        assert goal.result().status == GoalStatus.STATUS_CANCELED
-    end = GoalStatus.STATUS_SUCCEEDED if which == "by_time" else GoalStatus.STATUS_CANCELED
-    assert late.result().status == end
-    pair.operator.tester.destroy_client(cancel)
 
 
 def test_several_clients_and_goals_at_once(pair, served, action):
@@ -134,14 +88,6 @@ def test_several_clients_and_goals_at_once(pair, served, action):
         client.destroy()
 
 
-def test_a_result_that_is_asked_for_late(served):
-    _, client = served
-    goal = Goal(client, 3, period_ms=1)
-    assert goal.handle.accepted
-    time.sleep(2)
-    assert list(goal.result().result.sequence) == fibonacci(4)
-
-
 @pytest.mark.alone
 def test_ready_as_a_whole_or_not_at_all(pair, robot, action):
     """The parts of an action come and go together, and within 200 ms."""
@@ -160,17 +106,6 @@ def test_ready_as_a_whole_or_not_at_all(pair, robot, action):
     assert sorted(gone)[1] < 0.3, f"not ready after {gone} s"
     client.destroy()
     server.stop()
-
-
-def test_long_goals_do_not_hold_up_a_short_one(served):
-    _, client = served
-    goals = [Goal(client, 40, period_ms=25) for _ in range(8)]
-    waiting = threading.Thread(target=lambda: [goal.result() for goal in goals])
-    waiting.start()
-    quick = Goal(client, 3, period_ms=1)
-    assert quick.result(5).status == GoalStatus.STATUS_SUCCEEDED
-    waiting.join(WAIT)
-    assert not waiting.is_alive()
 
 
 def works(goal, timeout=1.0):
@@ -202,40 +137,5 @@ def test_a_side_is_killed_during_goals(make_pair, which):
         while not works(Goal(client, 3, period_ms=1)):
             assert time.monotonic() < end, "no goal works after the kill"
         assert server.goals >= 4
-    finally:
-        robot.close()
-
-
-def test_wildcards_open_no_part_of_an_action(make_pair):
-    """Rules for topics and services do not allow any part; the rule for the action allows all
-    five."""
-    closed = make_pair(
-        server={
-            "rules": ["all"],
-            "rule": {
-                "all": {
-                    "export_topics": ["/**", "/a/shut/_action/*"],
-                    "export_services": ["/**", "/a/shut/_action/*", "/**/_action/**"],
-                }
-            },
-        }
-    )
-    robot = servers_graph(closed, 4)
-    try:
-        server = FibonacciServer(robot, "/a/shut")
-        robot.tester.create_service(CancelGoal, "/a/plain", lambda _, response: response)
-        plain = closed.operator.tester.create_client(CancelGoal, "/a/plain")
-        until(plain.service_is_ready, "an ordinary service")
-        time.sleep(0.5)
-        hidden = [n for n in closed.operator.topics() if "_action" in n]
-        assert hidden == []
-        for part, kind in (
-            ("send_goal", Fibonacci.Impl.SendGoalService),
-            ("get_result", Fibonacci.Impl.GetResultService),
-            ("cancel_goal", CancelGoal),
-        ):
-            client = closed.operator.tester.create_client(kind, f"/a/shut/_action/{part}")
-            assert not client.service_is_ready(), part
-        server.stop()
     finally:
         robot.close()

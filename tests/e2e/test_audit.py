@@ -1,7 +1,6 @@
 """The audit log: logins, refusals, channels, calls, goals, changes of rules, and the end."""
 
 import datetime
-import hashlib
 import json
 import socket
 import stat
@@ -14,6 +13,7 @@ from calls import Caller, EchoServer, request_of
 from conftest import OPEN
 from graph import connect, until
 from harness.domains import free_port
+from tokens import entry, write_tokens
 
 ANNA = "token-of-anna-0123456789"
 RULES = {
@@ -26,7 +26,8 @@ RULES = {
 
 
 def lines(file):
-    return [json.loads(line) for line in file.read_text(encoding="ascii").splitlines()]
+    *whole, _ = file.read_text(encoding="ascii").split("\n")  # a write may be under way
+    return [json.loads(line) for line in whole]
 
 
 def found(file, **what):
@@ -45,16 +46,9 @@ class World:
         self.robot, self.operator = (make_graph(d) for d in self.domains)
         self.port = free_port()
         self.audit = folder / "audit.jsonl"
-        tokens = folder / "tokens.yaml"
-        hashed = hashlib.sha256(ANNA.encode()).hexdigest()
-        tokens.write_text(
-            json.dumps([{"identity": "anna", "token_sha256": hashed, "groups": ["ops"]}]),
-            encoding="ascii",
-        )
-        tokens.chmod(0o600)
         self.parameters = {
             "listen": {"port": self.port},
-            "auth": {"token_file": str(tokens)},
+            "auth": {"token_file": write_tokens(folder / "tokens.yaml", entry("anna", ANNA))},
             "audit": {"file": str(self.audit)},
             **RULES,
         }

@@ -1,7 +1,6 @@
 """Calls while servers, clients, the line and the bridge come and go: none twice, none stuck."""
 
 import os
-import signal
 import sys
 import threading
 import time
@@ -20,7 +19,6 @@ from calls import (
 )
 from graph import until
 from harness.programs import Program, ros_environment, uses_rmw
-from relay import Relay
 
 PARTS = 3  # that run side by side
 TIMES = 50
@@ -28,26 +26,18 @@ LEASE = 30.0  # seconds in which a graph forgets a silent process: Fast DDS take
 
 
 @pytest.fixture
-def make(make_pair):
-    """make(relayed=False): a pair, a graph with patient servers, and perhaps a relay."""
-    open_ones = []
+def make(relayed):
+    """make(): a pair, a graph with patient servers, and the relay between its sides."""
+    graphs = []
 
-    def made(relayed=False, **options):
-        pair = make_pair(server=OPEN_CALLS, start=False, **options)
-        relay = None
-        if relayed:
-            relay = Relay(pair.bridge.port)
-            open_ones.append(relay)
-            url = f"ws://127.0.0.1:{relay.port}"
-            pair.client.set_parameters({**pair.client.parameters, "url": url})
-        pair.bridge.start()
-        robot = servers_graph(pair, 16)
-        open_ones.append(robot)
-        return pair, robot, relay
+    def made():
+        pair, relay = relayed(server=OPEN_CALLS)
+        graphs.append(servers_graph(pair, 16))
+        return pair, graphs[-1], relay
 
     yield made
-    for thing in open_ones:
-        thing.close()
+    for graph in graphs:
+        graph.close()
 
 
 class Load:
@@ -248,8 +238,7 @@ def test_client_restarted_50_times_under_load(make):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("which", ["server", "client"])
-@pytest.mark.parametrize("how", ["kill", "stop"])
-def test_a_side_ends_during_100_calls(make, which, how):
+def test_a_side_is_killed_during_100_calls(make, which):
     """The calls' fate: executed at most once, answered at most once. The next ones work."""
     pair, robot, _ = make()
     server = EchoServer(robot, "/s/slow", delay=0.2)
@@ -258,7 +247,7 @@ def test_a_side_ends_during_100_calls(make, which, how):
         caller.ask(f"before {number}")
     until(lambda: len(server.executed) >= 10, "calls under way")
     side = getattr(pair, which)
-    side.kill() if how == "kill" else side.stop(signal.SIGTERM)
+    side.kill()
     side.start()
     pair.client.wait_linked()
     # Endpoints of a killed process leave the graph only when its lease is over.
@@ -271,7 +260,7 @@ def test_a_side_ends_during_100_calls(make, which, how):
 @pytest.mark.slow
 def test_a_short_break_delivers_late_answers(make):
     """The connection breaks with calls under way: all are answered, and executed once."""
-    pair, robot, relay = make(relayed=True)
+    pair, robot, relay = make()
     server = EchoServer(robot, "/s/slow", delay=0.3)
     caller = Caller(pair.operator, "/s/slow").wait_ready()
     for round_ in range(5):
@@ -286,16 +275,15 @@ def test_a_short_break_delivers_late_answers(make):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["cut", "stall"])
-def test_a_dead_link_takes_its_mirrors(make, how):
+def test_a_dead_link_takes_its_mirrors(make):
     """After dead_after the service is gone, the calls under way with it; then it is back."""
-    pair, robot, relay = make(relayed=True)
+    pair, robot, relay = make()
     server = EchoServer(robot, "/s/slow", delay=lambda name: 5.0 if "lost" in name else 0)
     caller = Caller(pair.operator, "/s/slow").wait_ready()
     for number in range(5):
         caller.ask(f"lost {number}")
     until(lambda: len(server.executed) == 5, "calls under way")
-    getattr(relay, how)()
+    relay.stall()
     begin = time.monotonic()
     caller.wait_gone(10)
     assert 2.0 < time.monotonic() - begin < 4.5

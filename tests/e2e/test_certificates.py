@@ -24,33 +24,10 @@ def folder(tmp_path):
     return tmp_path / "certs"
 
 
-def test_what_is_there_is_not_overwritten(folder):
-    before = {file.name: file.read_bytes() for file in folder.iterdir()}
-    again = certs(folder, "--host", "localhost")
-    assert again.returncode == 2 and "not overwritten" in again.stderr
-    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
-
-
 def test_a_group_is_for_clients(tmp_path):
     refused = certs(tmp_path / "certs", "--host", "localhost", "--group", "ops")
     assert refused.returncode == 2 and "--client" in refused.stderr
     assert not (tmp_path / "certs").exists()
-
-
-def test_a_client_checks_its_files_at_the_start(tmp_path, domains, make_side):
-    empty = tmp_path / "ca.crt"
-    empty.write_text("no certificate\n", encoding="ascii")
-    client = make_side(
-        "client",
-        domains(1)[0],
-        {
-            "url": f"wss://localhost:{free_port()}",
-            "auth": {"method": "none"},
-            "tls": {"ca": str(empty)},
-        },
-    )
-    client.start().wait_for("has no PEM certificate")
-    assert client.process.wait(10) == 2
 
 
 def test_a_certificate_is_a_login(folder, domains, make_side, make_graph):

@@ -7,13 +7,12 @@ from connect_bridge_test_interfaces.msg import Blob
 from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import String
 
-from graph import Graph, connect, qos, until
+from graph import qos, until
 from harness.programs import uses_rmw
 from sanitizer import SANITIZED, not_under_a_sanitizer
 
-PARTS = 2  # that run side by side
 MIB = 1 << 20
-CYCLES = 2_500 if SANITIZED else 10_000  # memory needs so many
+CYCLES = 2_500 if SANITIZED else 5_000  # memory needs so many
 
 
 @pytest.mark.slow
@@ -51,31 +50,6 @@ def test_a_latched_publisher_restarted(pair, topic):
     assert [m.data for m in collector.messages] == [str(i) for i in range(10)]
 
 
-def test_13_nodes_joining_at_once(pair):
-    """Each is a process of its own to the middleware, as after a launch file."""
-    joining = [Graph(pair.domains[0]) for _ in range(13)]
-    try:
-        alone = {i: g.publisher(String, f"/t/joined/own_{i}") for i, g in enumerate(joining)}
-        shared = [g.publisher(String, "/t/joined/shared") for g in joining]
-        own = {i: pair.operator.collector(String, f"/t/joined/own_{i}") for i in alone}
-        together = pair.operator.collector(String, "/t/joined/shared", 100)
-        pair.operator.wait_publishers("/t/joined/shared", len(joining))
-
-        def all_heard():
-            for i, publisher in alone.items():
-                publisher.publish(String(data=str(i)))
-                shared[i].publish(String(data=str(i)))
-            heard = {m.data for m in list(together.messages)}
-            return all(c.messages for c in own.values()) and len(heard) == len(joining)
-
-        until(all_heard, "every node is heard on both topics", step=0.2)
-        assert all(m.data == str(i) for i, c in own.items() for m in c.messages)
-    finally:
-        for graph in joining:
-            graph.close()
-    pair.operator.wait_publishers("/t/joined/shared", 0)
-
-
 @pytest.mark.slow
 def test_cycles_of_subscribe_and_unsubscribe_in_flat_memory(pair, topic):
     """Demand rises and falls all the time; neither side may keep anything of it."""
@@ -96,7 +70,7 @@ def test_cycles_of_subscribe_and_unsubscribe_in_flat_memory(pair, topic):
 
             until(served, f"a message in cycle {cycle}")
             brief.close()
-        if cycle == 2000:
+        if cycle == 1000:
             resident = {side.name: side.resident_bytes() for side in pair.bridge.sides}
     until(lambda: all(not exported(pair, name) for name in names), "the exporter lets go")
     print(f"{time.monotonic() - begin:.1f} s")
@@ -104,55 +78,10 @@ def test_cycles_of_subscribe_and_unsubscribe_in_flat_memory(pair, topic):
     for side in pair.bridge.sides:
         grown = side.resident_bytes() - resident[side.name]
         # rmw_zenoh_cpp 0.6.7 keeps 4 kB of every endpoint, in any process.
-        kept = 48 * MIB if uses_rmw("rmw_zenoh_cpp") else 0
-        assert grown < 3 * MIB + kept, f"{side.name} has grown by {grown / MIB:.1f} MiB"
+        kept = 24 * MIB if uses_rmw("rmw_zenoh_cpp") else 0
+        assert grown < 1.5 * MIB + kept, f"{side.name} has grown by {grown / MIB:.1f} MiB"
 
 
 def exported(pair, topic):
     """The exporter's own subscriptions of a topic."""
     return [s for s in pair.robot.subscriptions(topic) if s.node_name == "connect_server"]
-
-
-def test_demand_decides_whether_anything_is_subscribed(pair, topic):
-    """Without a subscriber at the operator the exporter has no subscription at the robot."""
-    publisher = pair.robot.publisher(String, topic)
-    pair.operator.wait_publishers(topic, 1)
-    time.sleep(0.5)
-    assert not exported(pair, topic)
-    first = pair.operator.collector(String, topic)
-    until(lambda: exported(pair, topic), "demand reaches the robot")
-    connect(publisher, first, String(data="warm"))
-    second = pair.operator.collector(String, topic)
-    connect(publisher, second, String(data="warm"))
-    assert len(exported(pair, topic)) == 1
-    first.clear()
-    before = crossed(pair, topic)
-    for _ in range(10):
-        publisher.publish(String(data="both"))
-    first.wait(10), second.wait(10)
-    until(
-        lambda: crossed(pair, topic) - before == 10,
-        lambda: f"10 cross, not "
-        f"{crossed(pair, topic) - before}: a second subscriber costs nothing",
-        5,
-        0.1,
-    )
-    first.close()
-    time.sleep(0.5)
-    assert exported(pair, topic)
-    second.close()
-    until(lambda: not exported(pair, topic), "the exporter lets go")
-
-
-def crossed(pair, topic):
-    """Messages that the server has handed to the link, from its status (which is a second old)."""
-    time.sleep(1.2)
-    return pair.server.topic(topic, "export").get("messages", 0)
-
-
-def test_a_topic_without_publisher_is_not_offered(pair, topic):
-    """A listener is shown at the robot; nothing is published at the operator."""
-    pair.operator.collector(String, topic)
-    until(lambda: pair.robot.subscriptions(topic), "the listener")
-    time.sleep(1)
-    assert not pair.operator.publishers(topic)

@@ -80,7 +80,7 @@ def test_what_did_not_cross_is_named(tmp_path):
     assert not marked("broken")
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_nothing_is_left_after_a_signal(how):
     """On a terminal, as for a user: the table is redrawn in place until Ctrl-C."""
     master, slave = pty.openpty()

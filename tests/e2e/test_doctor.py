@@ -19,7 +19,7 @@ from std_msgs.msg import String
 
 from graph import until
 from harness.domains import free_port
-from harness.programs import build_dir
+from harness.programs import build_dir, ros_parameters
 
 TOKEN = "token-of-the-doctor-0123456789"
 
@@ -190,9 +190,9 @@ def test_certificates_of_others(fake, authority):
     assert ids(url, "--pin", pin) == {"certificate_pin"}
 
 
-def parameters(folder, text, node="connect_client"):
-    file = folder / f"{node}.yaml"
-    file.write_text(f"{node}:\n  ros__parameters: {json.dumps(text)}\n", encoding="ascii")
+def parameters(folder, values):
+    file = folder / "client.yaml"
+    file.write_text(ros_parameters("connect_client", values), encoding="ascii")
     return file
 
 
@@ -213,18 +213,6 @@ def test_the_http_proxy_of_a_client_s_file(fake, tmp_path):
         )
         assert finding in ids(file)
         assert ids(file, "--offline") <= {"file_distrusted"}
-
-
-# ---- files
-
-
-def test_files(tmp_path):
-    missing = tmp_path / "nothing.yaml"
-    assert ids(missing) == {"file_unreadable"}
-    server = {"auth": {"token": TOKEN}, "listen": {"prot": 1}}
-    assert "key_unknown" in ids(parameters(tmp_path, server, "connect_server"))
-    client = {"url": "ws://localhost", "auth": {"token_file": str(missing)}}
-    assert "token_missing" in ids(parameters(tmp_path, client))
 
 
 def test_the_list_has_all_of_them():

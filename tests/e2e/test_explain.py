@@ -48,14 +48,6 @@ def test_it_says_which_rule_decides(file):
     assert (crew.returncode, nobody.returncode) == (0, 1)
 
 
-def test_it_says_what_denies_and_what_is_near(file):
-    denied = ctl(file, "--direction", "export", "--topic", "/camera/secret")
-    assert "not allowed" in denied.stdout and 'denied by rule "shut"' in denied.stdout
-    assert denied.returncode == 1 and not denied.stderr
-    misspelt = ctl(file, "--direction", "import", "--topic", "/cmd_vle").stdout
-    assert "not allowed" in misspelt and 'the nearest is rule "drive"' in misspelt
-
-
 @pytest.mark.parametrize(
     ["words", "said"],
     [

@@ -6,11 +6,10 @@ import time
 import pytest
 from geometry_msgs.msg import TransformStamped
 from rclpy.qos import DurabilityPolicy
-from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from conftest import OPEN
 from graph import qos, until
-from relay import Relay
 
 LATCHED = qos(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LISTENER = qos(100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -51,55 +50,23 @@ def late_subscriber(graph, frames=FRAMES):
     return collector
 
 
-def test_two_late_subscribers(make_pair):
-    pair = make_pair()
-    publish_frames(pair)
-    first = late_subscriber(pair.operator)
-    late_subscriber(pair.operator)
-    assert frames_of(first) == collections.Counter(FRAMES), "the first got something again"
-
-
-def test_a_frame_that_changes_and_one_that_comes_later(make_pair):
+def test_two_late_subscribers_and_frames_that_come_later(make_pair):
     pair = make_pair()
     publishers = publish_frames(pair)
     early = late_subscriber(pair.operator)
+    late_subscriber(pair.operator)
+    assert frames_of(early) == collections.Counter(FRAMES), "the first got something again"
     publishers[0].publish(static("lidar"))
     more = publish_frames(pair, ("gps",))
     until(lambda: frames_of(early) == {"lidar": 2, "camera": 1, "imu": 1, "gps": 1}, "the changes")
     assert more
 
 
-def test_operator_to_robot(make_pair):
-    """The other direction: a late subscriber at the robot gets the operator's last message."""
-    pair = make_pair()
-    publisher = pair.operator.publisher(String, "/o/mode", LATCHED)
-    publisher.publish(String(data="auto"))
-    for _ in range(2):
-        late = pair.robot.collector(String, "/o/mode", LISTENER, pair.robot.node("late"))
-        late.wait(1)
-        time.sleep(QUIET)
-        assert [m.data for m in late.messages] == ["auto"]
-
-
-@pytest.fixture
-def relayed(make_pair, request):
-    """A pair with a relay between its sides, and the parameters of the test for both."""
-    pair = make_pair(start=False)
-    relay = Relay(pair.bridge.port)
-    more = getattr(request, "param", {})
-    pair.server.set_parameters({**pair.server.parameters, **more})
-    url = f"ws://127.0.0.1:{relay.port}"
-    pair.client.set_parameters({**pair.client.parameters, **more, "url": url})
-    pair.bridge.start()
-    yield pair, relay
-    relay.close()
-
-
-# On a busy machine a short cut lasts as long as elsewhere a dead link.
-@pytest.mark.parametrize("relayed", [{"dead_after": 60.0}], indirect=True, ids=["patient"])
 def test_after_a_short_cut_nothing_comes_twice(relayed):
     """The link comes back in time: subscribers that had the frames do not get them again."""
-    pair, relay = relayed
+    # On a busy machine a short cut lasts as long as elsewhere a dead link.
+    patient = {"dead_after": 60.0}
+    pair, relay = relayed(server={**OPEN, **patient}, client=patient)
     publish_frames(pair)
     early = late_subscriber(pair.operator)
     for _ in range(2):
@@ -111,7 +78,7 @@ def test_after_a_short_cut_nothing_comes_twice(relayed):
 
 
 def test_after_a_dead_link_late_subscribers_have_each_once(relayed):
-    pair, relay = relayed
+    pair, relay = relayed()
     publish_frames(pair)
     late_subscriber(pair.operator)
     relay.cut()

@@ -30,28 +30,6 @@ def test_help(name, word):
     assert f"named connect_{name}." in told.stdout and "auth.token_file" in told.stdout
 
 
-@pytest.mark.parametrize(
-    ["text", "said"],
-    [
-        ("/**: {ros__parameters: [\n", r"robot\.yaml:\d+:\d+: "),
-        (None, r"robot\.yaml: cannot be opened: No such file or directory"),
-        (
-            "/**:\n  ros__parameters:\n    dead_after: 3.0\n    dead_after: 4.0\n",
-            r'robot\.yaml:4: "dead_after" is given twice, first in line 3',
-        ),
-    ],
-)
-def test_a_file_that_cannot_be_used_is_told(tmp_path, text, said):
-    file = tmp_path / "robot.yaml"
-    if text is not None:
-        file.write_text(text, encoding="ascii")
-    for name in ("server", "client"):
-        refused = run(name, "--ros-args", "--params-file", file)
-        assert refused.returncode == 2, refused.stderr
-        assert refused.stderr.startswith("Not started: 1 problem")
-        assert re.search(said, refused.stderr), refused.stderr
-
-
 def test_a_file_without_its_token_is_explained_all_the_same(tmp_path, monkeypatch):
     monkeypatch.delenv("CONNECT_BRIDGE_TOKEN", raising=False)
     file = tmp_path / "robot.yaml"

@@ -11,7 +11,6 @@ import subprocess
 import threading
 import time
 
-import pytest
 from connect_bridge_test_interfaces.msg import Blob
 from geometry_msgs.msg import Twist
 
@@ -19,7 +18,7 @@ from graph import until
 from harness.domains import free_port
 from harness.programs import Program, build_dir
 from pairing import World, invitation_of
-from relayed import NO_SUCH_NAME, ROBOT, answer_to, ctl, joined, relay, tls_hello  # noqa: F401
+from relayed import ROBOT, answer_to, ctl, joined, relay, tls_hello  # noqa: F401
 
 SECRET = "a content that nobody on the way may see"
 
@@ -45,47 +44,9 @@ def test_the_relay_starts_again(joined, relay, topic):
     until(lambda: any(m.sequence == 7 for m in collector.messages), "the message after it")
 
 
-def test_a_token_of_another_takes_no_name(make_side, relay, joined, domains, topic):
-    pair = joined()
-    thief = make_side(
-        "server",
-        domains(1)[0],
-        {**relay.server(ROBOT, token="robot8"), "auth": {"token": "a-token-for-one-run"}},
-        name="thief",
-    )
-    thief.start().wait_for("it refuses the token")
-    assert "is not that of robot7" in relay.program.text()
-    pair.opened(Blob, topic, Blob())
-    assert pair.server.text().count("reached through the relay") == 1
-
-
-def test_a_withdrawn_token_ends_the_connection(joined, relay):
-    joined()
-    tokens = relay.folder / "robots.yaml"
-    entries = tokens.read_text().split("- identity")
-    tokens.write_text("".join("- identity" + e for e in entries if "robot8" in e))
-    relay.program.wait_for("robot7 is gone: its token is no longer valid")
-
-
-def test_who_is_absent_looks_like_who_is_unknown(relay):
-    absent, unknown = (answer_to(relay.port, tls_hello(n))[0] for n in ("robot8", "robot99"))
-    assert absent == unknown == NO_SUCH_NAME
-    nameless = answer_to(relay.port, tls_hello(None))[0]
-    assert nameless == NO_SUCH_NAME
-
-
 def test_a_client_says_that_the_robot_is_not_there(make_side, relay, domains):
     client = make_side("client", domains(1)[0], {**relay.client(), "auth": {"token": "x" * 20}})
     client.start().wait_for(f"no '{ROBOT}' is connected to the relay there")
-
-
-def test_without_a_pin_or_an_authority_no_client_starts(make_side, relay, domains):
-    parameters = {**relay.client(), "auth": {"token": "x" * 20}}
-    del parameters["tls"]
-    client = make_side("client", domains(1)[0], parameters)
-    client.start()
-    assert client.process.wait(20) == 2
-    assert "a certificate of a public authority proves nothing" in client.text()
 
 
 def test_junk_harms_nobody(joined, relay, topic):
@@ -192,26 +153,6 @@ def test_a_relay_that_joins_with_another_robot_gets_nothing(joined, make_side, r
     pair.server.start().wait_for("reached through the relay")
     pair.client.start().wait_for("the server's certificate is from an unknown authority")
     assert "link open" not in other.text()
-
-
-def test_a_file_that_is_wrong_is_told(relay):
-    def check(text):
-        relay.file.write_text(text)
-        done = subprocess.run(
-            [build_dir() / "relay", relay.file, "--check"], capture_output=True, check=False
-        )
-        return done.returncode, done.stderr.decode()
-
-    right = relay.file.read_text()
-    assert check(right) == (0, "")
-    code, said = check(right.replace('"port"', '"prot"'))
-    assert code == 2 and "listen.prot is wrong" in said
-    code, said = check(right.replace("server.key", "ca.key"))
-    assert code == 2 and "does not belong to the certificate" in said
-    assert check("[")[0] == check("")[0] == 2
-    relay.file.chmod(0o602)
-    code, said = check(right)
-    assert code == 2 and f"every user of this machine may change {relay.file}" in said
 
 
 def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):

@@ -143,17 +143,6 @@ def test_a_change_while_it_starts_is_noticed(domains, make_side):
     assert side.text().index("listening on") < side.text().index("rules: 1 added")
 
 
-def test_what_needs_a_restart_is_named_and_rules_change(world):
-    port = world.server.parameters["listen"]["port"]
-    moved = with_rules(world, AFTER, listen={"address": "127.0.0.1", "port": port + 1})
-    world.server.set_parameters({**moved, "dead_after": 4.0})
-    said = world.server.wait_for(r"(.*): changed in the parameter file; this needs a restart", 10)
-    assert "dead_after" in said.group(1) and "listen.port" in said.group(1)
-    assert "auth.token" not in said.group(1)
-    expect(world, ["a", "c"])
-    check_links_stay(world)
-
-
 def test_by_sighup_and_by_parameters(world):
     world.server.process.send_signal(signal.SIGHUP)
     world.server.wait_for("the parameter file was read again; none changed")

@@ -10,7 +10,7 @@ from connect_bridge_test_interfaces.msg import Blob
 from graph import qos, until
 
 PARTS = 3  # that run side by side
-TIMES = 10
+TIMES = 6
 
 
 class Ticker:

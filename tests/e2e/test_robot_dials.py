@@ -5,15 +5,12 @@ import subprocess
 import time
 
 import yaml
-from rclpy.parameter import Parameter
-from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 
-from actions import Client, FibonacciServer, Goal
 from calls import Caller, EchoServer
-from graph import WAIT, connect, until
+from graph import connect, until
 from harness.programs import build_dir
-from pairing import invitation_of, world  # noqa: F401
+from pairing import Robot, invitation_of, world  # noqa: F401
 
 ROBOT_RUNS = "client"
 _PAIRED = "paired: from now on"
@@ -23,48 +20,6 @@ _LINKED = "link open with "
 def invite(world):
     """The operator's server, and what it prints for the robot."""
     return world.pair("--drive", who="operator")
-
-
-class Robot:
-    """What there is to operate at the robot."""
-
-    def __init__(self, world):
-        self.world = world
-        self.heard = world.robot.collector(String, "/command")
-        self.command = world.operator.publisher(String, "/command")
-        self.service = EchoServer(world.robot, "/service")
-        self.caller = Caller(world.operator, "/service")
-        self.action = FibonacciServer(world.robot, "/action")
-        self.goals = Client(world.operator, "/action")
-        self.node = world.robot.node("settable", start_parameter_services=True)
-        self.node.declare_parameter("speed", 1.0)
-
-    def operate(self):
-        connect(self.command, self.heard, String(data="go"))
-        self.caller.wait_ready()
-        self.caller.ask("call")
-        self.caller.wait_answers(1)
-        assert self.service.executed == ["call"]
-        until(self.goals.server_is_ready, "the action is ready")
-        assert Goal(self.goals, 3).handle.accepted
-        parameters = AsyncParameterClient(self.world.operator.tester, "settable")
-        assert parameters.wait_for_services(WAIT)
-        changed = parameters.set_parameters([Parameter("speed", value=2.0)])
-        until(changed.done, "an answer of the parameter service")
-        assert self.node.get_parameter("speed").value == 2.0
-
-    def stands_still(self):
-        self.command.publish(String(data="of who may only look"))
-        time.sleep(0.5)
-        assert not self.caller.ready()
-        assert not self.goals.server_is_ready()
-        assert not self.heard.messages
-        parameters = AsyncParameterClient(self.world.operator.tester, "settable")
-        assert not parameters.services_are_ready()
-
-    def stop(self):
-        self.goals.destroy()
-        self.action.stop()
 
 
 def test_two_commands_show_the_robot_and_both_start_without_words_later(world):
@@ -138,21 +93,6 @@ def refused(program, text):
     assert program.process.wait(10) == 2
 
 
-def test_two_of_a_kind_are_refused(world):
-    server, for_robot = invite(world)
-    refused(world.run("client", "viewer", for_robot), "this invitation is for a robot")
-    other = world.run("server", "another robot", "--pair", "--ros-args", "-p", "listen.port:=0")
-    of_robot = invitation_of(other)
-    refused(world.run("client", "robot", "--robot", of_robot), "leave out --robot")
-    refused(world.run("server", "operator", "--pair"), "one where the robot is the client")
-    refused(
-        world.run("server", "operator", "--pair", "--drive", "--operate"),
-        "--operate is said at the robot",
-    )
-    # None of it has cost the invitation.
-    world.run("client", "robot", "--robot", for_robot).wait_for(_PAIRED)
-
-
 def test_a_second_robot_does_not_mix_with_the_first(world):
     server, line = invite(world)
     world.run("client", "robot", "--robot", line).wait_for(_PAIRED)
@@ -168,22 +108,3 @@ def test_a_second_robot_does_not_mix_with_the_first(world):
     line = invitation_of(again)
     assert again.process.wait(10) == 0
     world.run("client", "robot again", "--robot", line).wait_for(_PAIRED)
-
-
-def test_robots_that_pair_have_names_of_their_own(world):
-    """With one word at the first pairing; what they say is told apart."""
-    port = ["--ros-args", "-p", f"listen.port:={world.port}", "-p", "prefix:=by_identity"]
-    server = world.run("server", "operator", "--pair", "localhost", "--drive", *port)
-    line = invitation_of(server)
-    world.run("client", "robot", "--robot", line).wait_for(_PAIRED)
-    again = world.run("server", "operator", "--pair", "localhost", "--drive")
-    line = invitation_of(again)
-    assert again.process.wait(10) == 0
-    world.run("client", "robot again", "--robot", line).wait_for(_PAIRED)
-    (tokens,) = world.home("operator").rglob("tokens.yaml")
-    first, second = (entry["identity"] for entry in yaml.safe_load(tokens.read_text()))
-    assert second == f"{first}_2"
-    said = world.robot.publisher(String, "/state")
-    heard = [world.operator.collector(String, f"/{name}/state") for name in (first, second)]
-    for collector in heard:  # both robots are in one graph here
-        connect(said, collector, String(data="hello"))

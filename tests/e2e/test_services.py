@@ -3,12 +3,8 @@
 import time
 
 import pytest
-from connect_bridge_test_interfaces.msg import Branch, Leaf
-from connect_bridge_test_interfaces.srv import Count, Download, Echo, Reflect, Upload
-from rcl_interfaces.msg import LoggerLevel
-from rcl_interfaces.srv import GetLoggerLevels
+from connect_bridge_test_interfaces.srv import Download, Reflect, Upload
 from rclpy.qos import qos_profile_services_default
-from std_srvs.srv import SetBool, Trigger
 
 from calls import (
     OPEN_CALLS,
@@ -32,44 +28,6 @@ def service(request):
 
 def serve(graph, kind, service, answer):
     graph.tester.create_service(kind, service, answer)
-
-
-def test_set_bool(pair, robot, service):
-    def answer(request, response):
-        response.success, response.message = request.data, "grüße"
-        return response
-
-    serve(robot, SetBool, service, answer)
-    caller = Caller(pair.operator, service, SetBool).wait_ready()
-    for data in (True, False):
-        response = caller.call(SetBool.Request(data=data))
-        assert (response.success, response.message) == (data, "grüße")
-
-
-def test_a_request_without_fields(pair, robot, service):
-    calls = []
-
-    def answer(_, response):
-        calls.append(1)
-        response.calls = len(calls)
-        return response
-
-    serve(robot, Count, service, answer)
-    caller = Caller(pair.operator, service, Count).wait_ready()
-    assert [caller.call(Count.Request()).calls for _ in range(5)] == [1, 2, 3, 4, 5]
-
-
-def test_nested_types_and_sequences(pair, robot, service):
-    EchoServer(robot, service)
-    request = request_of("nested")
-    leaf = Leaf(kind=Leaf.KIND_SOME, label="blatt", position=[1.0, -2.0, 3.5])
-    for n in range(20):
-        branch = Branch(name=f"branch {n}", leaf=leaf, leaves=[leaf] * n, pair=[leaf, Leaf()])
-        branch.few = [leaf] * (n % 5)
-        request.tree.branches.append(branch)
-    request.tree.transform.child_frame_id = "x"
-    caller = Caller(pair.operator, service).wait_ready()
-    assert caller.call(request).tree == request.tree
 
 
 def test_every_kind_of_field(pair, robot, service):
@@ -100,23 +58,6 @@ def test_four_megabytes_each_way(pair, robot, service):
     caller = Caller(pair.operator, service + "_up", Upload).wait_ready()
     response = caller.call(Upload.Request(data=data))
     assert (response.size, response.sum) == (len(data), sum(data))
-
-
-def test_a_service_of_the_operator(make_pair):
-    """The other direction, with another package: the client needs a rule for it."""
-    pair = make_pair(
-        server=OPEN_CALLS,
-        client={"rules": ["back"], "rule": {"back": {"export_services": ["/back/**"]}}},
-    )
-
-    def answer(request, response):
-        response.levels = [LoggerLevel(name=name, level=20) for name in request.names]
-        return response
-
-    serve(pair.operator, GetLoggerLevels, "/back/levels", answer)
-    caller = Caller(pair.robot, "/back/levels", GetLoggerLevels).wait_ready()
-    response = caller.call(GetLoggerLevels.Request(names=["a", "b"]))
-    assert [level.name for level in response.levels] == ["a", "b"]
 
 
 def test_many_calls_of_several_clients_at_once(pair, robot, service):
@@ -254,77 +195,3 @@ def test_a_local_server_wins(pair, robot, service):
         "the remote server is called",
         step=0.2,
     )
-
-
-def test_a_call_time_limit(make_pair):
-    """The caller gets no answer, but the calls behind it do."""
-    rules = {
-        "rules": ["all"],
-        "rule": {"all": {"export_services": ["/s/**"], "call_timeout": 0.5, "calls_max": 1}},
-    }
-    pair = make_pair(server=rules)
-    robot = servers_graph(pair, 4)
-    try:
-        server = EchoServer(robot, "/s/slow", delay=lambda name: 3.0 if name == "slow" else 0)
-        caller = Caller(pair.operator, "/s/slow").wait_ready()
-        caller.ask("slow")
-        begin = time.monotonic()
-        time.sleep(0.25)  # its own timeout begins here
-        caller.ask("fast")
-        caller.wait_answers(1, 2.5)
-        assert time.monotonic() - begin > 0.45, "two calls were under way, and one is the limit"
-        time.sleep(3)
-        assert list(caller.answers) == ["fast"]
-        assert sorted(server.executed) == ["fast", "slow"]
-    finally:
-        robot.close()
-
-
-def test_nothing_without_a_rule(pair, robot):
-    serve(robot, Trigger, "/private/reset", lambda _, response: response)
-    serve(pair.operator, Trigger, "/s/backward", lambda _, response: response)
-    serve(pair.operator, Trigger, "/back/unruly", lambda _, response: response)
-    EchoServer(robot, "/s/marker")
-    Caller(pair.operator, "/s/marker").wait_ready()
-    time.sleep(0.5)
-    assert not Caller(pair.operator, "/private/reset", Trigger).ready()
-    assert not Caller(pair.robot, "/s/backward", Trigger).ready()
-    # The server would accept it, but a client without rules exports topics only.
-    assert not Caller(pair.robot, "/back/unruly", Trigger).ready()
-
-
-def test_deny_and_types(make_pair):
-    pair = make_pair(
-        server={
-            "rules": ["echo"],
-            "rule": {
-                "echo": {
-                    "export_services": ["/**"],
-                    "deny": ["/s/secret/**"],
-                    "types": ["connect_bridge_test_interfaces/srv/Echo"],
-                }
-            },
-        }
-    )
-    serve(pair.robot, Trigger, "/s/trigger", lambda _, response: response)
-    EchoServer(pair.robot, "/s/secret/echo")
-    EchoServer(pair.robot, "/s/open/echo")
-    Caller(pair.operator, "/s/open/echo").wait_ready()
-    time.sleep(0.5)
-    assert not Caller(pair.operator, "/s/secret/echo").ready()
-    assert not Caller(pair.operator, "/s/trigger", Trigger).ready()
-
-
-def test_thirteen_services_at_once(pair, robot):
-    node = robot.node("thirteen")
-    begin = time.monotonic()
-    for n in range(13):
-        EchoServer(robot, f"/s/thirteen_{n}", node=node)
-    callers = [Caller(pair.operator, f"/s/thirteen_{n}") for n in range(13)]
-    for caller in callers:
-        caller.wait_ready()
-        assert name_of(caller.call(request_of("x"))) == "x"
-    print(f"13 services within {time.monotonic() - begin:.2f} s")
-    robot.remove(node)
-    for caller in callers:
-        caller.wait_gone(5)

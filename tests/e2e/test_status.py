@@ -3,7 +3,6 @@
 What needs promtool or chromium is skipped where these are not there: they are too large for the
 packages of CI (Debian: prometheus, chromium)."""
 
-import hashlib
 import http.client
 import json
 import pathlib
@@ -22,14 +21,11 @@ from browser import CHROMIUM, Browser
 from graph import until
 from harness.domains import free_port
 from harness.programs import build_dir
+from tokens import entry, write_tokens
 
 TOKEN, OTHER = "token-of-anna-0123456789", "token-of-bert-0123456789"
+ANNA_AND_BERT = (entry("anna", TOKEN), entry("bert", OTHER, ["x"]))
 PROMTOOL = shutil.which("promtool")
-
-
-def entry(identity, token, group):
-    digest = hashlib.sha256(token.encode()).hexdigest()
-    return {"identity": identity, "token_sha256": digest, "groups": [group]}
 
 
 class OfFile(http.client.HTTPConnection):
@@ -50,12 +46,9 @@ def world(make_pair, tmp_path):
     """A linked pair whose server is looked at, on loopback and in a runtime folder."""
     # The path of a socket is short: pytest's folders may be too long.
     with tempfile.TemporaryDirectory(prefix="cb") as runtime:
-        tokens = tmp_path / "tokens.yaml"
-        tokens.write_text(json.dumps([entry("anna", TOKEN, "ops"), entry("bert", OTHER, "x")]))
-        tokens.chmod(0o600)
         port = free_port()
         server = {
-            "auth": {"token_file": str(tokens)},
+            "auth": {"token_file": write_tokens(tmp_path / "tokens.yaml", *ANNA_AND_BERT)},
             "status": {"listen": f"127.0.0.1:{port}"},
             "rules": ["all"],
             "rule": {"all": {"export_topics": ["/t/**"], "import_topics": ["/o/**"]}},
@@ -175,15 +168,13 @@ def test_events(world):
 
 def test_beyond_loopback(make_side, domains, authority, tmp_path):
     tokens = tmp_path / "tokens.yaml"
-    tokens.write_text(json.dumps([entry("anna", TOKEN, "ops"), entry("bert", OTHER, "x")]))
-    tokens.chmod(0o600)
     port = free_port()
     server = make_side(
         "server",
         domains(1)[0],
         {
             "listen": {"port": free_port()},
-            "auth": {"token_file": str(tokens)},
+            "auth": {"token_file": write_tokens(tokens, *ANNA_AND_BERT)},
             "tls": {
                 "certificate": str(authority / "server.pem"),
                 "private_key": str(authority / "server.key"),
@@ -201,7 +192,7 @@ def test_beyond_loopback(make_side, domains, authority, tmp_path):
     with get(url, trust, Authorization=f"Bearer {TOKEN}") as answer:
         assert json.load(answer)["node"] == "/connect_server"
     assert refused(url, trust, Authorization=f"Bearer {TOKEN}", Host="evil.example") == 421
-    tokens.write_text(json.dumps([entry("bert", OTHER, "x")]))  # anna's is withdrawn
+    write_tokens(tokens, ANNA_AND_BERT[1])  # anna's is withdrawn
     until(lambda: _status(url, trust) == 401, "the token is withdrawn", step=0.5)
 
 

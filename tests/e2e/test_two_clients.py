@@ -51,7 +51,7 @@ def count_up(publisher, first, count):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("after", [0, 0.5, 2])
+@pytest.mark.parametrize("after", [0, 2])
 def test_they_start_one_after_the_other(two_clients, after):
     """No call is executed twice, no message is lost, and soon none comes twice."""
     pair, second, publisher, collector = two_clients(after)

@@ -115,24 +115,6 @@ def test_what_one_side_lacks_is_carried(lacking, role):
     servers.close()
 
 
-def test_what_both_lack_is_carried(domains, make_graph, make_side):
-    port, (robot, operator) = free_port(), domains(2)
-    login = {"auth": {"token": "a-token-of-two-that-lack"}}
-    listen = {"listen": {"port": port}, **login, **SERVER}
-    server = make_side("server", robot, listen)
-    client = make_side("client", operator, {"url": f"ws://127.0.0.1:{port}", **login})
-    for side in (server, client):
-        take_away([PACKAGE], side)
-    server.start().wait_listening()
-    client.start().wait_linked()
-    robots, operators = make_graph(robot), make_graph(operator)
-    blobs, blob = robots.publisher(Blob, "/t/blob"), Blob(data=bytes(range(200)) * 100)
-    collector = operators.collector(Blob, "/t/blob")
-    connect(blobs, collector, blob)
-    blobs.publish(blob)
-    assert collector.wait()[0] == blob
-
-
 def test_the_exporter_lacks_it(lacking):
     """Nothing of it is offered, and its log says why before anybody asks for it."""
     pair = lacking("server", types_not_installed="refuse")
@@ -153,20 +135,6 @@ def test_the_exporter_lacks_it(lacking):
         assert len(lines_with(pair.server, missing(kind))) == 1, pair.server.text()
         assert lines_with(pair.server, f"cannot export {name}: " + missing(kind))
     echo.stop()
-
-
-@pytest.mark.parametrize("role", ["server", "client"])
-def test_an_action_that_one_side_lacks_is_one_line(lacking, role):
-    pair = lacking(role, types_not_installed="refuse")
-    server = FibonacciServer(pair.robot, "/a/fib")
-    missing = f"the type {PACKAGE}/action/Fibonacci is not known here"
-    here = pair.server if role == "server" else pair.client
-    until(lambda: lines_with(here, missing), "its log says so")
-    pair.carries()
-    assert len(lines_with(here, missing)) == 1, here.text()
-    verb = "cannot export" if role == "server" else "cannot mirror"
-    assert lines_with(here, f"{verb} the action /a/fib: ")
-    server.stop()
 
 
 @pytest.mark.skipif(

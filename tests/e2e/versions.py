@@ -10,7 +10,7 @@ CMAKE = """cmake_minimum_required(VERSION 3.16)
 project(@PACKAGE@)
 find_package(ament_cmake REQUIRED)
 find_package(rosidl_default_generators REQUIRED)
-rosidl_generate_interfaces(${PROJECT_NAME} "@FILE@")
+rosidl_generate_interfaces(${PROJECT_NAME} "msg/Blob.msg")
 ament_package()
 """
 PACKAGE = f"""<?xml version="1.0"?>
@@ -32,15 +32,14 @@ TARGETS = (
 )
 
 
-def with_another(folder, file, text):
-    """The environment of a program on a machine whose package has only this file ("msg/Blob.msg",
-    "srv/Count.srv") with this text; generates it in the folder."""
+def with_another_blob(folder, text):
+    """The environment of a program on a machine whose package has only a Blob.msg with this text;
+    generates it in the folder."""
     source, build, prefix = (pathlib.Path(folder) / part for part in ("source", "build", "prefix"))
-    (source / file).parent.mkdir(parents=True)
-    cmake = CMAKE.replace("@PACKAGE@", TEST_PACKAGE).replace("@FILE@", file)
-    (source / "CMakeLists.txt").write_text(cmake)
+    (source / "msg").mkdir(parents=True)
+    (source / "CMakeLists.txt").write_text(CMAKE.replace("@PACKAGE@", TEST_PACKAGE))
     (source / "package.xml").write_text(PACKAGE)
-    (source / file).write_text(text)
+    (source / "msg" / "Blob.msg").write_text(text)
     python = pathlib.Path(os.environ.get("CONNECT_BRIDGE_OWN_PREFIX", "/usr")) / "bin/python3"
     options = [f"-DPython3_EXECUTABLE={python}", f"-DPYTHON_EXECUTABLE={python}"]
     flags = ["-DCMAKE_BUILD_TYPE=None", "-DCMAKE_C_FLAGS=-O0", "-DBUILD_TESTING=OFF"]

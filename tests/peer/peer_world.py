@@ -1,7 +1,6 @@
 """Shared by the tests of the peer: the server with its graph, a stream, and messages to send."""
 
 import contextlib
-import hashlib
 import json
 import os
 import pathlib
@@ -20,6 +19,7 @@ from harness.domains import free_port, release_domains, take_domains  # noqa: E4
 from harness.programs import Side  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
+from tokens import entry, write_tokens  # noqa: E402
 from websockets.exceptions import ConnectionClosed  # noqa: E402
 
 from connect_packets import ZSTD, encode_packet  # noqa: E402
@@ -106,14 +106,8 @@ def token_of(identity):
 
 def token_file(folder, tokens):
     """A server's file with the hashes of these: identity -> token."""
-    file = folder / "tokens.yaml"
-    entries = [
-        {"identity": identity, "token_sha256": hashlib.sha256(token).hexdigest()}
-        for identity, token in tokens.items()
-    ]
-    file.write_text(json.dumps(entries), encoding="ascii")  # JSON is YAML
-    file.chmod(0o600)
-    return str(file)
+    entries = [entry(identity, token.decode(), ()) for identity, token in tokens.items()]
+    return write_tokens(folder / "tokens.yaml", *entries)
 
 
 class World:

@@ -1,8 +1,5 @@
 """What a server may try with a client: one that was broken into, or that is not the right one."""
 
-import contextlib
-import socketserver
-import threading
 import time
 
 import pytest
@@ -114,46 +111,3 @@ def test_a_server_does_not_speak_for_the_nodes_of_a_client(operator, listener):
     host.publish(channel, event_of("/far", 5))
     collector.wait_for(lambda event: event.stamp.sec == 5)
     assert not any(event.node == "/tester" and event.stamp.sec == 1 for event in collector.messages)
-
-
-class _Refuses(socketserver.StreamRequestHandler):
-    """Something that speaks HTTP, and says what it likes."""
-
-    def handle(self):
-        while self.rfile.readline().strip():
-            pass
-        body = "gone \x1b[2J\x9b2J[ERROR] forged\n[ERROR] [1.0] [connect_client]: forged".encode()
-        head = f"HTTP/1.1 502 Bad Gateway\r\nContent-Length: {len(body)}\r\n\r\n"
-        self.wfile.write(head.encode() + body)
-
-
-class _Server(socketserver.ThreadingTCPServer):
-    allow_reuse_address = True  # connections of an earlier test may linger on the port
-
-
-def is_forged(log):
-    """Whether a line of this log, or what it does to a terminal, is another's."""
-    controls = any(c != "\n" and (c < " " or "\x7f" <= c < "\xa0") for c in log)
-    return controls or any(line.startswith("[ERROR]") for line in log.splitlines())
-
-
-def test_what_answers_without_a_welcome_writes_text_in_the_log(operator):
-    server = _Server(("127.0.0.1", operator.port), _Refuses)
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    try:
-        operator.client.start().wait_for("HTTP 502.*gone")
-    finally:
-        server.shutdown()
-        server.server_close()
-    assert not is_forged(operator.client.text()), operator.client.text()
-
-
-def test_a_server_that_closes_writes_text_in_the_log(operator, listener):
-    operator.client.start()
-    socket = listener.next_socket()
-    with contextlib.suppress(TimeoutError):
-        socket.recv(timeout=5)
-    socket.close(4003, "gone\n[ERROR] [1.0] [connect_client]: forged\x1b[2J\x9b2J")
-    operator.client.wait_for("gone.*forged")
-    assert not is_forged(operator.client.text()), operator.client.text()

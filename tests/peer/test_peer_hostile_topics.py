@@ -1,37 +1,24 @@
-"""What a peer may try with the topics that it offers, at a server that has little room."""
+"""What a peer may try with the topics that it offers."""
 
 import itertools
-import struct
 import time
 
 import pytest
 import rclpy
 from graph import here, until
 from rcl_interfaces.msg import ParameterEvent
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
-from sensor_msgs.msg import JointState
-from std_msgs.msg import String, UInt8MultiArray
+from rclpy.qos import HistoryPolicy, QoSProfile
+from std_msgs.msg import String
 
 from connect_control import PARAMETER_EVENTS
 from connect_peer import Peer
-from peer_world import (
-    BYTES,
-    LATCHED,
-    STRING,
-    TOKEN,
-    cdr_bytes,
-    cdr_string,
-    event_of,
-    message,
-)
+from peer_world import STRING, TOKEN, cdr_string, event_of, message
 
 DEAD_AFTER = 60.0  # nothing here is about that, and a machine may be busy
 SERVER = {
     "dead_after": DEAD_AFTER,
-    "memory_max": 4 << 20,
-    "rules": ["limited", "aged", "all"],
+    "rules": ["aged", "all"],
     "rule": {
-        "limited": {"import_topics": ["/o/limited"], "max_rate": 10.0},
         "aged": {"import_topics": ["/o/aged"], "max_age": 5.0},
         "all": {"import_topics": ["/o/**"], "import_parameters": ["/far", "/tester"]},
     },
@@ -92,103 +79,6 @@ def test_events_are_of_the_node_that_was_opened(world, mine):
     until(lambda: dropped(world, PARAMETER_EVENTS, "not_permitted") == 3, "three that are counted")
     assert {event.stamp.sec for event in collector.messages if event.stamp.sec < 10} == {1, 5}
     collector.close()
-
-
-def test_a_mirror_keeps_no_more_bytes_than_its_peer_may(world, mine):
-    """A peer asks for four billion samples that stay for late subscribers."""
-    collector = world.graph.collector(UInt8MultiArray, "/o/latched", LATCHED)
-    wish = {"durability": "transient_local", "history": "keep_all", "depth": (1 << 32) - 1}
-    channel = offered(mine, "/o/latched", BYTES, **wish)
-
-    def sample(number):
-        return cdr_bytes(bytes([number]) * (256 << 10))
-
-    # The mirror is made again for such a large one, and demands all again.
-    arrived(mine, channel, sample(0), collector)
-    for number in range(1, 17):
-        mine.publish(channel, sample(number), part=300_000)
-    collector.wait_for(lambda m: m.data[0] == 16)
-    many = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    late = world.graph.collector(UInt8MultiArray, "/o/latched", many)
-    late.wait_for(lambda m: m.data[0] == 16)
-    assert len(late.messages) <= 8  # half of memory_max
-    late.close()
-    collector.close()
-
-
-def test_what_is_no_message_of_its_type_reaches_nobody(world, mine):
-    """A few bytes that claim to be a sequence of 2^31 make a subscriber take memory for it."""
-    collector = world.graph.collector(JointState, "/o/joints", raw=True)
-    channel = offered(mine, "/o/joints", "sensor_msgs/msg/JointState")
-    head = struct.pack("<iII", 1, 0, 1) + bytes(4)  # stamp, an empty frame_id
-    right = b"\0\1\0\0" + head + struct.pack("<IIII", 0, 150, 0, 0) + bytes(150 * 8 + 8)
-    huge = b"\0\1\0\0" + head + struct.pack("<I", 1 << 31) + bytes(2000)
-    assert len(right) > 1024 < len(huge)
-    arrived(mine, channel, right, collector)
-    mine.publish(channel, huge)
-    mine.publish(channel, right + bytes(8))  # what stands behind a message is no harm
-    collector.wait_for(lambda sample: len(sample) >= len(right) + 8)
-    until(lambda: dropped(world, "/o/joints", "publish_failed") == 1, "one that is counted")
-    assert all(len(sample) < len(huge) for sample in collector.messages)
-    collector.close()
-
-
-PART = bytes(900_000)
-
-
-def test_bodies_that_nobody_wants_take_no_memory(world, mine):
-    collector = world.graph.collector(UInt8MultiArray, "/o/wanted")
-    wanted = offered(mine, "/o/wanted", BYTES)
-
-    def held(received_bytes):
-        """What the link holds, once so much has arrived on it."""
-
-        def link():
-            own = [
-                link
-                for link in world.server.links()
-                if any(topic["topic"] == "/o/wanted" for topic in link["topics"])
-            ]
-            return own and own[0]["received_bytes"] > received_bytes and own[0]
-
-        return until(link, "a status")["memory_bytes"]
-
-    for number in range(4):
-        channel = mine.offer(f"/forbidden{number}", BYTES)
-        mine.until(lambda c=channel: c in mine.declined, "decline")
-        mine.send_packet([message(channel, 1, PART, body_bytes=64 << 20)])
-    assert held(4 * len(PART)) < 100_000
-    mine.send_packet([message(wanted, 1, PART, body_bytes=1 << 20)])
-    assert held(5 * len(PART)) > len(PART)
-    answers(mine)
-    collector.close()
-
-
-def test_the_rate_of_a_rule_holds_for_a_packet_that_is_full(world, mine):
-    collector = world.graph.collector(String, "/o/limited", 1000)
-    channel = offered(mine, "/o/limited", STRING)
-    count = 1000
-    mine.send_packet([message(channel, n, cdr_string(str(n))) for n in range(1, count + 1)])
-
-    def counted():
-        topic = world.server.topic("/o/limited")
-        return topic.get("messages", 0) + dropped(world, "/o/limited", "rate") == count
-
-    until(counted, "a status of all messages")
-    assert 1 <= world.server.topic("/o/limited")["messages"] < 100
-    answers(mine)
-    assert len(collector.messages) < 100
-    collector.close()
-
-
-def test_periods_of_a_nanosecond(world, mine):
-    """The middleware would watch each, all the time."""
-    wish = dict.fromkeys(("deadline_ns", "lifespan_ns", "liveliness_lease_ns"), 1)
-    mine.offer("/o/hasty", STRING, origins=[origin(mine, **wish)])
-    (info,) = world.graph.wait_publishers("/o/hasty", 1)
-    qos = info.qos_profile
-    for period in (qos.deadline, qos.lifespan, qos.liveliness_lease_duration):
-        assert 1_000_000 <= period.nanoseconds < 1_000_000_000
 
 
 def test_a_subscriber_that_hangs_holds_nobody_up(world, mine):

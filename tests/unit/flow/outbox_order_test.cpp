@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 
 #include "unit/flow/script.hpp"
 
@@ -116,17 +115,6 @@ TEST(OutboxOrder, SmallFramesAndTextsTakeTurns) {
   EXPECT_EQ(lines, "ack 1\n\"{1}\"\n\"{2}\"\nack 2\n\"{3}\"\nack 3\n");
 }
 
-TEST(OutboxOrder, TheNewestTimeFramesStay) {
-  Outbox outbox(gathered());
-  for (Stamp t = 1; t <= 100; ++t) outbox.push_small(TimeRequest{t});
-  const auto packet = outbox.next(now_ms(0));
-  ASSERT_TRUE(packet);
-  EXPECT_EQ(packet->size(), kTimeFramesMax * kTimeRequestBytes);
-  const auto bytes = joined(*packet);
-  const auto first = FrameReader(bytes).next();
-  EXPECT_EQ(std::get<TimeRequest>(*first.value()).t1, 85);
-}
-
 TEST(OutboxOrder, SmallMessagesShareAPacketAndOnePiece) {
   Outbox outbox(gathered());
   outbox.add_channel(kA, {});
@@ -182,66 +170,6 @@ TEST(OutboxOrder, UrgentPassesAnOpenBulkMessage) {
   outbox.push(kA, message(12), now_ms(0));
   outbox.push(kA, message(12), now_ms(0));
   EXPECT_EQ(drain(outbox), "1#1:12\n1#2:12\n2+100\n2+50\n");
-}
-
-TEST(OutboxOrder, InAClassSmallMessagesOvertakeLargeOnesOfOtherChannels) {
-  Outbox outbox(one_by_one());
-  for (const auto channel : {kA, kB, kC}) outbox.add_channel(channel, queue(Priority::kBulk));
-  outbox.push(kA, message(250), now_ms(0));
-  outbox.push(kA, message(20), now_ms(0));
-  outbox.push(kB, message(150), now_ms(0));
-  outbox.push(kC, message(10), now_ms(0));
-  EXPECT_EQ(drain(outbox), "3#1:10\n2#1:100/150\n2+50\n1#1:100/250\n1+100\n1+50\n1#2:20\n");
-}
-
-// A channel changes its class while it is empty, too: /tf with its first message that is not small.
-TEST(OutboxOrder, WhatWasLightForLongHasItsShareWhereItIsNot) {
-  Outbox outbox(one_by_one());
-  QueueOptions options = queue(Priority::kHigh);
-  outbox.add_channel(kA, options);
-  options.may_be_light = true;
-  outbox.add_channel(kB, options);
-  for (int i = 0; i < 1000; ++i) {
-    outbox.push(kB, message(100), now_ms(20 * i));
-    drain(outbox);
-  }
-  for (int i = 0; i < 50; ++i) outbox.push(kA, message(1000), now_ms(20'000));
-  outbox.push(kB, message(2000), now_ms(20'000));
-  int before = 0;
-  while (next(outbox).starts_with("1")) ++before;
-  EXPECT_LE(before, 20);
-}
-
-// Sends for a while with all classes backlogged; body bytes of each channel.
-std::map<std::uint32_t, std::uint64_t> shares(Outbox& outbox, int packets) {
-  std::map<std::uint32_t, std::uint64_t> bytes;
-  for (int i = 0; i < packets; ++i) {
-    const auto packet = outbox.next(now_ms(0));
-    const auto content = joined(*packet);
-    FrameReader reader(content);
-    while (const auto frame = reader.next().value()) {
-      if (const auto* first = std::get_if<MessageFrame>(&*frame)) {
-        bytes[first->channel.value] += first->part.size();
-      } else if (const auto* part = std::get_if<PartFrame>(&*frame)) {
-        bytes[part->channel.value] += part->part.size();
-      }
-    }
-  }
-  return bytes;
-}
-
-TEST(OutboxOrder, ClassesShareByWeightInBytes) {
-  auto options = one_by_one();
-  options.fragment_bytes = 1000;
-  Outbox outbox(options);
-  outbox.add_channel(kA, queue(Priority::kHigh));
-  outbox.add_channel(kB, queue(Priority::kNormal));
-  outbox.add_channel(kC, queue(Priority::kBulk));
-  for (const auto channel : {kA, kB, kC}) outbox.push(channel, message(5'000'000), now_ms(0));
-  const auto bytes = shares(outbox, 1300);
-  EXPECT_NEAR(static_cast<double>(bytes.at(1)), 800'000, 10'000);
-  EXPECT_NEAR(static_cast<double>(bytes.at(2)), 400'000, 10'000);
-  EXPECT_NEAR(static_cast<double>(bytes.at(3)), 100'000, 10'000);
 }
 
 TEST(OutboxOrder, BulkGetsItsShareBesideAFloodOfSmallMessages) {
@@ -337,18 +265,6 @@ TEST(OutboxOrder, UrgentIsFirstWhateverElseWaits) {
     outbox.push(kA, message(12), now_ms(0));
     EXPECT_EQ(next(outbox).rfind("1#", 0), 0U);
   }
-}
-
-TEST(OutboxOrder, AnIdleClassSavesUpNothing) {
-  Outbox outbox(one_by_one());
-  outbox.add_channel(kA, queue(Priority::kHigh));
-  outbox.add_channel(kB, queue(Priority::kBulk));
-  outbox.push(kB, message(100'000), now_ms(0));
-  for (int i = 0; i < 500; ++i) EXPECT_TRUE(outbox.next(now_ms(0)));
-  // The bulk class had the line for itself; the high class gets its share from now on, not more.
-  outbox.push(kA, message(100'000), now_ms(0));
-  const auto bytes = shares(outbox, 90);
-  EXPECT_NEAR(static_cast<double>(bytes.at(2)), 1000, 200);
 }
 
 TEST(OutboxOrder, AChannelCanChangeItsClassWhileItWaits) {

@@ -90,22 +90,6 @@ TEST(SideActions, AnActionIsOfferedWholeOrNotAtAll) {
   EXPECT_EQ(said.find("offer"), std::string::npos);
 }
 
-TEST(SideActions, NoOtherPatternOpensThem) {
-  Script s(server({callable()}));
-  s.join(1);
-  s.graph(topics_of_action(2), services_of_action(1));
-  EXPECT_EQ(s.said(1), "");
-  s.pass(1000);
-  ChannelOffer goal = service_channel(1, "/fib/_action/send_goal");
-  goal.type = std::string(kFib) + "_SendGoal";
-  goal.action_type = kFib;
-  ChannelOffer status = channel(2, "/fib/_action/status", {origin(1, 9)});
-  status.type = "action_msgs/msg/GoalStatusArray";
-  status.action_type = kFib;
-  s.say(1, Offer{{goal, status}, true});
-  EXPECT_EQ(s.said(1), "decline 1 not_permitted\ndecline 2 not_permitted\n");
-}
-
 TEST(SideActions, FeedbackIsSubscribedAsSoonAsGoalsCanCome) {
   Script s(server({acting("/**")}));
   s.join(1);
@@ -260,13 +244,6 @@ TEST(SideParameters, AnEventInAnotherRepresentationIsNobodys) {
   }
   EXPECT_EQ(s.did(), "publish 2 " + text_of(plain.view()) + "\n");
   EXPECT_EQ(s.dropped(DropReason::kNotPermitted), 11U);
-}
-
-TEST(SideParameters, WithoutARuleNothingOfThemIsOffered) {
-  Script s(server({callable()}));
-  s.join(1);
-  s.graph({typed(topic("/parameter_events").pub(1, {}, "talker"), kEvents)});
-  EXPECT_EQ(s.said(1), "");
 }
 
 }  // namespace

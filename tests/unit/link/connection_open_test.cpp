@@ -124,15 +124,6 @@ TEST(ConnectionOpen, OnlyBinaryPacketsOfStateOpenCount) {
   EXPECT_EQ(script.link.sent_bytes(), 56U);
 }
 
-TEST(ConnectionOpen, ManyBytesAreAcknowledgedAtOnce) {
-  auto script = open_client();
-  script.expect(1);
-  for (int i = 1; i <= 15; ++i) script.binary(message(1, i, 65'492));
-  EXPECT_EQ(script.sent(), "");
-  script.binary(message(1, 16, 65'492));
-  EXPECT_EQ(script.sent(), "ack 1048576\n");
-}
-
 TEST(ConnectionOpen, WhatAsksIsAcknowledgedAtOnce) {
   auto script = open_client();
   script.expect(1);

@@ -213,16 +213,6 @@ TEST(StrangerPlaces, ALoginThatHasExpiredIsAWrongOne) {
   EXPECT_EQ(s.subject.status().wrong_logins, 2U);
 }
 
-TEST(StrangerPlaces, WhatWasNotJudgedIsNotWrong) {
-  Places s;
-  for (std::uint64_t n = 1; n <= 4; ++n) {
-    s.log_in(n, 0, "10.0.0.9");
-    Authenticated answer{{n}, {}, "too busy", false};
-    EXPECT_FALSE(s.subject.puts_off(answer, now_ms(0).steady, now_ms(0)));
-  }
-  EXPECT_EQ(s.subject.status().wrong_logins, 0U);
-}
-
 TEST(StrangerPlaces, ARightLoginWaitsUntilItsIdentityMayComeBack) {
   Places s;
   s.log_in(1);

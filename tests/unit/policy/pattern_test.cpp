@@ -247,8 +247,8 @@ class AlikeTexts {
 };
 
 TEST(Pattern, AgreesWithItsDefinitionOfTextsThatAreAlike) {
-  constexpr std::ptrdiff_t kStarsMax =
-      5;  // the definition takes a time that grows with their power
+  // The definition takes a time that grows with their power.
+  constexpr std::ptrdiff_t kStarsMax = 5;
   AlikeTexts texts;
   int compared = 0;
   int matching = 0;
@@ -288,13 +288,15 @@ TEST(PatternSet, MatchesAsItsMembersDo) {
       patterns.push_back(std::move(text));
     }
     const PatternSet all({patterns.begin(), patterns.end()});
+    std::vector<Pattern> members;
+    for (const auto& text : patterns) members.push_back(pattern(text));
     for (const auto& name : names) {
       if (!is_canonical_name(name)) continue;
       const auto allowed = all.matching(name, Hidden::kSpelledOut);
       const auto denied = all.matching(name, Hidden::kAny);
-      for (std::size_t k = 0; k < patterns.size(); ++k) {
-        ASSERT_EQ(allowed[k], matches(patterns[k], name)) << patterns[k] << " " << name;
-        ASSERT_EQ(denied[k], covers(patterns[k], name)) << patterns[k] << " " << name;
+      for (std::size_t k = 0; k < members.size(); ++k) {
+        ASSERT_EQ(allowed[k], members[k].matches(name)) << patterns[k] << " " << name;
+        ASSERT_EQ(denied[k], members[k].covers(name)) << patterns[k] << " " << name;
       }
       matching += static_cast<int>(allowed.count());
     }

@@ -39,6 +39,12 @@ TEST(Attachment, ARequestIsExecutedOnce) {
   EXPECT_EQ(s.did(), "");
 }
 
+TEST(Attachment, TwiceIsAnOffence) {
+  Served s;
+  s.attach();
+  EXPECT_FALSE(s.peer.link.outgoing({1})->on_attach(Attach{{1}, {2}}, ms(0)));
+}
+
 TEST(Attachment, RequestsBeforeItIsAttachedAreAnOffence) {
   Served s;
   s.ask(s.peer);

@@ -56,15 +56,6 @@ TEST(Feed, ReconcilesAfterAReconnect) {
   EXPECT_EQ(s.held(), "2 5");
 }
 
-TEST(Feed, ARefusalEndsTheCall) {
-  Fed s;
-  s.request(7, "a");
-  EXPECT_TRUE(s.peer.link.incoming({1})->channel->on_refuse(Refuse{{1}, {{1}}, "limit", "too many"},
-                                                            ms(0)));
-  EXPECT_EQ(s.did(), "drop_request 1.7\n");
-  EXPECT_EQ(s.held(), "0 0");
-}
-
 TEST(Feed, AWithdrawEndsTheMirrorAndItsService) {
   Fed s;
   s.request(7, "a");

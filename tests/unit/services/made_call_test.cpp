@@ -89,17 +89,6 @@ TEST(MadeCall, ARequestThatHasArrivedIsKeptNoLongerAfterAReconnect) {
 
 // ---- its time
 
-// The peer gives it up a second earlier, and says why.
-TEST(MadeCall, TimeEndsIt) {
-  Fed s(answered_in_time());
-  s.request(7, "a");
-  s.pass_to(2999);
-  EXPECT_EQ(s.did(), "");
-  s.pass_to(3000);
-  EXPECT_EQ(s.did(), "drop_request 1.7\n");
-  EXPECT_EQ(s.held(), "0 0");
-}
-
 TEST(MadeCall, ItsTimeEndsWithTheAnswer) {
   Fed s(answered_in_time());
   s.request(7, "a");

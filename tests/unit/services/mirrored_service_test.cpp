@@ -235,22 +235,6 @@ TEST(MirroredService, ACancelGoesWhereGoalsAreTakenRatherThanOnlyOffered) {
   EXPECT_EQ(other.said(), "attach 2 2\n");
 }
 
-TEST(MirroredService, WithTheGoalsTheMirrorOfACancelMoves) {
-  OneLink other(2);
-  OfferedServices s(importing_actions());
-  for (OneLink* const peer : {&s.peer, &other}) {
-    s.offer(*peer, offer_of_part(1, ActionPart::kSendGoal));
-    s.offer(*peer, offer_of_part(2, ActionPart::kCancelGoal));
-  }
-  for (const std::uint32_t n : {1U, 2U}) EXPECT_TRUE(s.attached(s.peer, {{n}, {n}, {}}));
-  EXPECT_EQ(s.did(),
-            "mirror_service 1 /go/_action/send_goal\nmirror_service 2 /go/_action/cancel_goal\n");
-  EXPECT_EQ(other.said(), "");
-  s.withdraw(s.peer, 1);
-  EXPECT_EQ(s.did(), "unmirror_service 1\nunmirror_service 2\n");
-  EXPECT_EQ(other.said(), "attach 1 1\nattach 2 2\n");
-}
-
 // ---- why there is none
 
 TEST(MirroredService, ARealServerHereMakesTheMirrorGo) {

@@ -79,20 +79,6 @@ TEST(ServiceExports, BytesOfRequestsAndAnswersAreBounded) {
   EXPECT_EQ(s.said(1), "refuse 1 2 limit\n");
 }
 
-TEST(ServiceExports, ADeadLinksCallsAreDropped) {
-  Script s(server({callable()}));
-  attached(s);
-  s.message(1, 1, 1, "q");
-  s.did();
-  s.lose(1);
-  EXPECT_EQ(s.did(), "");
-  s.pass(3001);
-  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
-  answer(s, 1, "late");
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-}
-
 TEST(ServiceExports, ASmallRequestThatDoesNotDecompressEndsTheConnection) {
   Script s(server({callable()}));
   attached(s);

@@ -58,16 +58,6 @@ TEST(ServiceExports, AnotherProcessAtTheOtherEndHasAskedNothing) {
   EXPECT_NE(did.find("drop_invocation 1.1\nuncall_service 1\n"), std::string::npos) << did;
 }
 
-TEST(ServiceExports, WhatIsNoLongerAllowedEnds) {
-  Script s(server({callable()}));
-  attached(s);
-  s.message(1, 1, 1, "q");
-  s.did();
-  s.give(PolicyChanged{Policy({rule({}, {})})});
-  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
-  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1 not_permitted\n");
-}
-
 TEST(ServiceExports, WhatIsNoLongerAllowedEndsAlsoWhileTheLinkIsLost) {
   Script s(server({callable()}));
   attached(s);
@@ -136,39 +126,6 @@ TEST(ServiceExports, AnAttachMayCrossTheWithdraw) {
   s.say(1, Attach{{1}, {5}});
   s.say(1, Attach{{1}, {5}});  // a number that is in use
   EXPECT_EQ(s.did(), "close 1 4009\n");
-}
-
-TEST(ServiceExports, APeerThatBreaksTheProtocolIsClosed) {
-  const auto closes = [](auto&& act) {
-    Script s(server({callable()}));
-    attached(s);
-    act(s);
-    return s.did();
-  };
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Attach{{1}, {2}}); }), "close 1 4009\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Attach{{9}, {2}}); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Forget{{9}, {{1}}}); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.message(1, 5, 1, "q"); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Attached{{1}, {1}, {0}}); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Refuse{{1}, {{1}}, "limit", ""}); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Forget{{1}, {{77}}}); }), "");
-  EXPECT_EQ(closes([](Script& s) {
-              s.graph({topic("/t").pub(5)}, {service("/s")});
-              s.say(1, Attach{{2}, {2}});  // a topic
-            }),
-            "close 1 4009\n");
-  EXPECT_EQ(closes([](Script& s) {
-              s.graph({}, {service("/s"), service("/s2")});
-              s.say(1, Attach{{2}, {1}});  // a number that is in use
-            }),
-            "close 1 4009\n");
-  EXPECT_EQ(closes([](Script& s) {
-              s.graph({}, {service("/s"), service("/s2")});
-              s.say(1, Attach{{2}, {2}});
-              s.did();
-              s.message(1, 2, 1, "before it is attached");
-            }),
-            "close 1 4009\n");
 }
 
 }  // namespace

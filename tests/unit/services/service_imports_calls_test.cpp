@@ -36,20 +36,6 @@ TEST(ServiceImports, CallsThatNobodyHereKnowsAreForgottenThere) {
   EXPECT_EQ(s.said(1), "1.41 q\n");
 }
 
-// Control messages overtake requests: a forget would come before what it means.
-TEST(ServiceImports, ARequestOnItsWayIsForgottenWhenItHasArrived) {
-  Script s(server({callable()}));
-  mirrored(s);
-  request(s, 11, "q1");
-  s.said(1);
-  s.give(CallersGone{{1}, {{11}}});
-  EXPECT_EQ(s.did(), "drop_request 1.11\n");
-  EXPECT_EQ(s.said(1), "");
-  s.acknowledge(1);
-  EXPECT_EQ(s.said(1), "forget 1 1\n");
-  EXPECT_EQ(first(s).pending, 0U);
-}
-
 TEST(ServiceImports, ARefusedCallIsDropped) {
   Script s(server({callable()}));
   mirrored(s);
@@ -120,15 +106,6 @@ TEST(ServiceImports, FewBytesOfAnswersDoNotBecomeGigabytes) {
   EXPECT_EQ(did.substr(0, 13), "decompress 1\n");
   EXPECT_EQ(did.find("decompress", 1), std::string::npos);
   EXPECT_EQ(first(s).refused, kCalls - 1);
-}
-
-TEST(ServiceImports, AnAnswerThatDoesNotDecompressIsNotAskedForAgain) {
-  Script s(server({callable()}));
-  mirrored(s);
-  request(s, 11, "q");
-  s.said(1);
-  s.message(1, 1, 1, sample("no lz4"), Codec::kLz4, 100);
-  EXPECT_EQ(s.did(), "drop_request 1.11\nclose 1 4002\n");
 }
 
 TEST(ServiceImports, AnAnswerBeingDecompressedOutlivesTheConnection) {

@@ -51,16 +51,6 @@ TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
 }
 
-TEST(ServiceImports, AMirrorThatFailsIsDeclined) {
-  Script s(server({callable()}));
-  mirrored(s);
-  s.give(ServiceMirrorFailed{{1}, "type_unknown", "package p is not installed"});
-  EXPECT_EQ(s.said(1), "decline 1 type_unknown\nwithdraw 1\n");
-  EXPECT_EQ(s.did(), "claim []\n");
-  s.graph({});
-  EXPECT_EQ(s.said(1), "");
-}
-
 TEST(ServiceImports, WhatIsNoLongerAllowedEnds) {
   Script s(server({callable()}));
   mirrored(s);
@@ -85,29 +75,6 @@ TEST(ServiceImports, MirrorsBelongToANodeOfTheirOwnIfAsked) {
   while (const auto action = s.side.next_action())
     if (const auto* create = std::get_if<CreateServiceMirror>(&*action)) node = create->node;
   EXPECT_EQ(node, "/robot1/robot/peer_node");
-}
-
-TEST(ServiceImports, APeerThatBreaksTheProtocolIsClosed) {
-  const auto closes = [](auto&& act) {
-    Script s(server({callable()}));
-    mirrored(s);
-    act(s);
-    return s.did();
-  };
-  const auto twice = Offer{{service_channel(1, "/t")}, false};
-  EXPECT_EQ(closes([&](Script& s) { s.say(1, twice); }), "close 1 4009\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Attached{{1}, {1}, {0}}); }), "close 1 4009\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Attached{{8}, {1}, {0}}); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Refuse{{8}, {{1}}, "limit", ""}); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Withdraw{{{8}}}); }), "close 1 4010\n");
-  EXPECT_EQ(closes([](Script& s) { s.say(1, Offer{{service_channel(2, "/s")}, false}); }), "");
-  Script s(server({callable()}));
-  s.graph({});
-  s.join(1);
-  s.say(1, Offer{{service_channel(1, "/s")}, true});
-  s.did();
-  s.say(1, Attached{{1}, {1}, {0xFFFFFFFF}});
-  EXPECT_EQ(s.did(), "close 1 4009\n");
 }
 
 // Whoever has the peer's definition does not notice.

@@ -13,13 +13,6 @@
 namespace connect_bridge::side_test {
 namespace {
 
-std::size_t lines_with(const std::string& words, const std::string& text) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(words); at != std::string::npos; at = text.find(words, at + 1))
-    ++found;
-  return found;
-}
-
 constexpr char kUnknown[] = "the type p/action/Fib is not known here";
 
 ChannelOffer part(ChannelOffer offer, const std::string& type) {
@@ -120,13 +113,13 @@ TEST(Lines, OfRenewalsAreFewHoweverOftenAnIdentityComes) {
     for (int i = 0; i < 16; ++i) renew(n, called("busy"), i % 2 == 0);
   }
   s.did();
-  EXPECT_EQ(lines_with("\n", s.logged), 30U) << s.logged;
-  EXPECT_GT(lines_with("has renewed its login as busy", s.logged), 0U);
-  EXPECT_GT(lines_with("is refused: unknown token", s.logged), 0U);
+  EXPECT_EQ(times(s.logged, "\n"), 30) << s.logged;
+  EXPECT_GT(times(s.logged, "has renewed its login as busy"), 0);
+  EXPECT_GT(times(s.logged, "is refused: unknown token"), 0);
   s.login(6, {}, called("calm"));
   renew(6, called("calm"), true);
   s.did();
-  EXPECT_EQ(lines_with("has renewed its login as calm", s.logged), 1U);
+  EXPECT_EQ(times(s.logged, "has renewed its login as calm"), 1);
 }
 
 TEST(Lines, OfCallsThatAreRefusedHereAreFewHoweverOftenAnIdentityComes) {
@@ -146,12 +139,12 @@ TEST(Lines, OfCallsThatAreRefusedHereAreFewHoweverOftenAnIdentityComes) {
     call(n, 1);
   };
   for (std::uint32_t n = 1; n <= 3; ++n) come_and_call(n, "busy");
-  EXPECT_EQ(lines_with("call(s) of busy", s.logged), 1U) << s.logged;
+  EXPECT_EQ(times(s.logged, "call(s) of busy"), 1) << s.logged;
   come_and_call(4, "calm");
-  EXPECT_EQ(lines_with("1 call(s) of calm", s.logged), 1U) << s.logged;
+  EXPECT_EQ(times(s.logged, "1 call(s) of calm"), 1) << s.logged;
   s.pass(10'000);
   call(1, 2);
-  EXPECT_EQ(lines_with("3 call(s) of busy", s.logged), 1U) << s.logged;
+  EXPECT_EQ(times(s.logged, "3 call(s) of busy"), 1) << s.logged;
 }
 
 TEST(Lines, OfCallsThatAnIdentityRefusesAreFewHoweverOftenItComes) {
@@ -168,9 +161,9 @@ TEST(Lines, OfCallsThatAnIdentityRefusesAreFewHoweverOftenItComes) {
     s.did();
   };
   for (std::uint32_t n = 1; n <= 3; ++n) come_and_refuse(n, "busy");
-  EXPECT_EQ(lines_with("refused by", s.logged), 1U) << s.logged;
+  EXPECT_EQ(times(s.logged, "refused by"), 1) << s.logged;
   come_and_refuse(4, "calm");
-  EXPECT_EQ(lines_with("refused by", s.logged), 2U) << s.logged;
+  EXPECT_EQ(times(s.logged, "refused by"), 2) << s.logged;
 }
 
 TEST(Lines, AClientThatCannotConnectSaysSoNowAndThen) {

@@ -226,14 +226,6 @@ TEST(SideResume, AChangeOfAnotherIdentityLeavesWhatIsKept) {
   EXPECT_EQ(s.said(2), "2.1 b\n");
 }
 
-TEST(SideResume, NothingIsKeptForAPeerThatSaidGoodbye) {
-  Exporting s;
-  s.lose(1, 1001);
-  EXPECT_EQ(s.did(), "unsubscribe 2\n");
-  s.pass(1);
-  EXPECT_EQ(s.status().links.size(), 0U);
-}
-
 // What is kept ends with its link, also where nothing came and nobody publishes any longer.
 TEST(SideResume, ATopicWithoutPublishersStaysForWhatItCounts) {
   Exporting s;

@@ -11,12 +11,6 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-std::size_t occurrences(const std::string& text, const std::string& of) {
-  std::size_t found = 0;
-  for (auto at = text.find(of); at != std::string::npos; at = text.find(of, at + 1)) ++found;
-  return found;
-}
-
 TEST(Limits, WhatAPeerTakesBackHasTheRateThatIsSet) {
   SideOptions options = server({everything()});
   options.account.ends_per_second = 2;
@@ -66,17 +60,17 @@ TEST(Limits, BeyondThePlacesOfALinkWhatFitsStays) {
   s.login(1);
   s.said(1);
   s.say(1, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-  EXPECT_EQ(occurrences(s.said(1), "/t"), 4096U);
+  EXPECT_EQ(times(s.said(1), "/t"), 4096);
   s.did();
-  EXPECT_EQ(occurrences(s.logged, "not all interfaces"), 1U);
+  EXPECT_EQ(times(s.logged, "not all interfaces"), 1);
   topics.erase(topics.begin(), topics.begin() + 10);
   s.graph(topics);
   s.pass(2000);
   const std::string said = s.said(1);
-  EXPECT_EQ(occurrences(said, "withdraw "), 10U);
-  EXPECT_EQ(occurrences(said, "/t"), 4U);
-  EXPECT_EQ(occurrences(s.did(), "close "), 0U);
-  EXPECT_EQ(occurrences(s.logged, "not all interfaces"), 1U);
+  EXPECT_EQ(times(said, "withdraw "), 10);
+  EXPECT_EQ(times(said, "/t"), 4);
+  EXPECT_EQ(times(s.did(), "close "), 0);
+  EXPECT_EQ(times(s.logged, "not all interfaces"), 1);
 }
 
 // ---- counts

@@ -91,21 +91,6 @@ TEST(Side, OnlyAfterAChangeOfItsRouteTheServerMustAnswerSoon) {
   EXPECT_NE(s.did().find("close"), std::string::npos);
 }
 
-// But a proxy that answers in its place is asked more rarely after a while.
-TEST(Side, WhatAnswersInTheServersPlaceIsDialedRarelyAfterAWhile) {
-  Script s(client());
-  s.give(TimePassed{});
-  for (std::uint32_t dial = 1; dial <= 21; ++dial) {
-    EXPECT_NE(s.did().find("dial " + std::to_string(dial) + "\n"), std::string::npos);
-    s.give(DialFailed{{dial}, "HTTP 502 Bad Gateway", true});
-    s.did();  // the log
-    s.pass(dial <= 20 ? 500 : 4999);
-  }
-  EXPECT_EQ(s.did(), "");
-  s.pass(2501);
-  EXPECT_EQ(s.did(), "dial 22\n");
-}
-
 TEST(Side, ARefusedLoginIsTriedAgainAfterFiveSeconds) {
   for (const std::uint16_t code : {4001, 4003, 4012, 4015, 4016}) {
     Script s(client());
@@ -168,22 +153,6 @@ TEST(Side, ALinkThatEndsAtOnceIsDialedSlowerAndSlower) {
   s.lose(6);
   s.pass(200);
   EXPECT_EQ(s.did(), "dial 7\n");
-}
-
-TEST(Side, AServerAsksForTheLoginAndOpensTheGate) {
-  Script s(server());
-  s.give(TimePassed{});
-  s.did();
-  s.give(ConnectionOpened{{4}, "10.0.0.4"});
-  s.binary(4, encode(Hello{1, 1, Script::peer_id(4), {}, "/peer"}));
-  s.binary(4, encode(Login{"token", {1, 2}}));
-  EXPECT_EQ(s.did(), "authenticate 4 token\n");
-  s.give(Authenticated{{4}, Identity{"anna", {}, 0}, ""});
-  EXPECT_EQ(s.did(), "gate 4\n");
-  const auto status = s.status();
-  EXPECT_EQ(status.links.at(0).identity, "anna");
-  EXPECT_EQ(status.links.at(0).peer, "10.0.0.4");
-  EXPECT_TRUE(status.links.at(0).open);
 }
 
 TEST(Side, ARefusedOrExpiredLoginIsClosedWithTheSameWords) {
@@ -263,23 +232,6 @@ TEST(Side, ChangedRulesDeclineWhatIsImported) {
   s.message(1, 1, 1, "was under way");
   s.pass(200);
   EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
-}
-
-TEST(Side, ChangedRulesRenewMirrorsOfAnotherQos) {
-  Script s(server());
-  s.graph({topic("/a").sub(1)});
-  s.pass(1000);
-  s.join(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
-  s.did();
-  s.said(1);
-  auto deep = everything();
-  deep.treatment.qos.depth = 50;
-  s.give(PolicyChanged{Policy({deep})});
-  EXPECT_EQ(s.did(), "unmirror 2\nmirror 3 /a reliable volatile 50\nclaim [11]\n");
-  EXPECT_EQ(s.said(1), "accepts 1 rules\ndemand 1 off\n");
-  s.pass(250);
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
 }
 
 TEST(Side, StopsOnceAndForAll) {

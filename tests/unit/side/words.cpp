@@ -25,6 +25,13 @@ Payload sample(const std::string& text) {
   bytes.insert(bytes.end(), text.begin(), text.end());
   return Payload::adopt(std::move(bytes));
 }
+std::int64_t times(const std::string& text, const std::string& word) {
+  std::int64_t found = 0;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+    ++found;
+  return found;
+}
+
 std::string text_of(ByteView raw) {
   if (raw.size() < 4) return "?";
   // Not by iterators: without optimization that takes seconds for some tests.

@@ -1,6 +1,7 @@
 // What a side does and says, as words: actions, control texts, frames.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ std::optional<Demand> demand_of(const Packet& packet);
 // A serialized sample: encapsulation, then text.
 Payload sample(const std::string& text);
 std::string text_of(ByteView raw);
+
+// How often a word is in the text.
+std::int64_t times(const std::string& text, const std::string& word);
 
 // Numbers with a space between them; `number` takes the number out of an element.
 template <class Numbers, class Number>

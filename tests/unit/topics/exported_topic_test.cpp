@@ -233,26 +233,6 @@ TEST(ExportedTopic, ARateDoesNotHoldUpWhatItsPublishersHaveKept) {
   EXPECT_EQ(peer.said(), "1.1 94, 1.2 201\n");
 }
 
-TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
-  Rule rule = everything();
-  rule.treatment.compression = {Codec::kZstd, 3};
-  OneLink one(1), two(2);
-  Exporting s({rule});
-  s.see(topic("/a").pub(1));
-  for (OneLink* peer : {&one, &two}) {
-    s.offer(*peer);
-    s.demand(*peer);
-  }
-  s.did();
-  s.take(1, std::string(1000, 'x'));
-  EXPECT_EQ(s.did(), "compress 1\n");
-  s.take(1, "small, and behind it");
-  EXPECT_EQ(one.said(), "");
-  s.finish(Payload::adopt({1, 2, 3}));
-  EXPECT_EQ(one.said(), "1.1 zstd, 1.1 small, and behind it\n");
-  EXPECT_EQ(two.said(), "1.1 zstd, 1.1 small, and behind it\n");
-}
-
 Rule automatic() {
   Rule rule = everything();
   rule.treatment.compression.automatic = true;
@@ -287,62 +267,6 @@ TEST(ExportedTopic, IsCompressedWhereThatIsSooner) {
   EXPECT_EQ(thin.said(100), "");
   s.compressed(100, 101);
   EXPECT_EQ(thin.said(101), "1.1 zstd, 1.1 small\n");
-}
-
-TEST(ExportedTopic, WhatDoesNotShrinkIsSentAsItIs) {
-  OneLink thin;
-  Thin s({&thin});
-  for (int i = 0; i < 40; ++i) {
-    s.take(1, std::string(2000, 'x'), 100 + 10 * i);
-    if (!s.did().empty()) s.finish(std::nullopt, 100 + 10 * i);
-    s.did();
-    thin.said(100 + 10 * i);
-  }
-  s.take(1, std::string(2000, 'x'), 1000);
-  EXPECT_EQ(s.did(), "");
-}
-
-// Else a topic that fills its link would be compressed for ever, because something always waits.
-TEST(ExportedTopic, WhatOnlyWaitedBehindATryInVainCostsNoWorker) {
-  OneLink thin;
-  Thin s({&thin});
-  s.take(1, std::string(2000, 'x'), 100);
-  EXPECT_EQ(s.did(), "compress 1\n");
-  s.take(1, std::string(2000, 'y'), 101);
-  s.take(1, std::string(2000, 'z'), 102);
-  s.finish(std::nullopt, 103);
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(thin.said(103), "1.1 base, 1.1 delta, 1.1 delta\n");  // small: the queue's business
-}
-
-TEST(ExportedTopic, AWorkerThatTakesLongerThanThePathIsLeftAlone) {
-  OneLink thin;
-  Thin s({&thin});
-  for (int i = 0; i < 4; ++i) {
-    s.take(1, std::string(2000, 'x'), 1000 * i);
-    s.did();
-    s.compressed(100, 1000 * i + 200);
-    thin.said(1000 * i + 200);
-  }
-  s.take(1, std::string(2000, 'x'), 9000);
-  EXPECT_EQ(s.did(), "");
-}
-
-// What would be displaced in the link's queue costs no worker's time.
-TEST(ExportedTopic, IsCompressedWhenThePathNeedsIt) {
-  OneLink thin;
-  Thin s({&thin});
-  s.take(1, std::string(100'000, 'x'), 100);
-  s.did();
-  s.compressed(30'000, 100);  // 46 ms for this path
-  s.take(1, std::string(100'000, 'y'), 100);
-  s.take(1, std::string(100'000, 'z'), 100);
-  EXPECT_EQ(s.did(), "");
-  s.pass_to(120);
-  EXPECT_EQ(s.did(), "");
-  thin.said(130);
-  s.pass_to(150);
-  EXPECT_EQ(s.did(), "compress 2\n");
 }
 
 TEST(ExportedTopic, AQueueThatStandsKeepsNoLoopBusy) {

@@ -1,7 +1,6 @@
 // A sample from its subscription to the links: attributed, admitted, compressed, counted.
 #include <gtest/gtest.h>
 
-#include "core/compress/compress.hpp"
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -13,14 +12,6 @@ Script demanding(const Treatment& treatment, SideOptions options = server()) {
   treated.treatment = treatment;
   options.policy = Policy({treated});
   return Script(std::move(options));
-}
-// The same with zstd, from 1000 bytes on by a worker.
-Script compressing() {
-  Treatment treatment;
-  treatment.compression.codec = Codec::kZstd;
-  auto options = server();
-  options.compress_job_bytes = 1000;
-  return demanding(treatment, std::move(options));
 }
 void begin(Script& s, const Qos& q = qos()) {
   s.graph({topic("/a").pub(1, q)});
@@ -185,20 +176,6 @@ TEST(SideExportsData, WithoutNumbersWhatAClockThatIsSetBackTakesAwayIsCounted) {
   EXPECT_EQ(s.dropped(DropReason::kDuplicate), 1U);
 }
 
-TEST(SideExportsData, WhatASubscriptionMadeAnewBringsAgainIsKnown) {
-  auto s = demanding({});
-  begin(s, latched(1));
-  s.take(2, 1, "a", 5000, 1);
-  EXPECT_EQ(s.said(1), "1.1 a\n");
-  s.graph({topic("/a").pub(1, latched(1)).pub(2, latched(50))});
-  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /a reliable latched 128\n");
-  s.said(1);
-  s.take(3, 1, "a", 5000, 1);
-  s.take(3, 1, "b", 3000, 2);  // the clock is set back just then
-  s.take(3, 2, "x", 10, 1);    // another publisher's
-  EXPECT_EQ(s.said(1), "1.1 b, 1.2 x\n");
-}
-
 // They are not sent again: not the queue's byte limit applies to them, but the history's.
 TEST(SideExportsData, TheLastSamplesOfAllReachASecondPeerAtOnce) {
   Treatment treatment;
@@ -213,24 +190,6 @@ TEST(SideExportsData, TheLastSamplesOfAllReachASecondPeerAtOnce) {
   s.join(2);
   s.demand(2, 1);
   EXPECT_EQ(s.said(2), "1.1 a large map, 1.2 another map\n");
-}
-
-// It would come before the last samples, among which it is.
-TEST(SideExportsData, ASampleOfAnEndedDemandIsNotSentInTheNext) {
-  auto s = compressing();
-  begin(s, latched(2));
-  s.join(2);
-  s.demand(2, 1);
-  s.take(2, 1, "first", 10);
-  EXPECT_EQ(s.said(1), "1.1 first\n");
-  s.take(2, 1, std::string(2000, 'x'), 20);  // a worker has it
-  s.demand(1, 1, false);
-  s.demand(1, 1);
-  s.give(JobDone{{1}, Payload::adopt({1, 2, 3})});
-  EXPECT_EQ(s.said(2), "1.1 first, 1.1 zstd\n");
-  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
-  s.give(JobDone{{2}, Payload::adopt({1, 2, 3})});
-  EXPECT_EQ(s.said(1), "1.1 first, 1.1 zstd\n");
 }
 
 }  // namespace

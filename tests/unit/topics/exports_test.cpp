@@ -17,28 +17,6 @@ TEST(SideExports, OnlyWhatARuleAllowsIsOffered) {
   EXPECT_EQ(s.said(1), "offer 1/a[1] 2/x/y[1] complete\n");
 }
 
-TEST(SideExports, OnlyWhatThePeerAcceptsIsOffered) {
-  Script s(server());
-  s.graph({topic("/a").pub(1), topic("/b").pub(2), topic("/c").pub(3)});
-  s.login(1);
-  s.say(1, Accepts{{{{"/a", "/b"}, {}}}, {"/b"}});
-  EXPECT_EQ(s.said(1), "accepts 1 rules\noffer 1/a[1] complete\n");
-  s.say(1, Accepts{{{{"/b", "/c"}, {kType}}}, {}});  // later accepts replace them
-  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/b[1] 3/c[1]\n");
-}
-
-TEST(SideExports, RightsAreThoseOfTheIdentity) {
-  auto ops = rule({"/a"}, {});
-  ops.groups = {"ops"};
-  Script s(server({ops}));
-  s.graph({topic("/a").pub(1)});
-  s.login(1, {}, {"anna", {"ops"}, 0});
-  s.login(2, {}, {"bert", {}, 0});
-  for (const std::uint32_t c : {1U, 2U}) s.say(c, Accepts{{{{"/**"}, {}}}, {}});
-  EXPECT_EQ(s.said(1), "accepts 0 rules\noffer 1/a[1] complete\n");
-  EXPECT_EQ(s.said(2), "accepts 0 rules\noffer complete\n");
-}
-
 TEST(SideExports, DemandForWhatIsNotThereIsIgnored) {
   Script s(server());
   s.join(1);
@@ -142,38 +120,6 @@ TEST(SideExports, AFailedSubscriptionIsTriedAgainForALinkThatComesLater) {
   EXPECT_EQ(s.said(1), "withdraw 2 type_unknown\n");
   s.demand(1, 2);  // it crossed the withdraw
   EXPECT_EQ(s.did(), "");
-}
-
-TEST(SideExports, APublishersLastSamplesCross) {
-  Script s(server());
-  s.graph({topic("/a").pub(1)});
-  s.join(1);
-  s.demand(1, 1);
-  s.graph({});
-  s.pass(200);
-  s.take(2, 1, "last");
-  EXPECT_EQ(s.said(1), "1.1 last\n");
-  s.pass(100);
-  EXPECT_EQ(s.said(1), "withdraw 1\n");
-}
-
-// An origin whose samples wait in a queue lingers once more, each time that it goes.
-TEST(SideExports, AnOriginLingersWhileItsSamplesWait) {
-  Script s(server());
-  s.graph({topic("/a").pub(1).pub(2)});
-  s.join(1);
-  s.demand(1, 1);
-  s.take(2, 1, "waits");
-  s.graph({topic("/a").pub(2)});
-  s.pass(1000);
-  EXPECT_EQ(s.status().links[0].topics[0].origins, 2U);
-  s.graph({topic("/a").pub(1).pub(2)});  // it is back, and goes again
-  s.graph({topic("/a").pub(2)});
-  s.pass(1000);
-  EXPECT_EQ(s.status().links[0].topics[0].origins, 2U);
-  EXPECT_EQ(s.said(1), "1.1 waits\n");
-  s.pass(2500);
-  EXPECT_EQ(s.said(1), "origins 1 +[] -[1]\n");
 }
 
 // The peer forgets the base of an origin that has left, also for a message that it has half of.

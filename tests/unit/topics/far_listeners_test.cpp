@@ -91,32 +91,6 @@ TEST_F(FarListenersTest, TheFirstMessagesOfAPublisherWaitForTheDemand) {
   EXPECT_EQ(s.did().find("unsubscribe"), std::string::npos);
 }
 
-TEST_F(FarListenersTest, ForTwoSecondsAtMost) {
-  listen(listening(1, "/cmd_vel"));
-  s.graph({topic("/cmd_vel").pub(7)});
-  s.take(2, 7, "old");
-  s.pass(2001);
-  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
-  s.take(2, 7, "not kept");
-  s.said(1);
-  s.demand(1, 1);
-  EXPECT_EQ(s.said(1), "");
-  s.take(2, 7, "new");
-  EXPECT_EQ(s.said(1), "1.1 new\n");
-}
-
-TEST_F(FarListenersTest, TheNewestHundredAreKept) {
-  listen(listening(1, "/cmd_vel"));
-  s.graph({topic("/cmd_vel").pub(7)});
-  for (int i = 1; i <= 101; ++i) s.take(2, 7, "m" + std::to_string(i));
-  s.take(2, 7, std::string((1 << 20) + 1, 'x'));
-  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 1U);
-  EXPECT_EQ(s.dropped(DropReason::kQueueBytes), 1U);
-  s.said(1);
-  s.demand(1, 1);
-  EXPECT_EQ(s.said(1).substr(0, 7), "1.1 m2,");
-}
-
 TEST_F(FarListenersTest, WhoEndsAtOnceIsHeardAllTheSame) {
   listen(listening(1, "/cmd_vel"));
   s.graph({topic("/cmd_vel").pub(7)});
@@ -281,12 +255,6 @@ void invent(Script& s, std::uint32_t connection, std::uint32_t first, std::uint3
     s.say(connection, many);
   }
   s.pass(2000);
-}
-std::int64_t times(const std::string& did, const std::string& word) {
-  std::int64_t found = 0;
-  for (std::size_t at = did.find(word); at != std::string::npos; at = did.find(word, at + 1))
-    ++found;
-  return found;
 }
 
 TEST(FarListenersPlaces, OfWhatNobodyPublishesAnIdentityHasSoMany) {

@@ -1,8 +1,6 @@
 // The peers' topics here: one mirror per origin, demanded by local subscribers.
 #include <gtest/gtest.h>
 
-#include <functional>
-
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -31,22 +29,6 @@ TEST(SideImports, EveryOriginHasAMirrorWithItsQos) {
             "mirror 4 /map reliable latched 10\n"
             "claim [11 12 13]\n");
   EXPECT_EQ(s.said(1), "");  // nobody subscribes
-}
-
-TEST(SideImports, ALocalSubscriberMakesTheDemand) {
-  Imports s;
-  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
-  s.graph({topic("/a").sub(1)});
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-  s.did();
-  s.message(1, 1, 1, "hello");
-  EXPECT_EQ(s.did(), "publish 2 hello\n");
-  s.graph({});
-  EXPECT_EQ(s.said(1), "demand 1 off\n");
-  EXPECT_EQ(s.did(), "");  // the mirror stays
-  s.message(1, 1, 1, "was under way");
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
 
 TEST(SideImports, ATopicThatThePeerCannotServeGoesAndTheLogSaysWhy) {
@@ -78,34 +60,6 @@ TEST(SideImports, WhatTheMiddlewareRefusesIsADrop) {
   EXPECT_EQ(s.status().links.at(0).topics.at(0).messages, 1U);
 }
 
-TEST(SideImports, OriginsComeAndGo) {
-  Imports s;
-  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
-  s.did();
-  s.say(1, OriginsChanged{{1}, {origin(2, 12), origin(1, 99)}, {}});  // number 1 exists already
-  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [11 12]\n");
-  s.say(1, OriginsChanged{{1}, {}, {{1}, {77}}});
-  EXPECT_EQ(s.did(), "");  // the middleware may still deliver its last samples
-  s.pass(200);
-  EXPECT_EQ(s.did(), "unmirror 2\nclaim [12]\n");
-  s.say(1, Withdraw{{{1}}});
-  s.pass(200);
-  EXPECT_EQ(s.did(), "unmirror 3\nclaim []\n");
-}
-
-TEST(SideImports, WhatNoRuleAllowsIsDeclined) {
-  Imports s({rule({}, {"/a", "/x/**"}, {"/x/y"})});
-  s.offer(1, {channel(1, "/a", {origin(1, 11)}), channel(2, "/b", {origin(1, 12)}),
-              channel(3, "/x/y", {origin(1, 13)}), channel(4, "x", {origin(1, 14)})});
-  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
-  EXPECT_EQ(s.said(1),
-            "decline 2 not_permitted\ndecline 3 not_permitted\ndecline 4 not_permitted\n");
-  s.message(1, 2, 1, "in spite of it");
-  s.say(1, OriginsChanged{{2}, {origin(2, 15)}, {}});  // they still come
-  s.say(1, Withdraw{{{2}}});
-  EXPECT_EQ(s.did(), "");
-}
-
 TEST(SideImports, KindsOfLaterVersionsAreDeclined) {
   Imports s;
   const std::string text =
@@ -114,47 +68,6 @@ TEST(SideImports, KindsOfLaterVersionsAreDeclined) {
   s.give(PacketReceived{{1}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
   EXPECT_EQ(s.said(1), "decline 1 unsupported\ndecline 2 unsupported\n");
   EXPECT_EQ(s.did(), "");
-}
-
-// docs/protocol.md, the table of section "States" and of section 6.
-TEST(SideImports, WhatDoesNotFitEndsTheLink) {
-  using Input = std::function<void(Imports&)>;
-  const struct {
-    const char* what;
-    Input input;
-    const char* code;
-  } rows[] = {
-      {"a number in use", [](Imports& s) { s.offer(1, {channel(1, "/b", {})}); }, "4009"},
-      {"a number twice",
-       [](Imports& s) {
-         s.offer(1, {channel(2, "/b", {}), channel(2, "/c", {})});
-       },
-       "4009"},
-      {"origins of nothing",
-       [](Imports& s) {
-         s.say(1, OriginsChanged{{9}, {}, {}});
-       },
-       "4010"},
-      {"withdraw of nothing", [](Imports& s) { s.say(1, Withdraw{{{9}}}); }, "4010"},
-      {"data of nothing", [](Imports& s) { s.message(1, 9, 1, "x"); }, "4010"},
-      {"data after withdraw",
-       [](Imports& s) {
-         s.say(1, Withdraw{{{1}}});
-         s.message(1, 1, 1, "x");
-       },
-       "4010"},
-  };
-  for (const auto& row : rows) {
-    SCOPED_TRACE(row.what);
-    Imports s;
-    s.offer(1, {channel(1, "/a", {})});
-    s.did();
-    row.input(s);
-    EXPECT_EQ(s.did(), std::string("close 1 ") + row.code + "\n");
-    EXPECT_FALSE(s.status().links[0].open);
-    s.message(1, 1, 1, "ignored from now on");
-    EXPECT_EQ(s.did(), "");
-  }
 }
 
 TEST(SideImports, ChannelsHaveALimit) {
@@ -167,28 +80,6 @@ TEST(SideImports, ChannelsHaveALimit) {
   EXPECT_EQ(s.did(), "");
   s.say(1, Offer{{channel(3, "/c", {})}, false});
   EXPECT_EQ(s.did(), "close 1 4006\n");
-}
-
-// As after a restart: the old publisher is in the graph for some time beside the new one.
-TEST(SideImports, AnOriginWithoutAMirrorGetsOneWhenAnotherHasEnded) {
-  auto options = server();
-  options.topic_mirrors_max = 1;
-  Script s(options);
-  s.graph({topic("/a").sub(1)});
-  s.pass(1000);
-  s.join(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 11), origin(2, 12), origin(3, 13)})}, true});
-  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
-  s.pass(10'000);
-  EXPECT_EQ(s.did(), "");
-  s.say(1, OriginsChanged{{1}, {}, {{3}}});  // nobody waits for this one any more
-  s.say(1, OriginsChanged{{1}, {}, {{1}}});
-  EXPECT_EQ(s.said(1), "demand 1 on\ndemand 1 off\n");
-  s.pass(1000);
-  EXPECT_NE(s.did().find("mirror 3 /a reliable volatile 10\nclaim [12]\n"), std::string::npos);
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-  s.message(1, 1, 2, "hello");
-  EXPECT_EQ(s.did(), "publish 3 hello\n");
 }
 
 // Two links of one graph: the second one feeds the mirror of the other origin.

@@ -8,19 +8,6 @@ namespace {
 
 const Topic kBridge = topic(kClaimsTopic).pub(9, {}, "bridge");
 
-TEST(SideMirrors, NothingIsClaimedBeforeTheGraphIsDiscovered) {
-  Script s(server());
-  s.join(1);
-  s.graph({topic("/map").sub(1)});
-  s.did();
-  s.say(1, Offer{{channel(1, "/map", {origin(1, 11)})}, true});
-  s.pass(499);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "mirror 2 /map reliable volatile 10\nclaim [11]\n");
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-}
-
 TEST(SideMirrors, WhoClaimsFirstKeepsIt) {
   Mirrors s;
   s.claim(9, 0, {gid(12)});

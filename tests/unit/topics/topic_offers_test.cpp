@@ -105,15 +105,6 @@ TEST(TopicOffers, NothingOvertakesWhatIsBeingCompressedForTheSameLink) {
   EXPECT_EQ(s.way(one, 10), Compression{});
 }
 
-TEST(TopicOffers, WhatDoesNotShrinkLeavesAsItIs) {
-  OneLink peer;
-  Offered s({&peer}, kLz4);
-  s.encode(kLz4, 1000, 'x', {&peer});
-  s.s.did();
-  s.did_not_shrink();
-  EXPECT_EQ(peer.said(100), "1.1 " + std::string(1000, 'x') + "\n");
-}
-
 // What their links cannot carry has not cost a worker's time.
 TEST(TopicOffers, BehindTheWorkerNoMoreWaitThanTheSubscriptionKeeps) {
   OneLink one(1), two(2);
@@ -126,16 +117,6 @@ TEST(TopicOffers, BehindTheWorkerNoMoreWaitThanTheSubscriptionKeeps) {
   EXPECT_EQ(s.dropped(one, DropReason::kQueueBytes), 1U);
   EXPECT_EQ(s.dropped(two, DropReason::kQueueBytes), 1U);
   EXPECT_EQ(s.subject.bytes(), 3 * 2004U);
-}
-
-TEST(TopicOffers, LargeSamplesThatWaitHaveSoManyBytesOnly) {
-  constexpr std::size_t kOneMiB = 1 << 20;
-  OneLink peer;
-  Offered s({&peer}, kZstd, qos(100));
-  for (int i = 0; i < 4; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
-  EXPECT_EQ(s.dropped(peer, DropReason::kQueueBytes), 0U);
-  for (int i = 0; i < 2; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
-  EXPECT_EQ(s.dropped(peer, DropReason::kQueueBytes), 2U);  // three wait, of 4 bytes more each
 }
 
 // They come at once, and no other ones will.
