@@ -47,7 +47,6 @@ void CallGate::admit(const Caller& caller, const Terms& terms) {
 void CallGate::dismiss(const Caller& caller) {
   CallerState* const state = find(caller);
   if (!state) return;
-  while (!state->waiting.empty()) leave(caller, *state->waiting.begin());
   Service& service = *find(caller.service);
   if (state->preparing) --service.preparing;
   if (state->in_turns) std::erase(service.turns, caller.link);
@@ -61,7 +60,6 @@ void CallGate::add(const Caller& caller, CallId call) {
   CallerState* const state = find(caller);
   if (!state) return;
   state->waiting.insert(call);
-  ++waiting_[caller.link];
   line_up(caller);
 }
 
@@ -103,11 +101,7 @@ void CallGate::failed(ServiceClientId id, InvocationId request) {
 void CallGate::leave(const Caller& caller, CallId call) {
   CallerState* const state = find(caller);
   if (!state) return;
-  if (state->waiting.erase(call) > 0) {
-    const auto of_link = waiting_.find(caller.link);
-    if (--of_link->second == 0) waiting_.erase(of_link);
-    return;
-  }
+  if (state->waiting.erase(call) > 0) return;
   if (state->preparing == call) {
     state->preparing = {};
     --find(caller.service)->preparing;
@@ -157,8 +151,6 @@ std::optional<CallGate::Next> CallGate::next_of(ServiceClientId id, TimePoint no
     const CallId call = *state.waiting.begin();
     ++state.taken;
     state.waiting.erase(call);
-    const auto of_link = waiting_.find(caller.link);
-    if (--of_link->second == 0) waiting_.erase(of_link);
     line_up(caller);
     return Next{caller, call};
   }
@@ -209,11 +201,6 @@ bool CallGate::would_wait(const Caller& caller) const {
   const auto at = service->second.callers.find(caller.link);
   return at == service->second.callers.end() || !at->second.waiting.empty() ||
          !has_place(service->second, at->second);
-}
-
-std::size_t CallGate::waiting(LinkId link) const {
-  const auto it = waiting_.find(link);
-  return it == waiting_.end() ? 0 : it->second;
 }
 
 std::size_t CallGate::waiting(const Caller& caller) const {

@@ -90,7 +90,6 @@ class CallGate {
   // Whether a further call would have to wait for a place.
   [[nodiscard]] bool would_wait(const Caller& caller) const;
   // Calls that have not begun.
-  [[nodiscard]] std::size_t waiting(LinkId link) const;
   [[nodiscard]] std::size_t waiting(const Caller& caller) const;
 
  private:
@@ -123,8 +122,7 @@ class CallGate {
 
   Timers<ServiceClientId> timers_;  // of queues where callers wait for room
   std::map<ServiceClientId, Service> services_;
-  std::map<LinkId, std::size_t> waiting_;  // without links of which none waits
-  std::set<ServiceClientId> due_;          // where a call may begin
+  std::set<ServiceClientId> due_;  // where a call may begin
   bool held_ = false;
 };
 

@@ -15,11 +15,11 @@
 #include "core/ports/status.hpp"
 #include "core/services/calls.hpp"
 #include "core/services/made_call.hpp"
-#include "core/services/mirroring.hpp"
 
 namespace connect_bridge {
 
 class MirroredService;
+class ServiceImports;
 
 // The peer offers the service on a channel of its own, on which its answers come; when this side
 // attaches, requests go out on a channel of ours. The feed outlives its connections: without a
@@ -36,7 +36,7 @@ class MirroredService;
 // Owned by its mirrored service.
 class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwner {
  public:
-  Feed(MirroredService& service, Link& link, Mirroring& mirroring);
+  Feed(MirroredService& service, Link& link, ServiceImports& imports);
   ~Feed() override = default;
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
@@ -94,8 +94,8 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   // A request has been compressed.
   void on_job(std::optional<Payload> result, const Now& now) override;
   [[nodiscard]] Duration call_timeout() const;
-  [[nodiscard]] Mirroring& mirroring() { return mirroring_; }
-  [[nodiscard]] MadeLoad& load() { return load_; }
+  [[nodiscard]] ServiceImports& imports() { return imports_; }
+  [[nodiscard]] CallLoad& load() { return load_; }
 
   void add_status(LinkStatus& status) const;
 
@@ -120,8 +120,8 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
 
   MirroredService& service_;
   Link& link_;
-  Mirroring& mirroring_;
-  MadeLoad& load_;
+  ServiceImports& imports_;
+  CallLoad& load_;
   ChannelId channel_;
   ChannelId requests_;  // none: not attached, and not asked to be
   bool attached_ = false;

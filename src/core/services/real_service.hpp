@@ -9,7 +9,6 @@
 
 #include "core/policy/policy.hpp"
 #include "core/services/attachment.hpp"
-#include "core/services/serving.hpp"
 
 namespace connect_bridge {
 
@@ -18,7 +17,7 @@ namespace connect_bridge {
 // the server goes or is replaced, all calls end: a new server does not know them.
 class RealService {
  public:
-  RealService(ServiceKey key, Serving& serving);
+  RealService(ServiceKey key, ServiceExports& exports);
   RealService(const RealService&) = delete;
   RealService& operator=(const RealService&) = delete;
 
@@ -70,12 +69,11 @@ class RealService {
  private:
   [[nodiscard]] bool lacks_type() const;
   void forget_ended();
-  void end_attachments(const Now& now);
   void end_lost(const Now& now);
   void note_action_use(bool on);
   ServedCall* take_invocation(InvocationId invocation);
 
-  Serving& serving_;
+  ServiceExports& exports_;
   std::shared_ptr<const LocalInterface> what_;
   bool gives_results_;
   std::string node_;

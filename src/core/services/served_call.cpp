@@ -4,23 +4,24 @@
 
 #include "core/compress/compress.hpp"
 #include "core/services/attachment.hpp"
-#include "core/services/real_service.hpp"
+#include "core/services/service_exports.hpp"
 
 namespace connect_bridge {
 
 ServedCall::ServedCall(Attachment& attachment, CallId id, InMessage request, const Now& now)
     : attachment_(attachment),
-      serving_(attachment.serving()),
+      exports_(attachment.exports()),
       id_(id),
       call_(attachment.load().calls.hold(1)),
+      waiting_(attachment.load().waiting.hold(1)),
       request_bytes_(attachment.load().request_bytes.hold(request.body.size())),
       request_(std::move(request)) {
   // From the arrival of the request, so that the time at the gate counts (docs/protocol.md section
   // 9.5, rule 8). A result comes when its goal ends.
   const Duration timeout = attachment.treatment().call_timeout;
   if (!attachment.service().gives_results() && timeout != kForever)
-    timer_ = serving_.timers.set(now.steady + timeout, {&attachment, this});
-  serving_.gate.add(attachment.caller(), id);
+    timer_ = exports_.timers.set(now.steady + timeout, {&attachment, this});
+  exports_.gate.add(attachment.caller(), id);
 }
 
 void ServedCall::leave() {
@@ -28,6 +29,7 @@ void ServedCall::leave() {
     case State::kWaiting:
       request_ = {};
       request_bytes_.release();
+      waiting_.release();
       break;
     // The gateway keeps an invocation until it is answered, fails or is dropped.
     case State::kHandedOver: attachment_.service().drop(invocation_); break;
@@ -45,8 +47,8 @@ void ServedCall::set_state(State next) {
   leave();
   state_ = next;
   const bool is_at_gate = state_ <= State::kHandedOver;
-  if (was_at_gate && !is_at_gate) serving_.gate.leave(attachment_.caller(), id_);
-  if (state_ == State::kDecoding) serving_.gate.preparing(attachment_.caller(), id_);
+  if (was_at_gate && !is_at_gate) exports_.gate.leave(attachment_.caller(), id_);
+  if (state_ == State::kDecoding) exports_.gate.preparing(attachment_.caller(), id_);
   if (state_ >= State::kAnswered) timer_.cancel();
 }
 
@@ -55,14 +57,14 @@ void ServedCall::keep_copy() {
 }
 
 void ServedCall::begin(const Now& now) {
-  const bool waits = request_.codec != Codec::kNone && serving_.jobs.is_large(request_.raw_bytes);
+  const bool waits = request_.codec != Codec::kNone && exports_.jobs.is_large(request_.raw_bytes);
   if (waits) keep_copy();  // for a worker
   // Taken out first: with the state it would be forgotten (leave).
   const InMessage request = std::move(request_);
   if (request.codec == Codec::kNone) return hand_over(request.body, now);
   if (waits) {
     set_state(State::kDecoding);
-    job_ = serving_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
+    job_ = exports_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
                                     attachment_.caller().link);
     return;
   }
@@ -87,9 +89,9 @@ void ServedCall::on_response(Payload answer, const Now& now) {
     return attachment_.withhold(*this, why, now);
   const Compression how = attachment_.compression_of(size);
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
-  if (serving_.jobs.is_large(size)) {
+  if (exports_.jobs.is_large(size)) {
     answer_.codec = how.codec;  // used if the body shrinks
-    job_ = serving_.jobs.compress(*this, how, answer_.body, attachment_.caller().link);
+    job_ = exports_.jobs.compress(*this, how, answer_.body, attachment_.caller().link);
     return;
   }
   auto body = compress(answer_.body.view(), how);
@@ -102,14 +104,14 @@ void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
     const Codec codec = result ? answer_.codec : Codec::kNone;
     return keep_answer(codec, std::move(result).value_or(Payload{}), now);
   }
-  Serving& serving = serving_;  // outlives this call
+  ServiceExports& exports = exports_;  // outlives this call
   if (result) {
     hand_over(*std::move(result), now);
   } else {
     attachment_.on_malformed(*this);
   }
   // Malformed or not, the room that was reserved for it at the server is free or used now.
-  serving.begin_calls(now);
+  exports.begin_calls(now);
 }
 
 // Without a codec the call keeps the body that it has.

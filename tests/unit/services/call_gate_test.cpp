@@ -251,7 +251,6 @@ TEST(CallGate, TellsWhetherACallWouldWait) {
   words.does("add 1.1 5");
   EXPECT_TRUE(words.gate.would_wait(one));
   EXPECT_EQ(words.gate.waiting(one), 3U);
-  EXPECT_EQ(words.gate.waiting(LinkId{1}), 3U);
 }
 
 }  // namespace

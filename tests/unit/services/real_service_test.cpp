@@ -22,7 +22,7 @@ TEST(RealService, AServerInThePlaceOfTheOldOneEndsItsAttachments) {
   s.servers({2});
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
   EXPECT_EQ(s.said(), "withdraw 1\n");
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.exports.offers_due);
   EXPECT_TRUE(s.offer());
 }
 
@@ -146,7 +146,7 @@ TEST(RealService, WhenTheServerCannotBeReachedItIsOfferedAgain) {
   s.ready(1, false);
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
   EXPECT_EQ(s.said(), "withdraw 1\n");
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.exports.offers_due);
   EXPECT_TRUE(s.offer());
 }
 
@@ -165,14 +165,14 @@ TEST(RealService, WhatCannotBeSentAfterItsCallWasGivenUpMakesWay) {
 
 TEST(RealService, AnActionIsInUseWhileAPeerIsAttachedToItsGoals) {
   Served s(exporting_actions(), {"/go/_action/send_goal", "p/action/Go_SendGoal"});
-  EXPECT_TRUE(s.serving.action_uses.empty());
+  EXPECT_TRUE(s.exports.action_uses.empty());
   s.attach();
-  ASSERT_EQ(s.serving.action_uses.size(), 1U);
-  EXPECT_EQ(s.serving.action_uses[0].action, "/go");
-  EXPECT_TRUE(s.serving.action_uses[0].on);
+  ASSERT_EQ(s.exports.action_uses.size(), 1U);
+  EXPECT_EQ(s.exports.action_uses[0].action, "/go");
+  EXPECT_TRUE(s.exports.action_uses[0].on);
   s.detach();
-  ASSERT_EQ(s.serving.action_uses.size(), 2U);
-  EXPECT_FALSE(s.serving.action_uses[1].on);
+  ASSERT_EQ(s.exports.action_uses.size(), 2U);
+  EXPECT_FALSE(s.exports.action_uses[1].on);
 }
 
 // ---- a client that cannot be made
@@ -189,9 +189,9 @@ TEST(RealService, WithoutAClientItIsWithdrawnUntilItsServersChange) {
   EXPECT_FALSE(s.offer());
   s.subject.review(s.peer.link, ms(0));
   EXPECT_FALSE(s.offer());
-  EXPECT_FALSE(s.serving.offers_due);
+  EXPECT_FALSE(s.exports.offers_due);
   s.servers({1, 2}, "robot");
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.exports.offers_due);
   EXPECT_TRUE(s.offer());
 }
 
@@ -217,9 +217,9 @@ TEST(RealService, AClientThatCanBeMadeAfterAllIsForAllLinks) {
   s.fail_client(1);
   ASSERT_TRUE(s.subject.offer(later.link, ms(0)));
   s.ask(later);
-  EXPECT_FALSE(s.serving.offers_due);
+  EXPECT_FALSE(s.exports.offers_due);
   s.ready(2);
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.exports.offers_due);
   EXPECT_TRUE(s.offer());
 }
 
