@@ -345,7 +345,8 @@ void Links::dial_if_due(const Now& now) {
 }
 
 void Links::log(const Link& link, LogLevel level, std::string text, const Now& now) {
-  if (const auto end = link.account->lines.take(now)) outputs_.log(level, std::move(text) + *end);
+  if (const auto count = link.account->lines.count(now))
+    outputs_.log(level, std::move(text) + left_out(*count));
 }
 
 void Links::on_time(const Now& now) {
