@@ -32,10 +32,7 @@ Duration time_of(const Endpoint& publisher) {
 }  // namespace
 
 void NewPublishers::hold(GraphChanged& graph, const Now& now) {
-  BridgeNodes bridges;
-  for (const TopicState& topic : graph.topics)
-    if (topic.name == kClaimsTopic)
-      for (const Endpoint& publisher : topic.publishers) bridges.add(publisher);
+  const BridgeNodes bridges(graph);
   const bool watches = !bridges.empty() && !ids_show_process(graph);
   const auto before = std::exchange(seen_, {});
   auto held_before = std::exchange(held_, {});
