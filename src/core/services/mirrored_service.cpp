@@ -172,7 +172,7 @@ bool MirroredService::may_exist(const Feed& feed) {
 void MirroredService::create_mirror(const Feed& feed) {
   const Outputs::Paying paying(imports_.outputs, feed.link().account->time);
   place_ = feed.link().account->service_places.hold(1);
-  mirror_ = imports_.outputs.new_service_mirror();
+  mirror_ = imports_.outputs.new_id<ServiceMirrorId>();
   imports_.by_mirror[mirror_] = this;
   waits_ = false;
   type_hash_ = feed.type_hash();

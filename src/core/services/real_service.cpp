@@ -130,7 +130,7 @@ void RealService::use_client() {
   if (const auto it = exports_.graph.services().find(key()); it != exports_.graph.services().end())
     for (const auto& server : it->second.servers)
       if (server.gid != Gid{}) servers_[server.gid] = TimePoint::min();
-  client_ = exports_.outputs.new_service_client();
+  client_ = exports_.outputs.new_id<ServiceClientId>();
   exports_.by_client[client_] = this;
   exports_.gate.open(client_, gives_results_);
   exports_.outputs.push(CreateServiceClient{client_, key().first, key().second});
@@ -191,7 +191,7 @@ void RealService::on(const ServiceClientFailed& failed, const Now& now) {
 
 InvocationId RealService::invoke(ServedCall& call, const CallGate::Caller& caller, Payload request,
                                  const Now& now) {
-  const InvocationId invocation = exports_.outputs.new_invocation();
+  const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
   invocations_[invocation] = &call;
   exports_.gate.handed_over(caller, call.id(), invocation, now.steady);
   exports_.outputs.push(SendRequest{client_, invocation, std::move(request),

@@ -213,7 +213,7 @@ void ExportedTopic::update_subscription(const Now& now) {
   }
   end_subscription();
   take_name();
-  subscription_ = context_.outputs.new_subscription();
+  subscription_ = context_.outputs.new_id<SubscriptionId>();
   subscription_qos_ = qos;
   offers_.on_subscribed(qos);
   subscribed_at_ = now.system;
