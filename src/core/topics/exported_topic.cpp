@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/policy/companion.hpp"
+#include "core/policy/treatment.hpp"
 #include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
 
