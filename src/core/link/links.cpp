@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/random_token.hpp"
+#include "core/base/random.hpp"
 #include "core/link/link_audit.hpp"
 #include "core/link/standing.hpp"
 #include "core/wire/text.hpp"

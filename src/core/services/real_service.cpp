@@ -90,11 +90,8 @@ void RealService::review(Link& link, const Now& now) {
   const auto it = attachments_.find(link.id);
   if (it == attachments_.end()) return;
   const auto review = it->second.review();
-  if (review == LinkOffer::Review::kStays) return;
   // What is to be offered again is collected afterwards by whoever asks for the review.
-  it->second.end(LinkOffer::ending_of(review), now);
-  attachments_.erase(it);
-  release_client();
+  if (review != LinkOffer::Review::kStays) remove(it, LinkOffer::ending_of(review), now);
 }
 
 void RealService::on_link_lost(LinkId link) {
@@ -106,9 +103,12 @@ void RealService::on_link_lost(LinkId link) {
 
 void RealService::on_link_dead(LinkId link, const Now& now) {
   const auto it = attachments_.find(link);
-  if (it == attachments_.end()) return;
-  it->second.end({"it is to be offered again"}, now);
-  attachments_.erase(it);
+  if (it != attachments_.end()) remove(it, {"it is to be offered again"}, now);
+}
+
+void RealService::remove(Attachments::iterator attachment, const Ending& why, const Now& now) {
+  attachment->second.end(why, now);
+  attachments_.erase(attachment);
   release_client();
 }
 

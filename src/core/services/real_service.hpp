@@ -67,7 +67,11 @@ class RealService {
   void add_status(const Link& link, LinkStatus& status) const;
 
  private:
+  using Attachments = std::map<LinkId, Attachment>;
+
   [[nodiscard]] bool lacks_type() const;
+  // It ends, and the client if no other one holds it.
+  void remove(Attachments::iterator attachment, const Ending& why, const Now& now);
   void forget_ended();
   void end_lost(const Now& now);
   void note_action_use(bool on);
@@ -86,7 +90,7 @@ class RealService {
   bool failed_ = false;
   std::string type_hash_;
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
-  std::map<LinkId, Attachment> attachments_;
+  Attachments attachments_;
 };
 
 }  // namespace connect_bridge
