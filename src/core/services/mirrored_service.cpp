@@ -94,12 +94,12 @@ TimePoint MirroredService::claim(const Now& now) {
       claiming_.want({*imports_.graph_since + kServiceDiscovery,
                       imports_.beside_bridges() ? kServiceSettle : Duration::zero()},
                      now);
-  if (claimed != claiming_.holds()) imports_.claim_changed = true;
+  if (claimed != claiming_.holds()) imports_.outputs.follow_up(FollowUp::kClaim);
   return settled;
 }
 
 void MirroredService::give_up_claim() {
-  if (claiming_.holds()) imports_.claim_changed = true;
+  if (claiming_.holds()) imports_.outputs.follow_up(FollowUp::kClaim);
   claiming_.give_up();
 }
 

@@ -44,8 +44,7 @@ class ServiceExports final : public SideView {
   void go_on(const Now& now);
   // Adds the services that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
-  // True once after a service has to be offered again without a change from outside.
-  bool take_offers_due() { return std::exchange(offers_due, false); }
+  // Which actions peers use since this was called last, or do not any longer.
   std::vector<ActionUse> take_action_uses() { return std::exchange(action_uses, {}); }
 
   // The connection is gone: calls go on, answers wait for the link's return.
@@ -78,7 +77,6 @@ class ServiceExports final : public SideView {
   CallLoads loads{};
   std::unordered_map<ServiceClientId, RealService*> by_client{};
   std::vector<ActionUse> action_uses{};  // changes that were not taken yet
-  bool offers_due = false;               // something is to be offered again
 
  private:
   template <class Input>

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
-#include <utility>
 
 #include "core/base/timers.hpp"
 #include "core/graph/side_view.hpp"
@@ -50,9 +49,7 @@ class ServiceImports final : public SideView {
   void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   void on_time(const Now& now);
 
-  // The entries of our own claim for the services mirrored here. take_claim_change(): true once
-  // after every change.
-  bool take_claim_change() { return std::exchange(claim_changed, false); }
+  // The entries of our own claim for the services mirrored here.
   void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
@@ -75,7 +72,6 @@ class ServiceImports final : public SideView {
   CallLoads loads{};
   std::unordered_map<ServiceMirrorId, MirroredService*> by_mirror{};
   std::optional<TimePoint> graph_since{};  // of the first graph; no mirror right after it
-  bool claim_changed = false;
   std::map<ServiceKey, MirroredService> services{};
 
  private:
