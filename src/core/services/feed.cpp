@@ -25,17 +25,14 @@ Feed::Feed(MirroredService& service, Link& link, ServiceImports& imports)
 // ---- what is offered
 
 void Feed::on_offer(const ChannelOffer& offer, Decision decision) {
-  channel_ = offer.channel;
-  epoch_ = offer.epoch;
-  node_ = offer.node;
-  action_type_ = offer.action_type;
+  offer_ = offer;
   decision_ = std::move(decision);
   unfit_ = false;
-  link_.take_offered(channel_, *this);
+  link_.take_offered(offer_.channel, *this);
 }
 
 void Feed::on_link_lost() {
-  channel_ = requests_ = {};
+  offer_.channel = requests_ = {};
   attached_ = false;
 }
 
@@ -59,7 +56,7 @@ void Feed::attach() {
   requests_ = link_.open_channel(*this);
   link_.sending().add_channel(requests_, queue_of_calls(decision_));
   if (!encoder_ || encoder_->bytes() == 0) start_encoder();
-  link_.send(Attach{channel_, requests_});
+  link_.send(Attach{offer_.channel, requests_});
 }
 
 void Feed::detach() {
@@ -309,7 +306,7 @@ void Feed::drop_request(RequestId request) {
 }
 
 void Feed::say_forget(std::vector<CallId> calls) {
-  if (!calls.empty()) link_.send(Forget{channel_, std::move(calls)});
+  if (!calls.empty()) link_.send(Forget{offer_.channel, std::move(calls)});
 }
 
 void Feed::note_refusal(const std::string& why, const Now& now) {

@@ -53,11 +53,9 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   void on_link_lost();
   // For the audit log: the channel is about to end.
   void note_end(const Ending& why) const;
-  [[nodiscard]] bool is_offered() const { return static_cast<bool>(channel_); }
-  [[nodiscard]] ChannelId channel() const { return channel_; }
-  [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
-  [[nodiscard]] const std::string& node() const { return node_; }
-  [[nodiscard]] const std::string& action_type() const { return action_type_; }
+  [[nodiscard]] bool is_offered() const { return static_cast<bool>(offer_.channel); }
+  // The last offer; without a channel while there is none.
+  [[nodiscard]] const ChannelOffer& offer() const { return offer_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] bool any_definition() const { return decision_.treatment.allow_type_mismatch; }
   // Whether no mirror can be made of its type, as the rules are.
@@ -122,12 +120,9 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   Link& link_;
   ServiceImports& imports_;
   CallLoad& load_;
-  ChannelId channel_;
+  ChannelOffer offer_;
   ChannelId requests_;  // none: not attached, and not asked to be
   bool attached_ = false;
-  std::uint32_t epoch_ = 0;
-  std::string node_;
-  std::string action_type_;
   std::string type_hash_;
   bool unfit_ = false;
   Decision decision_;

@@ -180,7 +180,7 @@ void MirroredService::create_mirror(const Feed& feed) {
   differs_ = false;
   imports_.outputs.push(CreateServiceMirror{
       mirror_, key_.first, key_.second, type_hash_,
-      imports_.graph_options.owner_of(feed.node(), feed.link().names), any_definition_});
+      imports_.graph_options.owner_of(feed.offer().node, feed.link().names), any_definition_});
 }
 
 void MirroredService::destroy_mirror() {
@@ -207,7 +207,7 @@ void MirroredService::close() {
 bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision decision) {
   Feed& feed = feeds_.try_emplace(link.id, *this, link, imports_).first->second;
   if (feed.is_offered()) return false;
-  if (feeder_ == link.id && feed.epoch() != offer.epoch) destroy_mirror();
+  if (feeder_ == link.id && feed.offer().epoch != offer.epoch) destroy_mirror();
   if (feeds_.size() > 1)
     imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
                               "several links offer " + key_.first + ": one of them is called");
@@ -220,14 +220,14 @@ void MirroredService::on_policy() {
   for (auto it = feeds_.begin(); it != feeds_.end();) {
     Feed& feed = (it++)->second;
     if (auto decision = import_right(imports_, feed.link(), InterfaceKind::kService, key_,
-                                     feed.action_type())) {
+                                     feed.offer().action_type)) {
       feed.on_decision(std::move(*decision));
       if (feed.any_definition()) feed.set_unfit(false);
       if (feeding() == &feed && differs_ && !feed.any_definition()) close();
       continue;
     }
     Link& link = feed.link();
-    const ChannelId channel = feed.channel();
+    const ChannelId channel = feed.offer().channel;
     const Ending why = no_longer_permitted();
     if (channel) feed.note_end(why);
     remove_feed(link.id);
@@ -277,7 +277,7 @@ void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
                                     shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
                                     failed.reason);
     if (feed->is_offered())
-      feed->link().decline(feed->channel(), InterfaceKind::kService, key_,
+      feed->link().decline(feed->offer().channel, InterfaceKind::kService, key_,
                            {failed.reason, failed.code});
   }
   close();
