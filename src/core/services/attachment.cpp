@@ -22,10 +22,6 @@ Attachment::Attachment(RealService& service, Link& link, ServiceExports& exports
       load_(exports.loads.try_emplace(link.id, link.memory).first->second),
       offer_(exports, link, service.what()) {}
 
-CallGate::Caller Attachment::caller() const {
-  return {link_.id, service_.client()};
-}
-
 // ---- what is offered
 
 std::optional<ChannelOffer> Attachment::offer(const Now& now) {
@@ -37,7 +33,7 @@ std::optional<ChannelOffer> Attachment::offer(const Now& now) {
   }
   if (held_) {
     admit();
-    not_back_ = exports_.timers.set(now.steady + kAttachTime, {this, nullptr});
+    not_back_ = exports_.timers.set(now.steady + kAttachTime, {&service_, this});
   }
   if (epoch_ == 0) epoch_ = static_cast<std::uint32_t>(1 + exports_.random.below(UINT32_MAX));
   const QueueOptions queue = queue_of_calls(offer_.decision());
@@ -71,9 +67,7 @@ LinkOffer::Review Attachment::review() {
 }
 
 void Attachment::admit() {
-  if (!service_.client()) return;
-  exports_.gate.admit(
-      caller(), {offer_.decision().treatment.calls_max, offer_.decision().treatment.server_queue});
+  service_.gate().admit(link_.id, {offer_.treatment().calls_max, offer_.treatment().server_queue});
 }
 
 void Attachment::on_link_lost() {
@@ -102,9 +96,9 @@ void Attachment::detach(const Now& now) {
 void Attachment::end_calls(const Now& now) {
   not_back_.cancel();
   counts_.lost += calls_.size();
-  exports_.gate.dismiss(caller());
+  service_.gate().dismiss(link_.id);
   while (!calls_.empty()) erase(calls_.begin()->second);
-  exports_.begin_calls(now);  // others get its places
+  service_.begin_calls(now);  // others get its places
 }
 
 void Attachment::on_ready(const Now& now) {
@@ -164,6 +158,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   service_.use_client();
   admit();
   if (service_.is_ready()) send_attached(now);
+  service_.begin_calls(now);  // those that wait since the last connection
   return Nothing{};
 }
 
@@ -179,7 +174,7 @@ Result<Nothing> Attachment::on_forget(const Forget& forget, const Now& now) {
     ++counts_.forgotten;
     erase(call->second);
   }
-  exports_.begin_calls(now);
+  service_.begin_calls(now);
   return Nothing{};
 }
 
@@ -226,7 +221,7 @@ void Attachment::take(InMessage message, const Now& now) {
     return refuse(id, "limit", why);
   }
   calls_.try_emplace(id, *this, id, std::move(message), now);
-  exports_.begin_calls(now);
+  service_.begin_calls(now);
   if (const auto call = calls_.find(id); call != calls_.end()) call->second.keep_copy();
 }
 
@@ -238,7 +233,7 @@ std::string Attachment::no_room_for_request(std::size_t bytes) const {
   if (bytes > link_.memory.room()) return kNoMemory;
   if (service_.gives_results() && calls_.size() >= kResultCallsMax)
     return "too many results are waited for";
-  if (exports_.gate.would_wait(caller()) && load_.waiting.used() >= limits.calls_waiting_max)
+  if (service_.gate().would_wait(link_.id) && load_.waiting.used() >= limits.calls_waiting_max)
     return "too many calls wait for the server";
   return {};
 }
@@ -306,7 +301,7 @@ void Attachment::end_lost(TimePoint before, const Now& now) {
     refuse(call.id(), "lost", "the server that got the request is gone");
     erase(call);
   }
-  exports_.begin_calls(now);
+  service_.begin_calls(now);
 }
 
 void Attachment::note_refusal(const std::string& what, const std::string& why, const Now& now) {
@@ -337,7 +332,7 @@ void Attachment::add_status(LinkStatus& status) const {
   s.attached = attached_;
   if (!requests_) s.declined = offer_.declined();
   s.pending = static_cast<std::uint32_t>(calls_.size());
-  s.waiting = static_cast<std::uint32_t>(exports_.gate.waiting(caller()));
+  s.waiting = static_cast<std::uint32_t>(service_.gate().waiting(link_.id));
   status.services.push_back(std::move(s));
 }
 

@@ -11,7 +11,6 @@
 #include "core/offers/link_offer.hpp"
 #include "core/policy/policy.hpp"
 #include "core/ports/status.hpp"
-#include "core/services/call_gate.hpp"
 #include "core/services/calls.hpp"
 #include "core/services/served_call.hpp"
 
@@ -94,7 +93,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
                                                   const std::string& why = {}) const;
   // How an answer of this size is compressed before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
-  [[nodiscard]] CallGate::Caller caller() const;
+  [[nodiscard]] LinkId link() const { return link_.id; }
 
   void add_status(LinkStatus& status) const;
 

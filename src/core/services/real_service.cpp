@@ -12,7 +12,8 @@ RealService::RealService(ServiceKey key, ServiceExports& exports)
     : exports_(exports),
       what_(std::make_shared<LocalInterface>(
           LocalInterface{InterfaceKind::kService, std::move(key)})),
-      gives_results_(is_result_service(what_->key.first)) {}
+      gives_results_(is_result_service(what_->key.first)),
+      gate_(gives_results_) {}
 
 // ---- the graph
 
@@ -51,7 +52,7 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
 
 void RealService::end(const Now& now) {
   // First: while the attachments end one by one no call of another one may begin.
-  exports_.gate.server_gone(client_);
+  gate_.server_gone();
   for (auto& [id, attachment] : attachments_) attachment.end({"it has no server any longer"}, now);
   attachments_.clear();
   release_client();
@@ -132,7 +133,7 @@ void RealService::use_client() {
       if (server.gid != Gid{}) servers_[server.gid] = TimePoint::min();
   client_ = exports_.outputs.new_id<ServiceClientId>();
   exports_.by_client[client_] = this;
-  exports_.gate.open(client_, gives_results_);
+  gate_ = CallGate(gives_results_);
   exports_.outputs.push(CreateServiceClient{client_, key().first, key().second});
   note_action_use(true);
 }
@@ -141,7 +142,7 @@ void RealService::release_client() {
   const bool held = std::any_of(attachments_.begin(), attachments_.end(),
                                 [](const auto& e) { return e.second.holds_client(); });
   if (held || !client_) return;
-  exports_.gate.close(client_);
+  room_.cancel();
   exports_.outputs.push(DestroyServiceClient{client_});
   exports_.by_client.erase(client_);
   client_ = {};
@@ -184,17 +185,16 @@ void RealService::on(const ServiceClientFailed& failed, const Now& now) {
   failed_ = true;
   invocations_.clear();  // the gateway has dropped all of them
   note_action_use(false);
-  exports_.gate.server_gone(client_);
+  gate_.server_gone();
   for (auto& [link, attachment] : attachments_) attachment.end({failed.reason, failed.code}, now);
-  exports_.gate.close(client_);
+  room_.cancel();
   client_ = {};
 }
 
-InvocationId RealService::invoke(ServedCall& call, const CallGate::Caller& caller, Payload request,
-                                 const Now& now) {
+InvocationId RealService::invoke(ServedCall& call, Payload request, const Now& now) {
   const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
   invocations_[invocation] = &call;
-  exports_.gate.handed_over(caller, call.id(), invocation, now.steady);
+  gate_.handed_over(call.attachment().link(), call.id(), invocation, now.steady);
   exports_.outputs.push(SendRequest{client_, invocation, std::move(request),
                                     call.attachment().line_of_call(AuditEvent::kCall)});
   return invocation;
@@ -214,23 +214,31 @@ ServedCall* RealService::take_invocation(InvocationId invocation) {
 
 void RealService::on(ResponseTaken& response, const Now& now) {
   // Also if nobody waits for it any longer: it shows that the server takes its requests.
-  exports_.gate.answered(client_, response.invocation, now.steady);
+  gate_.answered(response.invocation, now.steady);
   if (ServedCall* call = take_invocation(response.invocation))
     call->on_response(std::move(response.payload), now);
-  exports_.begin_calls(now);
+  begin_calls(now);
 }
 
 void RealService::on(const InvocationFailed& failed, const Now& now) {
   // Also if nobody waits for it any longer: the server's queue has room again.
-  exports_.gate.failed(client_, failed.invocation);
+  gate_.failed(failed.invocation);
   if (ServedCall* call = take_invocation(failed.invocation))
     call->attachment().on_failed(*call, failed.reason, now);
-  exports_.begin_calls(now);
+  begin_calls(now);
 }
 
-void RealService::begin(LinkId link, CallId call, const Now& now) {
-  const auto it = attachments_.find(link);
-  if (it != attachments_.end()) it->second.begin(call, now);
+void RealService::begin_calls(const Now& now) {
+  if (exports_.held) return;
+  // One at a time: to begin a call may end it, and so may free places or end others that would have
+  // been next.
+  while (const auto next = gate_.next(now.steady))
+    attachments_.at(next->caller).begin(next->call, now);
+  // An answer that makes the deadline later leaves the timer as it is; it then fires once without
+  // effect.
+  const auto deadline = gate_.deadline();
+  if (deadline && (!room_ || room_.at() <= now.steady))
+    room_ = exports_.timers.set(*deadline, {this});
 }
 
 void RealService::add_status(const Link& link, LinkStatus& status) const {

@@ -20,8 +20,8 @@ ServedCall::ServedCall(Attachment& attachment, CallId id, InMessage request, con
   // 9.5, rule 8). A result comes when its goal ends.
   const Duration timeout = attachment.treatment().call_timeout;
   if (!attachment.service().gives_results() && timeout != kForever)
-    timer_ = exports_.timers.set(now.steady + timeout, {&attachment, this});
-  exports_.gate.add(attachment.caller(), id);
+    timer_ = exports_.timers.set(now.steady + timeout, {&attachment.service(), &attachment, this});
+  attachment.service().gate().add(attachment.link(), id);
 }
 
 void ServedCall::leave() {
@@ -43,12 +43,13 @@ void ServedCall::leave() {
 void ServedCall::set_state(State next) {
   // The order of the states counts: up to kHandedOver the gate knows the call, which takes its
   // places there; from kAnswered on no time limit applies, as the server has done its part.
+  CallGate& gate = attachment_.service().gate();
   const bool was_at_gate = state_ <= State::kHandedOver;
   leave();
   state_ = next;
   const bool is_at_gate = state_ <= State::kHandedOver;
-  if (was_at_gate && !is_at_gate) exports_.gate.leave(attachment_.caller(), id_);
-  if (state_ == State::kDecoding) exports_.gate.preparing(attachment_.caller(), id_);
+  if (was_at_gate && !is_at_gate) gate.leave(attachment_.link(), id_);
+  if (state_ == State::kDecoding) gate.preparing(attachment_.link(), id_);
   if (state_ >= State::kAnswered) timer_.cancel();
 }
 
@@ -65,7 +66,7 @@ void ServedCall::begin(const Now& now) {
   if (waits) {
     set_state(State::kDecoding);
     job_ = exports_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
-                                    attachment_.caller().link);
+                                    attachment_.link());
     return;
   }
   auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
@@ -76,7 +77,7 @@ void ServedCall::begin(const Now& now) {
 void ServedCall::hand_over(Payload request, const Now& now) {
   set_state(State::kHandedOver);
   handed_over_at_ = now.steady;
-  invocation_ = attachment_.service().invoke(*this, attachment_.caller(), std::move(request), now);
+  invocation_ = attachment_.service().invoke(*this, std::move(request), now);
 }
 
 void ServedCall::on_response(Payload answer, const Now& now) {
@@ -91,7 +92,7 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
   if (exports_.jobs.is_large(size)) {
     answer_.codec = how.codec;  // used if the body shrinks
-    job_ = exports_.jobs.compress(*this, how, answer_.body, attachment_.caller().link);
+    job_ = exports_.jobs.compress(*this, how, answer_.body, attachment_.link());
     return;
   }
   auto body = compress(answer_.body.view(), how);
@@ -104,14 +105,14 @@ void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
     const Codec codec = result ? answer_.codec : Codec::kNone;
     return keep_answer(codec, std::move(result).value_or(Payload{}), now);
   }
-  ServiceExports& exports = exports_;  // outlives this call
+  RealService& service = attachment_.service();  // outlives this call
   if (result) {
     hand_over(*std::move(result), now);
   } else {
     attachment_.on_malformed(*this);
   }
   // Malformed or not, the room that was reserved for it at the server is free or used now.
-  exports.begin_calls(now);
+  service.begin_calls(now);
 }
 
 // Without a codec the call keeps the body that it has.

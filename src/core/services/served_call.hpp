@@ -13,12 +13,14 @@
 namespace connect_bridge {
 
 class Attachment;
+class RealService;
 class ServedCall;
 class ServiceExports;
 
 // A deadline of a call; if `call` is not set, of an attachment that the peer has not attached
-// again.
+// again; without both of a service, whose server may have room again.
 struct CallDue {
+  RealService* service = nullptr;
   Attachment* attachment = nullptr;
   ServedCall* call = nullptr;
 };

@@ -25,17 +25,8 @@ void ServiceExports::review(Link& link, const Now& now) {
 }
 
 void ServiceExports::go_on(const Now& now) {
-  gate.release();
-  begin_calls(now);
-}
-
-void ServiceExports::begin_calls(const Now& now) {
-  // One at a time: to begin a call may end it, and so may free places or end others that would have
-  // been next.
-  while (const auto next = gate.next(now.steady)) {
-    const auto service = by_client.find(next->caller.service);
-    if (service != by_client.end()) service->second->begin(next->caller.link, next->call, now);
-  }
+  held = false;
+  for (auto& [key, service] : services_) service.begin_calls(now);
 }
 
 void ServiceExports::collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now) {
@@ -54,16 +45,17 @@ void ServiceExports::on_link_dead(LinkId link, const Now& now) {
 }
 
 void ServiceExports::on_time(const Now& now) {
+  std::vector<RealService*> with_room;
   while (const auto due = timers.take_due(now.steady)) {
     if (due->call) {
       due->attachment->on_timeout(*due->call, now);
-    } else {
+    } else if (due->attachment) {
       due->attachment->detach(now);
     }
+    with_room.push_back(due->service);
   }
-  begin_calls(now);  // last, so that no call begins that ends in the same input
-  gate.expire(now.steady);
-  begin_calls(now);
+  // Last, so that no call begins that ends in the same input.
+  for (RealService* const service : with_room) service->begin_calls(now);
 }
 
 void ServiceExports::add_status(const Link& link, LinkStatus& status) const {

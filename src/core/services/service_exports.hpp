@@ -11,7 +11,6 @@
 #include "core/base/random.hpp"
 #include "core/base/timers.hpp"
 #include "core/graph/side_view.hpp"
-#include "core/services/call_gate.hpp"
 #include "core/services/calls.hpp"
 #include "core/services/options.hpp"
 #include "core/services/real_service.hpp"
@@ -40,7 +39,7 @@ class ServiceExports final : public SideView {
   // Withdraws what the link may not have any longer, and applies the present rules to the rest.
   // Between hold() and go_on() no call begins: its right may not have been checked yet.
   void review(Link& link, const Now& now);
-  void hold() { gate.hold(); }
+  void hold() { held = true; }
   void go_on(const Now& now);
   // Adds the services that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
@@ -60,19 +59,14 @@ class ServiceExports final : public SideView {
   void on(ServiceClientFailed& failed, const Now& now) { on(failed.id, failed, now); }
   void on_time(const Now& now);
 
-  [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return earliest(timers.deadline(), gate.deadline());
-  }
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return timers.deadline(); }
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
 
   // ---- for the services
-  // Begins the calls whose turn it is. To be called after everything that may free a place.
-  void begin_calls(const Now& now);
-
   const ServiceOptions& options;
   Random& random;
-  CallGate gate{};
+  bool held = false;  // no call begins
   Timers<CallDue> timers{};
   CallLoads loads{};
   std::unordered_map<ServiceClientId, RealService*> by_client{};

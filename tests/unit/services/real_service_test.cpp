@@ -42,6 +42,17 @@ TEST(RealService, TheEpochStaysWithTheLinkAndEndsWithTheServer) {
   EXPECT_NE(changed->epoch, before);
 }
 
+TEST(RealService, NoCallBeginsWhileRightsAreChecked) {
+  Served s;
+  s.attach();
+  s.exports.hold();
+  s.request(1, "a");
+  EXPECT_EQ(s.did(), "");
+  s.exports.go_on(ms(0));
+  s.subject.begin_calls(ms(0));
+  EXPECT_EQ(s.did(), "invoke 1.1 a\n");
+}
+
 // A server that is killed and started again is in the graph twice, until the first is forgotten:
 // the calls at the second live on, those that only the first could have taken end.
 TEST(RealService, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
