@@ -13,28 +13,13 @@
 namespace connect_bridge {
 namespace {
 
-using Patterns = std::vector<Pattern> Rule::*;
-
-struct Key {
-  const char* text;
-  Patterns list;
-};
-
-Key key_of(OpenedBy what, Direction direction) {
-  const bool out = direction == Direction::kExport;
+std::string key_of(OpenedBy what, Direction direction) {
+  const std::string out = direction == Direction::kExport ? "export_" : "import_";
   switch (what) {
-    case OpenedBy::kServices:
-      return out ? Key{"export_services", &Rule::export_services}
-                 : Key{"import_services", &Rule::import_services};
-    case OpenedBy::kActions:
-      return out ? Key{"export_actions", &Rule::export_actions}
-                 : Key{"import_actions", &Rule::import_actions};
-    case OpenedBy::kParameters:
-      return out ? Key{"export_parameters", &Rule::export_parameters}
-                 : Key{"import_parameters", &Rule::import_parameters};
-    default:
-      return out ? Key{"export_topics", &Rule::export_topics}
-                 : Key{"import_topics", &Rule::import_topics};
+    case OpenedBy::kServices: return out + "services";
+    case OpenedBy::kActions: return out + "actions";
+    case OpenedBy::kParameters: return out + "parameters";
+    default: return out + "topics";
   }
 }
 
@@ -133,7 +118,8 @@ class Explainer {
     return text;
   }
   // The default rules are not keys of a file.
-  [[nodiscard]] std::string where(const Rule& rule, const char* key, const Pattern& pattern) const {
+  [[nodiscard]] std::string where(const Rule& rule, const std::string& key,
+                                  const Pattern& pattern) const {
     if (config_.default_rules)
       return fmt::format("the default rules ({}: \"{}\")", key, pattern.text());
     return fmt::format("rule \"{}\" (rule.{}.{}: \"{}\")", rule.name, rule.name, key,
@@ -154,7 +140,7 @@ class Explainer {
     for (const RuleTrace& said : trace_) {
       if (!said.opened_by) continue;
       const Rule& rule = *said.rule;
-      const std::string at = where(rule, key_.text, *said.opened_by);
+      const std::string at = where(rule, key_, *said.opened_by);
       if (!said.applies) {
         line(fmt::format("{} matches, but is only for {}", at, for_whom(rule)));
       } else if (!said.type_fits && !question_.type.empty()) {
@@ -184,29 +170,27 @@ class Explainer {
            {OpenedBy::kTopics, OpenedBy::kServices, OpenedBy::kActions, OpenedBy::kParameters}) {
         for (const Direction direction : {Direction::kExport, Direction::kImport}) {
           if (what == question_.what && direction == direction_) continue;
-          const Key other = key_of(what, direction);
-          const auto& patterns = rule.*other.list;
+          const auto& patterns = *patterns_of(rule, direction, what);
           const auto found = std::find_if(patterns.begin(), patterns.end(), [&](const auto& one) {
             return one.matches(question_.name);
           });
           if (found == patterns.end()) continue;
           line(fmt::format("{} matches the name, but does not apply here",
-                           where(rule, other.text, *found)));
+                           where(rule, key_of(what, direction), *found)));
           told = true;
         }
       }
     }
     const auto [rule, pattern] = nearest();
-    if (pattern != nullptr)
-      line(fmt::format("the nearest is {}", where(*rule, key_.text, *pattern)));
-    if (!told && body_.empty()) line(fmt::format("no rule in use has {}", key_.text));
+    if (pattern != nullptr) line(fmt::format("the nearest is {}", where(*rule, key_, *pattern)));
+    if (!told && body_.empty()) line(fmt::format("no rule in use has {}", key_));
   }
 
   [[nodiscard]] std::pair<const Rule*, const Pattern*> nearest() const {
     std::pair<const Rule*, const Pattern*> best{nullptr, nullptr};
     std::size_t least = 0;
     for (const Rule& rule : config_.policy.rules()) {
-      for (const Pattern& pattern : rule.*key_.list) {
+      for (const Pattern& pattern : *patterns_of(rule, direction_, question_.what)) {
         if (pattern.matches(question_.name)) continue;  // shown already
         const std::size_t here = edit_distance(pattern.text(), question_.name);
         if (best.second != nullptr && here >= least) continue;
@@ -233,14 +217,14 @@ class Explainer {
       by_default = fmt::format("; those of a {} without rules do{}",
                                config_.role == Role::kServer ? "client" : "server",
                                ask(Policy({default_rule()}), theirs).allowed ? "" : " not");
-    line(fmt::format("the peer's rules must have it in {}{}", key_of(question_.what, theirs).text,
+    line(fmt::format("the peer's rules must have it in {}{}", key_of(question_.what, theirs),
                      by_default));
   }
 
   const Config& config_;
   const RightQuestion& question_;
   const Direction direction_;
-  const Key key_;
+  const std::string key_;
   const PolicyTrace trace_;  // points into config_.policy
   bool decided_ = false;
   bool open_types_ = false;  // allowed so far for some types only

@@ -11,7 +11,7 @@
 
 #include "config/key_table.hpp"
 #include "config/syntax.hpp"
-#include "core/policy/keep.hpp"
+#include "core/policy/treatment.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {

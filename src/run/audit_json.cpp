@@ -59,7 +59,7 @@ std::string rfc3339(std::chrono::system_clock::time_point time) {
 }
 
 std::string to_line(const Audit& audit, std::chrono::system_clock::time_point time) {
-  OrderedJson json = begin(time, name_of(audit.event));
+  OrderedJson json = begin(time, word_of(kAuditWords, audit.event));
   if (audit.link) json["link"] = audit.link.value;
   add(json, "identity", audit.identity);
   add(json, "address", audit.address);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/base/json.hpp"
-#include "core/policy/keep.hpp"
+#include "core/policy/treatment.hpp"
 #include "run/audit_json.hpp"
 
 namespace connect_bridge {

@@ -37,6 +37,8 @@ inline std::vector<Shape> control_shapes() {
   object.back() = '}';
   const std::string origin =
       R"({"origin":1#,"gid":"010f01010101010101010101010101010000000000000000","qos":{}})";
+  std::string channel = R"({"channel":1#,"kind":"topic","name":"/a","type":"b/msg/C","origins":[])";
+  for (int i = 0; i < 55; ++i) channel += R"(,"newest_onlx":1)";
   constexpr std::size_t kMost = kControlValuesMax - 100;
   return {
       {"unknown members", filled(R"({"type":"demand","channels":[],"number":1)", ",\"#\":0", "}")},
@@ -44,6 +46,9 @@ inline std::vector<Shape> control_shapes() {
       {"empty objects", filled(skipped, "{},", "0]}", kMost)},
       {"empty strings", filled(skipped, "\"\",", "0]}", kMost)},
       {"objects of 60 members", filled(skipped, object + ",", "0]}", kMost / 240)},
+      {"channels with unknown members",
+       filled(R"({"type":"offer","channels":[)", channel + "},",
+              R"({"channel":2,"kind":"other","name":"/a"}]})", 255)},
       {"nested lists", filled(skipped, "[[[[[[]]]]]],", "0]}", kMost / 6)},
       {"small floats", filled(skipped, "1.2345678e-320,", "0]}", kMost)},
       {"long floats", filled(skipped, "1.23456789012345678901e-300,", "0]}", kMost)},

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/byte_order.hpp"
 #include "core/base/bytes.hpp"
 
 namespace connect_bridge {
@@ -17,23 +18,14 @@ namespace connect_bridge {
   return raw.size() >= 4 && raw[0] == 0 && raw[1] <= 0x0b;
 }
 
-// Alignment counts from the end of the 4-byte encapsulation header.
+// Alignment counts from the end of the encapsulation.
+inline constexpr std::size_t kCdrHeaderBytes = 4;
+
 class CdrWriter {
  public:
-  CdrWriter& u8(std::uint8_t value) {
-    bytes_.push_back(value);
-    return *this;
-  }
-  CdrWriter& u32(std::uint32_t value) {
-    while (bytes_.size() % 4 != 0) bytes_.push_back(0);
-    for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-    return *this;
-  }
-  CdrWriter& u64(std::uint64_t value) {
-    while (bytes_.size() % 8 != 4) bytes_.push_back(0);
-    for (int i = 0; i < 8; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-    return *this;
-  }
+  CdrWriter& u8(std::uint8_t value) { return number(value); }
+  CdrWriter& u32(std::uint32_t value) { return number(value); }
+  CdrWriter& u64(std::uint64_t value) { return number(value); }
   // Writes the length, which includes the terminating zero, then the text and the zero.
   CdrWriter& string(std::string_view text) {
     u32(static_cast<std::uint32_t>(text.size() + 1));
@@ -44,6 +36,13 @@ class CdrWriter {
   [[nodiscard]] Payload take() { return Payload::adopt(std::move(bytes_)); }
 
  private:
+  template <class T>
+  CdrWriter& number(T value) {
+    while ((bytes_.size() - kCdrHeaderBytes) % sizeof(T) != 0) bytes_.push_back(0);
+    put_le(value, bytes_);
+    return *this;
+  }
+
   Bytes bytes_{0, 1, 0, 0};
 };
 
@@ -53,24 +52,9 @@ class CdrReader {
   explicit CdrReader(ByteView bytes) : bytes_(bytes) {
     if (bytes_.size() < 4 || bytes_[0] != 0 || bytes_[1] != 1) at_ = bytes_.size() + 1;
   }
-  std::optional<std::uint8_t> u8() {
-    if (!has(1)) return std::nullopt;
-    return bytes_[at_++];
-  }
-  std::optional<std::uint32_t> u32() {
-    if (at_ <= bytes_.size()) at_ = (at_ + 3) / 4 * 4;
-    if (!has(4)) return std::nullopt;
-    std::uint32_t value = 0;
-    for (int i = 0; i < 4; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
-    return value;
-  }
-  std::optional<std::uint64_t> u64() {
-    if (at_ <= bytes_.size()) at_ += (12 - at_ % 8) % 8;
-    if (!has(8)) return std::nullopt;
-    std::uint64_t value = 0;
-    for (int i = 0; i < 8; ++i) value |= std::uint64_t{bytes_[at_++]} << (8 * i);
-    return value;
-  }
+  std::optional<std::uint8_t> u8() { return number<std::uint8_t>(); }
+  std::optional<std::uint32_t> u32() { return number<std::uint32_t>(); }
+  std::optional<std::uint64_t> u64() { return number<std::uint64_t>(); }
   // The result points into the bytes that are read.
   std::optional<std::string_view> string() {
     const auto size = u32();
@@ -84,12 +68,22 @@ class CdrReader {
   }
 
  private:
+  template <class T>
+  std::optional<T> number() {
+    while (at_ <= bytes_.size() && (at_ - kCdrHeaderBytes) % sizeof(T) != 0) ++at_;
+    if (!has(sizeof(T))) {
+      at_ = bytes_.size() + 1;
+      return std::nullopt;
+    }
+    at_ += sizeof(T);
+    return get_le<T>(bytes_, at_ - sizeof(T));
+  }
   [[nodiscard]] bool has(std::size_t size) const {
     return at_ <= bytes_.size() && size <= bytes_.size() - at_;
   }
 
   ByteView bytes_;
-  std::size_t at_ = 4;
+  std::size_t at_ = kCdrHeaderBytes;
 };
 
 }  // namespace connect_bridge

@@ -11,42 +11,28 @@
 
 namespace connect_bridge {
 
-// Where one line as an example is enough: one per period, with a count.
+// Some lines at once, then one per period, each with the number of those that it stands for.
 class LogLimit {
  public:
-  static constexpr Duration kPeriod = std::chrono::seconds(10);
+  LogLimit() : LogLimit(1, std::chrono::seconds(10)) {}  // one line is enough as an example
+  LogLimit(int at_once, Duration period) : pace_(at_once, period) {}
 
-  // Counts one more. Returns how many there were since the last line, if it is time for the next
-  // one.
+  // Counts one more. Returns how many there were since the last line, this one among them; nullopt:
+  // it is not to be written.
   std::optional<std::uint64_t> count(const Now& now) {
     ++count_;
-    if (next_ && now.steady < *next_) return std::nullopt;
-    next_ = now.steady + kPeriod;
+    if (!pace_.take(now.steady)) return std::nullopt;
     return std::exchange(count_, 0);
   }
 
  private:
-  std::optional<TimePoint> next_;
+  Pace pace_;
   std::uint64_t count_ = 0;
 };
 
-// Where each of the first lines matters: some at once, then one per period.
-class LinePace {
- public:
-  // Counts one more. Returns the text that the line ends with (how many lines were left out), or
-  // nullopt if the line is not to be written.
-  std::optional<std::string> take(const Now& now) {
-    if (!pace_.take(now.steady)) {
-      ++left_out_;
-      return std::nullopt;
-    }
-    const std::uint64_t count = std::exchange(left_out_, 0);
-    return count == 0 ? "" : "; " + std::to_string(count) + " lines like this were left out";
-  }
-
- private:
-  Pace pace_{30, std::chrono::seconds(5)};
-  std::uint64_t left_out_ = 0;
-};
+// What a line ends with that stands for so many: how many were left out.
+[[nodiscard]] inline std::string left_out(std::uint64_t count) {
+  return count <= 1 ? "" : "; " + std::to_string(count - 1) + " lines like this were left out";
+}
 
 }  // namespace connect_bridge

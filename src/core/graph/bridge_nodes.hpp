@@ -16,9 +16,12 @@ namespace connect_bridge {
 // 8.2.4).
 class BridgeNodes {
  public:
-  void add(const Endpoint& claims_publisher) {
-    if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
-    if (claims_publisher.gid != Gid{}) participants_.insert(participant_of(claims_publisher.gid));
+  // All bridges are known before the first endpoint is judged: the topics of a picture have no
+  // order that would show them first.
+  explicit BridgeNodes(const GraphChanged& graph) {
+    for (const TopicState& topic : graph.topics)
+      if (topic.name == kClaimsTopic)
+        for (const Endpoint& publisher : topic.publishers) add(publisher);
   }
   // A server's gid is not always known.
   [[nodiscard]] bool own(const Server& server) const {
@@ -39,6 +42,11 @@ class BridgeNodes {
   }
 
  private:
+  void add(const Endpoint& claims_publisher) {
+    if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
+    if (claims_publisher.gid != Gid{}) participants_.insert(participant_of(claims_publisher.gid));
+  }
+
   std::set<std::string> names_;
   std::set<Participant> participants_;
 };

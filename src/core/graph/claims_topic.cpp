@@ -31,8 +31,8 @@ ClaimsTopic::ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs)
     : claims_(claims),
       dead_after_(dead_after),
       outputs_(outputs),
-      mirror_(outputs.new_mirror()),
-      subscription_(outputs.new_subscription()) {
+      mirror_(outputs.new_id<MirrorId>()),
+      subscription_(outputs.new_id<SubscriptionId>()) {
   Qos qos;
   qos.durability = Durability::kTransientLocal;
   qos.depth = 1;

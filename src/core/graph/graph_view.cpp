@@ -27,18 +27,12 @@ std::string node_of(const Server& server) {
 }
 
 GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors) {
-  // All bridges are known before the first endpoint is judged: the topics of a picture have no
-  // order that would show them first.
-  BridgeNodes bridges;
-  for (const auto& topic : graph.topics) {
-    if (topic.name != kClaimsTopic) continue;
-    for (const auto& publisher : topic.publishers) {
-      bridges.add(publisher);
-      bridges_.insert(publisher.gid);
-    }
-  }
+  const BridgeNodes bridges(graph);
   for (auto& topic : graph.topics) {
-    if (topic.name == kClaimsTopic) continue;
+    if (topic.name == kClaimsTopic) {
+      for (const auto& publisher : topic.publishers) bridges_.insert(publisher.gid);
+      continue;
+    }
     if (!bridges.empty()) {
       const auto of_bridge = [&](const Endpoint& e) { return bridges.own(e); };
       for (const auto& publisher : topic.publishers) {

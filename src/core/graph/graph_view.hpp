@@ -31,13 +31,11 @@ class GraphView {
   // `mirrors`: as hide() takes them.
   explicit GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors = {});
 
-  // Publishers that were held back (NewPublishers), as topics with one publisher each; `mirrors` as
+  // Publishers that were held back (LocalGraph), as topics with one publisher each; `mirrors` as
   // above.
   void add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors);
-  // They are publishers of this graph, though not shown by topics() yet.
-  void add_local(const std::vector<Gid>& publishers) {
-    publishers_.insert(publishers.begin(), publishers.end());
-  }
+  // It is a publisher of this graph, though not shown by topics() yet.
+  void add_local(const Gid& publisher) { publishers_.insert(publisher); }
   // These publishers are other bridges' (Claims::mirrors): they are no publishers of nodes from now
   // on, whatever their nodes and ids look like. True if one of them was.
   bool hide(const std::unordered_set<Gid>& mirrors);

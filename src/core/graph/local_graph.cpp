@@ -1,20 +1,91 @@
 #include "core/graph/local_graph.hpp"
 
+#include <algorithm>
+#include <set>
 #include <utility>
 
 #include "core/base/timers.hpp"
+#include "core/graph/bridge_nodes.hpp"
+#include "core/graph/claiming.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// Whether ids begin alike in a process: then a bridge's mirrors are known by that. The nodes and
+// bridges of a graph have several endpoints each, so that it shows.
+bool ids_show_process(const GraphChanged& graph) {
+  std::set<BridgeNodes::Participant> seen;
+  const auto is_known = [&](const Endpoint& endpoint) {
+    return endpoint.gid != Gid{} && !seen.insert(BridgeNodes::participant_of(endpoint.gid)).second;
+  };
+  return std::any_of(graph.topics.begin(), graph.topics.end(), [&](const TopicState& topic) {
+    return std::any_of(topic.publishers.begin(), topic.publishers.end(), is_known) ||
+           std::any_of(topic.subscribers.begin(), topic.subscribers.end(), is_known);
+  });
+}
+
+// For how long it is held.
+Duration time_of(const Endpoint& publisher) {
+  return node_of(publisher).empty() ? kNodeNames : kClaimNames;
+}
+
+}  // namespace
+
 void LocalGraph::update(GraphChanged picture, const Now& now) {
   // In this order. New publishers are taken out of the picture before it becomes the view, but
   // their ids stay known, as a peer that offers one of them makes a circle; and then claims end
   // whose bridges were in the last view and are not in this one.
   const auto bridges_before = view.bridges();
-  new_publishers_.hold(picture, now);
+  hold(picture, now);
   view = GraphView(std::move(picture), claims.mirrors());
-  view.add_local(new_publishers_.held());
+  for (const Held& held : held_) view.add_local(held.gid());
   left_.clear();
   claims.retain(bridges_before, view.bridges(), now.steady);
+}
+
+void LocalGraph::hold(GraphChanged& graph, const Now& now) {
+  const BridgeNodes bridges(graph);
+  const bool watches = !bridges.empty() && !ids_show_process(graph);
+  const auto before = std::exchange(seen_, {});
+  auto held_before = std::exchange(held_, {});
+  // When one that does not count yet was seen first.
+  const auto first_seen = [&](const Endpoint& publisher) {
+    const auto known = before.find(publisher.gid);
+    auto first = watches ? std::optional(now.steady) : std::nullopt;
+    if (known != before.end()) first = known->second;
+    return first && !bridges.own(publisher) ? first : std::nullopt;
+  };
+  for (TopicState& topic : graph.topics) {
+    if (topic.name == kClaimsTopic) continue;
+    std::vector<Endpoint> counting;
+    for (Endpoint& publisher : topic.publishers) {
+      // Without a time it counts. One that counted in the last picture goes on to count, also if
+      // the first other bridge has come since: it was here before.
+      auto& first = seen_[publisher.gid] = first_seen(publisher);
+      const TimePoint until = first ? *first + time_of(publisher) : now.steady;
+      if (until > now.steady) {
+        held_.push_back({until,
+                         {topic.name,
+                          topic.type,
+                          topic.type_hash,
+                          {publisher},
+                          {},
+                          topic.lack,
+                          topic.has_header}});
+      } else {
+        first.reset();
+        counting.push_back(std::move(publisher));
+      }
+    }
+    topic.publishers = std::move(counting);
+  }
+  // `ros2 topic pub --once` may be gone before it counts. What it said is parked, and crosses when
+  // its time has come.
+  for (Held& held : held_before) {
+    if (seen_.contains(held.gid())) continue;
+    held.left = true;
+    held_.push_back(std::move(held));
+  }
 }
 
 bool LocalGraph::release(const Now& now) {
@@ -25,15 +96,22 @@ bool LocalGraph::release(const Now& now) {
     left_.clear();
     return true;
   }
-  auto due = new_publishers_.take_due(now);
-  if (due.topics.empty()) return false;
-  view.add(std::move(due.topics), claims.mirrors());
-  left_ = std::move(due.left);
+  std::vector<TopicState> due;
+  std::erase_if(held_, [&](Held& held) {
+    if (held.until > now.steady) return false;
+    if (held.left) left_.insert(held.gid());
+    due.push_back(std::move(held.topic));
+    return true;
+  });
+  if (due.empty()) return false;
+  view.add(std::move(due), claims.mirrors());
   return true;
 }
 
 std::optional<TimePoint> LocalGraph::deadline() const {
-  return earliest(new_publishers_.deadline(), claims.deadline());
+  std::optional<TimePoint> first = claims.deadline();
+  for (const Held& held : held_) first = earliest(first, held.until);
+  return first;
 }
 
 }  // namespace connect_bridge

@@ -99,7 +99,7 @@ class Jobs {
     Payer payer;  // for whom the job was begun, and what follows from it
   };
   JobId begin(JobOwner& owner) {
-    const JobId id = outputs_.new_job();
+    const JobId id = outputs_.new_id<JobId>();
     owners_[id] = {&owner, outputs_.payer()};
     return id;
   }

@@ -116,13 +116,13 @@ struct Account {
   // `accepts` of all links together; after a restart many links come at once.
   Pace accepts{160, std::chrono::seconds(1)};
   Pace asks{64, std::chrono::milliseconds(100)};  // that are answered, of all links together
-  Pace withdrawals;   // of one link: each has a copy of it, as it is at the start
-  Pace attaches;      // those that create a client, which takes the middleware about a millisecond
-  Pace demands;       // that ended
-  LinePace lines;     // of links that come and go, and renew their logins
-  LogLimit declines;  // of channels that were declined before
-  CallLines calls_served;  // that its peers make here
-  CallLines calls_made;    // to its peers
+  Pace withdrawals;  // of one link: each has a copy of it, as it is at the start
+  Pace attaches;     // those that create a client, which takes the middleware about a millisecond
+  Pace demands;      // that ended
+  LogLimit lines{30, std::chrono::seconds(5)};  // of links that come and go, and renew their logins
+  LogLimit declines;                            // of channels that were declined before
+  CallLines calls_served;                       // that its peers make here
+  CallLines calls_made;                         // to its peers
   TellOnce told;
 
  private:

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/random_token.hpp"
+#include "core/base/random.hpp"
 #include "core/link/link_audit.hpp"
 #include "core/link/standing.hpp"
 #include "core/wire/text.hpp"
@@ -346,7 +346,8 @@ void Links::dial_if_due(const Now& now) {
 }
 
 void Links::log(const Link& link, LogLevel level, std::string text, const Now& now) {
-  if (const auto end = link.account->lines.take(now)) outputs_.log(level, std::move(text) + *end);
+  if (const auto count = link.account->lines.count(now))
+    outputs_.log(level, std::move(text) + left_out(*count));
 }
 
 void Links::on_time(const Now& now) {

@@ -16,7 +16,8 @@ bool is(std::optional<std::uint16_t> number, CloseCode code) {
 // Of a renewal. The number of renewals is limited for each link, and a peer can make new ones.
 void log_renewal(const Link& link, LogLevel level, std::string text, Outputs& outputs,
                  const Now& now) {
-  if (const auto end = link.account->lines.take(now)) outputs.log(level, std::move(text) + *end);
+  if (const auto count = link.account->lines.count(now))
+    outputs.log(level, std::move(text) + left_out(*count));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "core/policy/interface.hpp"
 
 #include "core/policy/pattern.hpp"
-#include "core/policy/treatment.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -171,94 +170,6 @@ Opening opening_of(const Interface& what) {
   const auto node = node_of_parameter_service(what.name, what.type);
   if (!node) return {};
   return {OpenedBy::kParameters, *node, {}};
-}
-
-Priority default_priority(std::string_view topic, std::string_view type) {
-  // Types with which a person or a controller steers.
-  constexpr std::array<std::string_view, 6> kUrgent = {"geometry_msgs/msg/Twist",
-                                                       "geometry_msgs/msg/TwistStamped",
-                                                       "sensor_msgs/msg/Joy",
-                                                       "ackermann_msgs/msg/AckermannDrive",
-                                                       "ackermann_msgs/msg/AckermannDriveStamped",
-                                                       "rosgraph_msgs/msg/Clock"};
-  constexpr std::array<std::string_view, 4> kHigh = {
-      "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState", "sensor_msgs/msg/MultiDOFJointState",
-      kGoalStatus};
-  constexpr std::array<std::string_view, 25> kBulk = {
-      "sensor_msgs/msg/Image",
-      "sensor_msgs/msg/CompressedImage",
-      "sensor_msgs/msg/PointCloud",
-      "sensor_msgs/msg/PointCloud2",
-      "sensor_msgs/msg/MultiEchoLaserScan",
-      "stereo_msgs/msg/DisparityImage",
-      "nav_msgs/msg/OccupancyGrid",
-      "nav_msgs/msg/GridCells",
-      "map_msgs/msg/OccupancyGridUpdate",
-      "map_msgs/msg/PointCloud2Update",
-      "map_msgs/msg/ProjectedMap",
-      "nav2_msgs/msg/Costmap",
-      "nav2_msgs/msg/CostmapUpdate",
-      "nav2_msgs/msg/VoxelGrid",
-      "visualization_msgs/msg/MarkerArray",
-      "visualization_msgs/msg/InteractiveMarkerInit",
-      "shape_msgs/msg/Mesh",
-      "octomap_msgs/msg/Octomap",
-      "octomap_msgs/msg/OctomapWithPose",
-      "grid_map_msgs/msg/GridMap",
-      "theora_image_transport/msg/Packet",
-      "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
-      "foxglove_msgs/msg/CompressedVideo",
-      "velodyne_msgs/msg/VelodyneScan",
-      "moveit_msgs/msg/PlanningScene"};
-  if (topic == "/clock") return Priority::kUrgent;
-  if (std::find(kUrgent.begin(), kUrgent.end(), type) != kUrgent.end()) return Priority::kUrgent;
-  if (topic == "/tf" || topic == "/tf_static") return Priority::kHigh;
-  if (std::find(kHigh.begin(), kHigh.end(), type) != kHigh.end()) return Priority::kHigh;
-  if (std::find(kBulk.begin(), kBulk.end(), type) != kBulk.end()) return Priority::kBulk;
-  return Priority::kNormal;
-}
-
-bool drives(const Treatment& treatment, std::string_view topic, std::string_view type) {
-  if (treatment.drives) return *treatment.drives;
-  // Not urgent, as what they start takes longer than they do: trajectories, jogging, set points.
-  constexpr std::array<std::string_view, 12> kMoves = {
-      "trajectory_msgs/msg/JointTrajectory",
-      "trajectory_msgs/msg/MultiDOFJointTrajectory",
-      "control_msgs/msg/JointJog",
-      "mavros_msgs/msg/PositionTarget",
-      "mavros_msgs/msg/AttitudeTarget",
-      "mavros_msgs/msg/OverrideRCIn",
-      "autoware_control_msgs/msg/Control",
-      "px4_msgs/msg/TrajectorySetpoint",
-      "px4_msgs/msg/VehicleRatesSetpoint",
-      "px4_msgs/msg/VehicleCommand",
-      "unitree_go/msg/LowCmd",
-      "unitree_hg/msg/LowCmd"};
-  // A person's clicks in RViz, for Nav2.
-  constexpr std::array<std::string_view, 2> kClicks = {"goal_pose", "initialpose"};
-  const auto name = topic.substr(topic.rfind('/') + 1);
-  return default_priority(topic, type) == Priority::kUrgent ||
-         std::find(kMoves.begin(), kMoves.end(), type) != kMoves.end() ||
-         std::find(kClicks.begin(), kClicks.end(), name) != kClicks.end();
-}
-
-bool is_picture(std::string_view type) {
-  constexpr std::array<std::string_view, 6> kPictures = {
-      "sensor_msgs/msg/Image",
-      "sensor_msgs/msg/CompressedImage",
-      "stereo_msgs/msg/DisparityImage",
-      "theora_image_transport/msg/Packet",
-      "foxglove_msgs/msg/CompressedVideo",
-      "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"};
-  return std::find(kPictures.begin(), kPictures.end(), type) != kPictures.end();
-}
-
-bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
-  // What drives does so whatever priority a rule gives it.
-  const bool may_be_late = treatment.priority != Priority::kUrgent &&
-                           !drives(treatment, topic, type) && !is_picture(type);
-  return treatment.resume.value_or(may_be_late &&
-                                   treatment.max_age == kForever);  // mutant: commands_kept
 }
 
 }  // namespace connect_bridge

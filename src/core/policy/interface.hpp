@@ -10,12 +10,9 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/priority.hpp"
 #include "core/wire/control.hpp"
 
 namespace connect_bridge {
-
-struct Treatment;
 
 // One channel as an offer or the graph describes it.
 struct Interface {
@@ -134,23 +131,5 @@ template <class Covers>
          std::any_of(kActionParts.begin(), kActionParts.end(),
                      [&](ActionPart part) { return covers(name_of_part(opening.name, part)); });
 }
-
-// A topic's priority where a rule gives none: /clock and what steers (Twist, Joy, AckermannDrive)
-// are urgent; /tf, /tf_static, joint states and the status of actions (small, rare, and what an
-// operator looks at) are high; images, point clouds, maps and other large standard types are bulk;
-// everything else, feedback too, is normal.
-[[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
-// Whether a topic moves a robot or sets its clock: what comes late on it is worse than what never
-// comes, so nothing crosses that was published before the connection or the demand. If the rule
-// does not say, as far as its type and the last part of its name show.
-[[nodiscard]] bool drives(const Treatment& treatment, std::string_view topic,
-                          std::string_view type);
-// Whether a person looks at it, and wants to see what is now: seconds of kept pictures would take
-// as long to arrive, and steering by old ones is dangerous.
-[[nodiscard]] bool is_picture(std::string_view type);
-// Whether messages of a topic that a lost connection loses are sent again later. If the rule does
-// not say: not those of what drives, of pictures, of urgent topics, and of topics with a max_age.
-[[nodiscard]] bool resumes(const Treatment& treatment, std::string_view topic,
-                           std::string_view type);
 
 }  // namespace connect_bridge

@@ -20,7 +20,13 @@ const Pattern* first_of(const std::vector<Pattern>& patterns, Fits&& fits) {
   return found == patterns.end() ? nullptr : &*found;
 }
 
-// The patterns that can open it; null: nothing can.
+// `types` does not narrow parameters: a node has no type.
+bool type_allowed(const std::vector<std::string>& types, const Opening& opening) {
+  return types.empty() || opening.by == OpenedBy::kParameters || contains(types, opening.type);
+}
+
+}  // namespace
+
 const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, OpenedBy by) {
   const bool exported = direction == Direction::kExport;
   switch (by) {
@@ -32,13 +38,6 @@ const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, O
   }
   return nullptr;
 }
-
-// `types` does not narrow parameters: a node has no type.
-bool type_allowed(const std::vector<std::string>& types, const Opening& opening) {
-  return types.empty() || opening.by == OpenedBy::kParameters || contains(types, opening.type);
-}
-
-}  // namespace
 
 bool is_for(const std::vector<std::string>& identities, const std::vector<std::string>& groups,
             const Identity& who) {

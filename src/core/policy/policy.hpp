@@ -41,6 +41,10 @@ struct Rule {
   Treatment treatment;
 };
 
+// The patterns of a rule that can open this in that direction; null: nothing can.
+[[nodiscard]] const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction,
+                                                      OpenedBy by);
+
 // Whether what is for these identities and groups is for this peer; if there are neither, it is for
 // all.
 [[nodiscard]] bool is_for(const std::vector<std::string>& identities,

@@ -1,13 +1,16 @@
-// How a rule wants the messages of an interface treated. Defaults stand for "as the origin has it"
-// or "no limit".
+// How messages are treated: what a rule says, and where it does not, what follows from names and
+// types. Pure functions.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "core/base/priority.hpp"
 #include "core/base/qos.hpp"
 #include "core/wire/codec.hpp"
+#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 
@@ -41,7 +44,12 @@ inline Qos qos_to_offer(const Qos& qos, const QosOverride& o) {
 // Which messages of one publisher count where a link carries less than is published: only the
 // newest, or all.
 enum class Keep : std::uint8_t { kNewest, kAll };
+inline constexpr std::array<Word<Keep>, 2> kKeepWords{{
+    {Keep::kNewest, "newest"},
+    {Keep::kAll, "all"},
+}};
 
+// What a rule says. Defaults stand for "as the origin has it" or "no limit".
 struct Treatment {
   std::optional<Priority> priority;  // none: by name and type, see default_priority()
   Compression compression;
@@ -61,5 +69,63 @@ struct Treatment {
   bool allow_type_mismatch = false;
   bool operator==(const Treatment&) const = default;
 };
+
+// ---- priority, and what comes late
+
+// A topic's priority where a rule gives none: /clock and what steers (Twist, Joy, AckermannDrive)
+// are urgent; /tf, /tf_static, joint states and the status of actions (small, rare, and what an
+// operator looks at) are high; images, point clouds, maps and other large standard types are bulk;
+// everything else, feedback too, is normal.
+[[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
+// Whether a topic moves a robot or sets its clock: what comes late on it is worse than what never
+// comes, so nothing crosses that was published before the connection or the demand. If the rule
+// does not say, as far as its type and the last part of its name show.
+[[nodiscard]] bool drives(const Treatment& treatment, std::string_view topic,
+                          std::string_view type);
+// Whether a person looks at it, and wants to see what is now: seconds of kept pictures would take
+// as long to arrive, and steering by old ones is dangerous.
+[[nodiscard]] bool is_picture(std::string_view type);
+// Whether messages of a topic that a lost connection loses are sent again later. If the rule does
+// not say: not those of what drives, of pictures, of urgent topics, and of topics with a max_age.
+[[nodiscard]] bool resumes(const Treatment& treatment, std::string_view topic,
+                           std::string_view type);
+
+// ---- which messages count
+
+// What is known of a topic's publishers and type, after the rule's overrides of QoS.
+struct TopicTraits {
+  bool best_effort = false;   // of all of them
+  bool keep_all = false;      // of one of them
+  std::uint32_t latched = 0;  // samples that one of them keeps for late subscribers
+  bool has_header = false;    // the type is installed and begins with a std_msgs/msg/Header
+};
+
+struct KeepDecision {
+  Keep keep = Keep::kAll;
+  std::string_view why;  // for people
+};
+
+// The rule's, else: of a state (a pose, an image, a scan, /tf) the newest message replaces the
+// earlier ones, of events and increments (logs, goals' feedback, updates of a map) each one counts.
+// What is best effort, or begins with a Header, is taken for a state.
+[[nodiscard]] KeepDecision keep_of(const Treatment& treatment, std::string_view type,
+                                   const TopicTraits& traits);
+
+// ---- what belongs together: an image and its CameraInfo
+
+// How a topic's messages leave: by themselves; as the large ones that others wait for; or with the
+// large one of the same stamp, node and namespace.
+enum class Company : std::uint8_t { kNone, kLarge, kFollows };
+
+// A CameraInfo follows, and what the rule names (`with_large`), unless it is urgent or high: what
+// steers or is looked at first waits for nothing. Large is what is bulk by its type or its rule.
+[[nodiscard]] Company company_of(std::string_view topic, std::string_view type,
+                                 const Treatment& treatment);
+
+// A hash of the namespace that messages of a topic are matched by. The forms in which
+// image_transport sends an image (/camera/image_raw/compressed) are in that of the image.
+[[nodiscard]] std::uint64_t company_namespace(std::string_view topic, Company company);
+// A hash of a node's name; 0: it is not known.
+[[nodiscard]] std::uint64_t company_node(std::string_view node);
 
 }  // namespace connect_bridge

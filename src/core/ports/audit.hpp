@@ -2,15 +2,16 @@
 // they did. docs/security.md section "The audit log".
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/base/ids.hpp"
 #include "core/policy/policy.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 
@@ -36,8 +37,28 @@ enum class AuditEvent : std::uint8_t {
   kCallRefused,
 };
 
-// As the log has it: "channel_opened".
-[[nodiscard]] std::string_view name_of(AuditEvent event);
+// As the log has it.
+inline constexpr std::array<Word<AuditEvent>, 19> kAuditWords{{
+    {AuditEvent::kStarted, "started"},
+    {AuditEvent::kStopped, "stopped"},
+    {AuditEvent::kRulesChanged, "rules_changed"},
+    {AuditEvent::kRulesRefused, "rules_refused"},
+    {AuditEvent::kLogin, "login"},
+    {AuditEvent::kRefused, "refused"},
+    {AuditEvent::kLinkLost, "link_lost"},
+    {AuditEvent::kRenewed, "renewed"},
+    {AuditEvent::kRenewalRefused, "renewal_refused"},
+    {AuditEvent::kRightsChanged, "rights_changed"},
+    {AuditEvent::kRevoked, "revoked"},
+    {AuditEvent::kChannelOpened, "channel_opened"},
+    {AuditEvent::kChannelRefused, "channel_refused"},
+    {AuditEvent::kChannelEnded, "channel_ended"},
+    {AuditEvent::kDemanded, "demanded"},
+    {AuditEvent::kDemandEnded, "demand_ended"},
+    {AuditEvent::kCall, "call"},
+    {AuditEvent::kGoal, "goal"},
+    {AuditEvent::kCallRefused, "call_refused"},
+}};
 
 struct AuditChannel {
   Direction direction = Direction::kExport;

@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -73,12 +74,11 @@ class Outputs {
     return std::move(action);
   }
 
-  SubscriptionId new_subscription() { return {++last_subscription_}; }
-  MirrorId new_mirror() { return {++last_mirror_}; }
-  ServiceMirrorId new_service_mirror() { return {++last_service_mirror_}; }
-  ServiceClientId new_service_client() { return {++last_service_client_}; }
-  InvocationId new_invocation() { return {++last_invocation_}; }
-  JobId new_job() { return {++last_job_}; }
+  // An id of an entity, an invocation or a job that was not used before.
+  template <class Id>
+  Id new_id() {
+    return {++std::get<Id>(last_).value};
+  }
 
  private:
   void note_payer() {
@@ -92,12 +92,7 @@ class Outputs {
   FollowUps follow_ups_;
   TellOnce told_;
   bool audits_ = false;
-  std::uint64_t last_subscription_ = 0;
-  std::uint64_t last_mirror_ = 0;
-  std::uint64_t last_service_mirror_ = 0;
-  std::uint64_t last_service_client_ = 0;
-  std::uint64_t last_invocation_ = 0;
-  std::uint64_t last_job_ = 0;
+  std::tuple<SubscriptionId, MirrorId, ServiceMirrorId, ServiceClientId, InvocationId, JobId> last_;
 };
 
 }  // namespace connect_bridge

@@ -3,8 +3,7 @@
 #include <utility>
 
 #include "core/link/link_audit.hpp"
-#include "core/services/calls.hpp"
-#include "core/services/real_service.hpp"
+#include "core/services/service_exports.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -16,16 +15,12 @@ constexpr char kTooLarge[] = "the answer is larger than this peer accepts";
 
 }  // namespace
 
-Attachment::Attachment(RealService& service, Link& link, Serving& serving)
+Attachment::Attachment(RealService& service, Link& link, ServiceExports& exports)
     : service_(service),
       link_(link),
-      serving_(serving),
-      load_(serving.loads.try_emplace(link.id, link.memory).first->second),
-      offer_(serving, link, service.what()) {}
-
-CallGate::Caller Attachment::caller() const {
-  return {link_.id, service_.client()};
-}
+      exports_(exports),
+      load_(exports.loads.try_emplace(link.id, link.memory).first->second),
+      offer_(exports, link, service.what()) {}
 
 // ---- what is offered
 
@@ -38,9 +33,9 @@ std::optional<ChannelOffer> Attachment::offer(const Now& now) {
   }
   if (held_) {
     admit();
-    not_back_ = serving_.timers.set(now.steady + kAttachTime, {this, nullptr});
+    not_back_ = exports_.timers.set(now.steady + kAttachTime, {&service_, this});
   }
-  if (epoch_ == 0) epoch_ = static_cast<std::uint32_t>(1 + serving_.random.below(UINT32_MAX));
+  if (epoch_ == 0) epoch_ = static_cast<std::uint32_t>(1 + exports_.random.below(UINT32_MAX));
   const QueueOptions queue = queue_of_calls(offer_.decision());
   link_.sending().add_channel(offer->channel, queue);
   offer->priority = queue.priority;
@@ -55,7 +50,7 @@ std::optional<ChannelOffer> Attachment::offer(const Now& now) {
 Compression Attachment::compression_of(std::size_t bytes) const {
   constexpr double kCompressedRateMax = 20e6;
   Compression how = offer_.decision().treatment.compression;
-  if (!how.automatic || !link_.open() || !serving_.jobs.is_large(bytes)) return how;
+  if (!how.automatic || !link_.open() || !exports_.jobs.is_large(bytes)) return how;
   const double rate = link_.outbox().assumed_rate();
   if (rate > 0 && rate < kCompressedRateMax) how.codec = Codec::kZstd;
   return how;
@@ -72,9 +67,7 @@ LinkOffer::Review Attachment::review() {
 }
 
 void Attachment::admit() {
-  if (!service_.client()) return;
-  serving_.gate.admit(
-      caller(), {offer_.decision().treatment.calls_max, offer_.decision().treatment.server_queue});
+  service_.gate().admit(link_.id, {offer_.treatment().calls_max, offer_.treatment().server_queue});
 }
 
 void Attachment::on_link_lost() {
@@ -103,9 +96,9 @@ void Attachment::detach(const Now& now) {
 void Attachment::end_calls(const Now& now) {
   not_back_.cancel();
   counts_.lost += calls_.size();
-  serving_.gate.dismiss(caller());
+  service_.gate().dismiss(link_.id);
   while (!calls_.empty()) erase(calls_.begin()->second);
-  serving_.begin_calls(now);  // others get its places
+  service_.begin_calls(now);  // others get its places
 }
 
 void Attachment::on_ready(const Now& now) {
@@ -129,7 +122,7 @@ void Attachment::send_attached(const Now& now) {
 
 // A goal is logged under the name of its action.
 std::optional<Audit> Attachment::line_of_call(AuditEvent event, const std::string& why) const {
-  if (!serving_.outputs.audits()) return std::nullopt;
+  if (!exports_.outputs.audits()) return std::nullopt;
   const LocalInterface& what = *service_.what();
   AuditChannel channel{Direction::kExport, what.kind, offer_.wire_name(), what.key.second,
                        offer_.decision().rule};
@@ -165,6 +158,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   service_.use_client();
   admit();
   if (service_.is_ready()) send_attached(now);
+  service_.begin_calls(now);  // those that wait since the last connection
   return Nothing{};
 }
 
@@ -180,7 +174,7 @@ Result<Nothing> Attachment::on_forget(const Forget& forget, const Now& now) {
     ++counts_.forgotten;
     erase(call->second);
   }
-  serving_.begin_calls(now);
+  service_.begin_calls(now);
   return Nothing{};
 }
 
@@ -222,31 +216,30 @@ void Attachment::take(InMessage message, const Now& now) {
     why = "too many requests decompress to much more than their size";
   if (!why.empty()) {
     if (auto line = line_of_call(AuditEvent::kCallRefused, why))
-      serving_.outputs.push(*std::move(line));
+      exports_.outputs.push(*std::move(line));
     note_refusal("refused", why, now);
     return refuse(id, "limit", why);
   }
   calls_.try_emplace(id, *this, id, std::move(message), now);
-  serving_.begin_calls(now);
+  service_.begin_calls(now);
   if (const auto call = calls_.find(id); call != calls_.end()) call->second.keep_copy();
 }
 
 std::string Attachment::no_room_for_request(std::size_t bytes) const {
-  const ServiceOptions& limits = serving_.options;
+  const ServiceOptions& limits = exports_.options;
   if (load_.calls.used() >= kPeerCallsMax) return "too many calls without an answer";
   if (load_.request_bytes.used() + bytes > limits.call_bytes_max)
     return "too many bytes of requests wait";
   if (bytes > link_.memory.room()) return kNoMemory;
   if (service_.gives_results() && calls_.size() >= kResultCallsMax)
     return "too many results are waited for";
-  if (serving_.gate.would_wait(caller()) &&
-      serving_.gate.waiting(link_.id) >= limits.calls_waiting_max)
+  if (service_.gate().would_wait(link_.id) && load_.waiting.used() >= limits.calls_waiting_max)
     return "too many calls wait for the server";
   return {};
 }
 
 std::string Attachment::no_room_for_answer(std::size_t bytes) const {
-  const std::uint64_t bytes_max = serving_.options.call_bytes_max;
+  const std::uint64_t bytes_max = exports_.options.call_bytes_max;
   if (link_.connection() && bytes > link_.peer_message_bytes_max()) return kTooLarge;
   if (load_.answer_bytes.used() > bytes_max ||
       (link_.connection() && link_.outbox().kept_bytes() > kept_bytes_max(bytes_max)))
@@ -294,7 +287,7 @@ void Attachment::on_malformed(ServedCall& call) {
 
 void Attachment::on_timeout(ServedCall& call, const Now& now) {
   ++counts_.timed_out;
-  log_calls(serving_.outputs, link_.account->calls_served.timeouts,
+  log_calls(exports_.outputs, link_.account->calls_served.timeouts,
             "of " + link_.owner() + " not answered in time", service_.key(), {}, now);
   refuse(call.id(), "timeout", "the server did not answer in time");
   erase(call);
@@ -308,12 +301,12 @@ void Attachment::end_lost(TimePoint before, const Now& now) {
     refuse(call.id(), "lost", "the server that got the request is gone");
     erase(call);
   }
-  serving_.begin_calls(now);
+  service_.begin_calls(now);
 }
 
 void Attachment::note_refusal(const std::string& what, const std::string& why, const Now& now) {
   ++counts_.refused;
-  log_calls(serving_.outputs, link_.account->calls_served.refusals,
+  log_calls(exports_.outputs, link_.account->calls_served.refusals,
             "of " + link_.owner() + " " + what, service_.key(), why, now);
 }
 
@@ -339,7 +332,7 @@ void Attachment::add_status(LinkStatus& status) const {
   s.attached = attached_;
   if (!requests_) s.declined = offer_.declined();
   s.pending = static_cast<std::uint32_t>(calls_.size());
-  s.waiting = static_cast<std::uint32_t>(serving_.gate.waiting(caller()));
+  s.waiting = static_cast<std::uint32_t>(service_.gate().waiting(link_.id));
   status.services.push_back(std::move(s));
 }
 

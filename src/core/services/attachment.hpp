@@ -11,8 +11,8 @@
 #include "core/offers/link_offer.hpp"
 #include "core/policy/policy.hpp"
 #include "core/ports/status.hpp"
+#include "core/services/calls.hpp"
 #include "core/services/served_call.hpp"
-#include "core/services/serving.hpp"
 
 namespace connect_bridge {
 
@@ -33,7 +33,7 @@ class RealService;
 // Owned by its service. Some functions may make the service destroy it; their comments say so.
 class Attachment final : public OutgoingChannel, public IncomingChannel {
  public:
-  Attachment(RealService& service, Link& link, Serving& serving);
+  Attachment(RealService& service, Link& link, ServiceExports& exports);
   Attachment(const Attachment&) = delete;
   Attachment& operator=(const Attachment&) = delete;
 
@@ -85,15 +85,15 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   // Why an answer of this size cannot be kept; empty if it can.
   [[nodiscard]] std::string no_room_for_answer(std::size_t bytes) const;
   [[nodiscard]] RealService& service() { return service_; }
-  [[nodiscard]] Serving& serving() { return serving_; }
-  [[nodiscard]] ServedLoad& load() { return load_; }
+  [[nodiscard]] ServiceExports& exports() { return exports_; }
+  [[nodiscard]] CallLoad& load() { return load_; }
   [[nodiscard]] const Treatment& treatment() const { return offer_.treatment(); }
   // For the audit log, if there is one.
   [[nodiscard]] std::optional<Audit> line_of_call(AuditEvent event,
                                                   const std::string& why = {}) const;
   // How an answer of this size is compressed before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
-  [[nodiscard]] CallGate::Caller caller() const;
+  [[nodiscard]] LinkId link() const { return link_.id; }
 
   void add_status(LinkStatus& status) const;
 
@@ -110,13 +110,13 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
 
   RealService& service_;
   Link& link_;
-  Serving& serving_;
-  ServedLoad& load_;
+  ServiceExports& exports_;
+  CallLoad& load_;
   LinkOffer offer_;
-  ChannelId requests_;                    // none: not attached
-  bool held_ = false;                     // attached on this connection or the previous one
-  bool attached_ = false;                 // and the peer has been informed
-  Timers<Serving::Due>::Timer not_back_;  // offered again: without attach calls end then
+  ChannelId requests_;               // none: not attached
+  bool held_ = false;                // attached on this connection or the previous one
+  bool attached_ = false;            // and the peer has been informed
+  Timers<CallDue>::Timer not_back_;  // offered again: without attach calls end then
   std::uint32_t epoch_ = 0;
   CallId seen_;
   std::map<CallId, ServedCall> calls_;

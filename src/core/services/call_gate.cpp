@@ -16,211 +16,126 @@ constexpr Duration kResultSilenceMax = std::chrono::seconds(1);
 
 }  // namespace
 
-CallGate::Service::Service(bool is_results)
-    : results(is_results), queue(is_results ? kResultSilenceMax : kSilenceMax) {}
+CallGate::CallGate(bool results)
+    : results_(results), queue_(results ? kResultSilenceMax : kSilenceMax) {}
 
-// ---- services and callers
+// ---- the server and callers
 
-void CallGate::open(ServiceClientId service, bool results) {
-  services_.try_emplace(service, results);
+void CallGate::server_gone() {
+  gone_ = true;
+  queue_.clear();
 }
 
-void CallGate::server_gone(ServiceClientId id) {
-  Service* const service = find(id);
-  if (!service) return;
-  service->gone = true;
-  service->queue.clear();
-  service->timer.cancel();
+void CallGate::admit(LinkId caller, const Terms& terms) {
+  Caller& state = callers_[caller];
+  state.terms = terms;
+  line_up(caller, state);
 }
 
-void CallGate::close(ServiceClientId service) {
-  services_.erase(service);
-}
-
-void CallGate::admit(const Caller& caller, const Terms& terms) {
-  Service* const service = find(caller.service);
-  if (!service) return;
-  service->callers[caller.link].terms = terms;
-  line_up(caller);
-}
-
-void CallGate::dismiss(const Caller& caller) {
-  CallerState* const state = find(caller);
+void CallGate::dismiss(LinkId caller) {
+  Caller* const state = find(caller);
   if (!state) return;
-  while (!state->waiting.empty()) leave(caller, *state->waiting.begin());
-  Service& service = *find(caller.service);
-  if (state->preparing) --service.preparing;
-  if (state->in_turns) std::erase(service.turns, caller.link);
-  service.callers.erase(caller.link);
-  due_.insert(caller.service);
+  end_preparing(*state);
+  if (state->in_turns) std::erase(turns_, caller);
+  callers_.erase(caller);
 }
 
 // ---- calls
 
-void CallGate::add(const Caller& caller, CallId call) {
-  CallerState* const state = find(caller);
+void CallGate::add(LinkId caller, CallId call) {
+  Caller* const state = find(caller);
   if (!state) return;
   state->waiting.insert(call);
-  ++waiting_[caller.link];
-  line_up(caller);
+  line_up(caller, *state);
 }
 
-void CallGate::preparing(const Caller& caller, CallId call) {
-  CallerState* const state = find(caller);
+void CallGate::preparing(LinkId caller, CallId call) {
+  Caller* const state = find(caller);
   if (!state) return;
   state->preparing = call;
-  ++find(caller.service)->preparing;
+  ++preparing_;
 }
 
 // The room that was reserved for a prepared call is taken by its request from now on. The next call
 // of the caller may begin only now: a worker may be slow, and calls are handed over in their order.
-void CallGate::handed_over(const Caller& caller, CallId call, InvocationId request, TimePoint now) {
-  CallerState* const state = find(caller);
+void CallGate::handed_over(LinkId caller, CallId call, InvocationId request, TimePoint now) {
+  Caller* const state = find(caller);
   if (!state) return;
-  Service& service = *find(caller.service);
-  service.queue.hand_over(request, now);
+  queue_.hand_over(request, now);
   if (state->preparing != call) return;
-  state->preparing = {};
-  --service.preparing;
-  line_up(caller);
-}
-
-void CallGate::answered(ServiceClientId id, InvocationId request, TimePoint now) {
-  Service* const service = find(id);
-  if (!service) return;
-  service->queue.answered(request, now);
-  due_.insert(id);
-}
-
-void CallGate::failed(ServiceClientId id, InvocationId request) {
-  Service* const service = find(id);
-  if (!service) return;
-  service->queue.failed(request);
-  due_.insert(id);
+  end_preparing(*state);
+  line_up(caller, *state);
 }
 
 // What was handed over stays in the server's queue: nobody can take it out again.
-void CallGate::leave(const Caller& caller, CallId call) {
-  CallerState* const state = find(caller);
-  if (!state) return;
-  if (state->waiting.erase(call) > 0) {
-    const auto of_link = waiting_.find(caller.link);
-    if (--of_link->second == 0) waiting_.erase(of_link);
-    return;
-  }
-  if (state->preparing == call) {
-    state->preparing = {};
-    --find(caller.service)->preparing;
-  }
+void CallGate::leave(LinkId caller, CallId call) {
+  Caller* const state = find(caller);
+  if (!state || state->waiting.erase(call) > 0) return;
+  if (state->preparing == call) end_preparing(*state);
   --state->taken;
-  line_up(caller);
+  line_up(caller, *state);
+}
+
+void CallGate::end_preparing(Caller& caller) {
+  if (!caller.preparing) return;
+  caller.preparing = {};
+  --preparing_;
 }
 
 // ---- what is next
 
-void CallGate::line_up(const Caller& caller) {
-  Service& service = *find(caller.service);
-  CallerState& state = service.callers.at(caller.link);
-  due_.insert(caller.service);
-  if (state.in_turns || state.waiting.empty() || !has_place(service, state)) return;
-  state.in_turns = true;
-  service.turns.push_back(caller.link);
-}
-
-std::optional<CallGate::Next> CallGate::next(TimePoint now) {
-  while (!held_ && !due_.empty()) {
-    const ServiceClientId id = *due_.begin();
-    if (auto found = next_of(id, now)) return found;
-    due_.erase(id);
-  }
-  return std::nullopt;
+void CallGate::line_up(LinkId id, Caller& caller) {
+  if (caller.in_turns || caller.waiting.empty() || !has_place(caller)) return;
+  caller.in_turns = true;
+  turns_.push_back(id);
 }
 
 // Without room it is looked at again when the server answers, or when it has been silent for so
-// long that its requests count as taken (watch).
-std::optional<CallGate::Next> CallGate::next_of(ServiceClientId id, TimePoint now) {
-  Service* const service = find(id);
-  if (!service || service->gone) return std::nullopt;
-  auto& turns = service->turns;
-  for (auto turn = turns.begin(); turn != turns.end();) {
-    const Caller caller{*turn, id};
-    CallerState& state = service->callers.at(caller.link);
-    const bool may_begin = !state.waiting.empty() && has_place(*service, state);
+// long that its requests count as taken (deadline).
+std::optional<CallGate::Next> CallGate::next(TimePoint now) {
+  if (gone_) return std::nullopt;
+  for (auto turn = turns_.begin(); turn != turns_.end();) {
+    const LinkId id = *turn;
+    Caller& caller = callers_.at(id);
+    const bool may_begin = !caller.waiting.empty() && has_place(caller);
     // Callers whose rules set no limit for the queue do not wait behind callers whose rules do.
-    if (may_begin && !service->queue.has_room(state.terms.queue_depth, service->preparing, now)) {
+    if (may_begin && !queue_.has_room(caller.terms.queue_depth, preparing_, now)) {
       ++turn;
       continue;
     }
-    turn = turns.erase(turn);
-    state.in_turns = false;
+    turn = turns_.erase(turn);
+    caller.in_turns = false;
     if (!may_begin) continue;
-    const CallId call = *state.waiting.begin();
-    ++state.taken;
-    state.waiting.erase(call);
-    const auto of_link = waiting_.find(caller.link);
-    if (--of_link->second == 0) waiting_.erase(of_link);
-    line_up(caller);
-    return Next{caller, call};
+    const CallId call = *caller.waiting.begin();
+    ++caller.taken;
+    caller.waiting.erase(call);
+    line_up(id, caller);
+    return Next{id, call};
   }
-  watch(id, *service);
   return std::nullopt;
-}
-
-void CallGate::expire(TimePoint now) {
-  while (const auto service = timers_.take_due(now)) {
-    // If callers still wait, next_of() sets it again for the requests that are left.
-    services_.at(*service).timer.cancel();
-    due_.insert(*service);
-  }
-}
-
-// An answer that makes the deadline later leaves the timer as it is; it then fires once without
-// effect.
-void CallGate::watch(ServiceClientId id, Service& service) {
-  const auto deadline = service.queue.deadline();
-  if (service.turns.empty() || service.timer || !deadline) return;
-  service.timer = timers_.set(*deadline, id);
 }
 
 // ---- what there is
 
-CallGate::Service* CallGate::find(ServiceClientId service) {
-  const auto it = services_.find(service);
-  return it == services_.end() ? nullptr : &it->second;
+CallGate::Caller* CallGate::find(LinkId caller) {
+  const auto it = callers_.find(caller);
+  return it == callers_.end() ? nullptr : &it->second;
 }
 
-CallGate::CallerState* CallGate::find(const Caller& caller) {
-  Service* const service = find(caller.service);
-  if (!service) return nullptr;
-  const auto it = service->callers.find(caller.link);
-  return it == service->callers.end() ? nullptr : &it->second;
-}
-
-bool CallGate::has_place(const Service& service, const CallerState& caller) {
-  return !caller.preparing &&
-         caller.taken < (service.results ? kResultCallsMax : caller.terms.places);
+bool CallGate::has_place(const Caller& caller) const {
+  return !caller.preparing && caller.taken < (results_ ? kResultCallsMax : caller.terms.places);
 }
 
 // For the limit of calls that wait: one that has a place is not refused because of the many of its
 // link that have none.
-bool CallGate::would_wait(const Caller& caller) const {
-  const auto service = services_.find(caller.service);
-  if (service == services_.end()) return true;
-  const auto at = service->second.callers.find(caller.link);
-  return at == service->second.callers.end() || !at->second.waiting.empty() ||
-         !has_place(service->second, at->second);
+bool CallGate::would_wait(LinkId caller) const {
+  const auto at = callers_.find(caller);
+  return at == callers_.end() || !at->second.waiting.empty() || !has_place(at->second);
 }
 
-std::size_t CallGate::waiting(LinkId link) const {
-  const auto it = waiting_.find(link);
-  return it == waiting_.end() ? 0 : it->second;
-}
-
-std::size_t CallGate::waiting(const Caller& caller) const {
-  const auto service = services_.find(caller.service);
-  if (service == services_.end()) return 0;
-  const auto at = service->second.callers.find(caller.link);
-  return at == service->second.callers.end() ? 0 : at->second.waiting.size();
+std::size_t CallGate::waiting(LinkId caller) const {
+  const auto at = callers_.find(caller);
+  return at == callers_.end() ? 0 : at->second.waiting.size();
 }
 
 }  // namespace connect_bridge

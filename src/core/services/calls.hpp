@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 
+#include "core/base/budget.hpp"
+#include "core/base/ids.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/time.hpp"
 #include "core/flow/channel_queue.hpp"
@@ -24,6 +27,24 @@ inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
 // that were given up.
 [[nodiscard]] constexpr std::uint64_t kept_bytes_max(std::uint64_t call_bytes_max) {
   return 2 * (call_bytes_max + kPeerCallsMax * kKeptMessageBytes);
+}
+
+// The budgets of the calls of one link, for all services together.
+struct CallLoad {
+  explicit CallLoad(Budget& memory) : request_bytes(&memory), answer_bytes(&memory) {}
+
+  Budget calls;
+  Budget waiting;        // served here: calls that wait for their turn
+  Budget request_bytes;  // that wait for their turn; made here: not known to have arrived
+  Budget answer_bytes;   // not known to have arrived; made here: a worker decompresses them
+};
+using CallLoads = std::map<LinkId, CallLoad>;
+
+[[nodiscard]] inline std::uint64_t bytes_of(const CallLoads& loads) {
+  std::uint64_t bytes = 0;
+  for (const auto& [link, load] : loads)
+    bytes += load.request_bytes.used() + load.answer_bytes.used();
+  return bytes;
 }
 
 // Whether a service returns an action's results: such calls last as long as the goal does.

@@ -7,8 +7,7 @@
 #include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
 #include "core/offers/import_right.hpp"
-#include "core/services/calls.hpp"
-#include "core/services/mirrored_service.hpp"
+#include "core/services/service_imports.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -17,38 +16,38 @@ constexpr char kNoMemoryOf[] = "no memory is left in the share of ";
 
 }  // namespace
 
-Feed::Feed(MirroredService& service, Link& link, Mirroring& mirroring)
+Feed::Feed(MirroredService& service, Link& link, ServiceImports& imports)
     : service_(service),
       link_(link),
-      mirroring_(mirroring),
-      load_(mirroring.loads.try_emplace(link.id, link.memory).first->second) {}
+      imports_(imports),
+      load_(imports.loads.try_emplace(link.id, link.memory).first->second) {}
 
 // ---- what is offered
 
 void Feed::on_offer(const ChannelOffer& offer, Decision decision) {
-  channel_ = offer.channel;
-  epoch_ = offer.epoch;
-  node_ = offer.node;
-  action_type_ = offer.action_type;
+  offer_ = offer;
   decision_ = std::move(decision);
   unfit_ = false;
-  link_.take_offered(channel_, *this);
+  link_.take_offered(offer_.channel, *this);
 }
 
 void Feed::on_link_lost() {
-  channel_ = requests_ = {};
+  offer_.channel = requests_ = {};
   attached_ = false;
 }
 
 void Feed::on_withdraw(const Withdraw& why, const Now& now) {
   const auto& [name, type] = service_.key();
-  log_withdrawn(mirroring_.outputs, link_, shown(InterfaceKind::kService, name, type), why);
+  log_withdrawn(imports_.outputs, link_, shown(InterfaceKind::kService, name, type), why);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
-  service_.on_withdraw(link_.id, now);
+  ServiceImports& imports = imports_;  // it outlives this, and so may the service
+  MirroredService& service = service_;
+  service.remove_feed(link_.id);
+  imports.update(service, now);
 }
 
 void Feed::note_end(const Ending& why) const {
-  note_import_end(mirroring_, link_, InterfaceKind::kService, service_.key(), decision_.rule, why);
+  note_import_end(imports_, link_, InterfaceKind::kService, service_.key(), decision_.rule, why);
 }
 
 // ---- the attachment
@@ -57,7 +56,7 @@ void Feed::attach() {
   requests_ = link_.open_channel(*this);
   link_.sending().add_channel(requests_, queue_of_calls(decision_));
   if (!encoder_ || encoder_->bytes() == 0) start_encoder();
-  link_.send(Attach{channel_, requests_});
+  link_.send(Attach{offer_.channel, requests_});
 }
 
 void Feed::detach() {
@@ -76,7 +75,7 @@ Result<Nothing> Feed::on_attached(const Attached& attached, const Now& now) {
   attached_ = true;
   type_hash_ = attached.type_hash;
   reconcile(attached, now);
-  mirroring_.update(service_, now);
+  imports_.update(service_, now);
   return Nothing{};
 }
 
@@ -138,7 +137,7 @@ void Feed::on_request(RequestId request, Payload payload, const Now& now) {
 }
 
 std::string Feed::no_room(std::size_t bytes) const {
-  const ServiceOptions& limits = mirroring_.options;
+  const ServiceOptions& limits = imports_.options;
   const std::size_t calls_max =
       service_.gives_results()
           ? kResultCallsMax
@@ -161,7 +160,7 @@ void Feed::start_encoder() {
   options.how = decision_.treatment.compression;
   if (options.how.codec == Codec::kNone) return;
   options.queue_bytes_max = UINT64_MAX;  // no_room() limits what is pushed here
-  encoder_.emplace(options, mirroring_.jobs, *this);
+  encoder_.emplace(options, imports_.jobs, *this);
 }
 
 void Feed::on_job(std::optional<Payload> result, const Now& now) {
@@ -210,7 +209,7 @@ Result<Nothing> Feed::on_message(InMessage message, const Now& now) {
   }
   MadeCall& call = at->second;
   // Large ones are nothing for the loop.
-  const bool large = message.codec != Codec::kNone && mirroring_.jobs.is_large(message.raw_bytes);
+  const bool large = message.codec != Codec::kNone && imports_.jobs.is_large(message.raw_bytes);
   std::string why = message.kept ? "" : kNoMemoryOf + link_.label();
   if (why.empty() && !link_.may_inflate(message, now))
     why = "answers decompress to much more than their size";
@@ -243,7 +242,7 @@ void Feed::respond(MadeCall& call, const Payload& answer) {
   ++counts_.answered;
   counts_.response_bytes += answer.size();
   if (call.request())
-    mirroring_.outputs.push(SendResponse{service_.mirror(), call.request(), answer});
+    imports_.outputs.push(SendResponse{service_.mirror(), call.request(), answer});
   erase(call);
 }
 
@@ -254,7 +253,7 @@ Result<Nothing> Feed::on_refuse(const Refuse& refuse, const Now& now) {
     if (call == calls_.end() || call->second.has_answer()) continue;
     ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
     const bool sent = refuse.code == "lost" || refuse.code == "timeout";  // perhaps executed
-    log_calls(mirroring_.outputs, link_.account->calls_made.refusals,
+    log_calls(imports_.outputs, link_.account->calls_made.refusals,
               (sent ? "not answered by " : "refused by ") + link_.owner(), service_.key(),
               "it says: " + refuse.reason + " (" + refuse.code + ")", now);
     give_up(call->second);
@@ -279,7 +278,7 @@ void Feed::on_callers_gone(const std::vector<RequestId>& requests) {
 void Feed::on_timeout(MadeCall& call, const Now& now) {
   if (!call.request()) return;  // its caller went away before
   ++counts_.timed_out;
-  log_calls(mirroring_.outputs, link_.account->calls_made.timeouts, "not answered in time",
+  log_calls(imports_.outputs, link_.account->calls_made.timeouts, "not answered in time",
             service_.key(), {}, now);
   drop_request(call.request());
   std::vector<CallId> forget;
@@ -303,16 +302,16 @@ void Feed::give_up(MadeCall& call) {
 }
 
 void Feed::drop_request(RequestId request) {
-  if (request) mirroring_.outputs.push(DropRequest{service_.mirror(), request});
+  if (request) imports_.outputs.push(DropRequest{service_.mirror(), request});
 }
 
 void Feed::say_forget(std::vector<CallId> calls) {
-  if (!calls.empty()) link_.send(Forget{channel_, std::move(calls)});
+  if (!calls.empty()) link_.send(Forget{offer_.channel, std::move(calls)});
 }
 
 void Feed::note_refusal(const std::string& why, const Now& now) {
   ++counts_.refused;
-  log_calls(mirroring_.outputs, link_.account->calls_made.refusals, "refused", service_.key(), why,
+  log_calls(imports_.outputs, link_.account->calls_made.refusals, "refused", service_.key(), why,
             now);
 }
 

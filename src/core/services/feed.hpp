@@ -15,11 +15,11 @@
 #include "core/ports/status.hpp"
 #include "core/services/calls.hpp"
 #include "core/services/made_call.hpp"
-#include "core/services/mirroring.hpp"
 
 namespace connect_bridge {
 
 class MirroredService;
+class ServiceImports;
 
 // The peer offers the service on a channel of its own, on which its answers come; when this side
 // attaches, requests go out on a channel of ours. The feed outlives its connections: without a
@@ -36,7 +36,7 @@ class MirroredService;
 // Owned by its mirrored service.
 class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwner {
  public:
-  Feed(MirroredService& service, Link& link, Mirroring& mirroring);
+  Feed(MirroredService& service, Link& link, ServiceImports& imports);
   ~Feed() override = default;
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
@@ -53,11 +53,9 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   void on_link_lost();
   // For the audit log: the channel is about to end.
   void note_end(const Ending& why) const;
-  [[nodiscard]] bool is_offered() const { return static_cast<bool>(channel_); }
-  [[nodiscard]] ChannelId channel() const { return channel_; }
-  [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
-  [[nodiscard]] const std::string& node() const { return node_; }
-  [[nodiscard]] const std::string& action_type() const { return action_type_; }
+  [[nodiscard]] bool is_offered() const { return static_cast<bool>(offer_.channel); }
+  // The last offer; without a channel while there is none.
+  [[nodiscard]] const ChannelOffer& offer() const { return offer_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] bool any_definition() const { return decision_.treatment.allow_type_mismatch; }
   // Whether no mirror can be made of its type, as the rules are.
@@ -94,8 +92,8 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   // A request has been compressed.
   void on_job(std::optional<Payload> result, const Now& now) override;
   [[nodiscard]] Duration call_timeout() const;
-  [[nodiscard]] Mirroring& mirroring() { return mirroring_; }
-  [[nodiscard]] MadeLoad& load() { return load_; }
+  [[nodiscard]] ServiceImports& imports() { return imports_; }
+  [[nodiscard]] CallLoad& load() { return load_; }
 
   void add_status(LinkStatus& status) const;
 
@@ -120,14 +118,11 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
 
   MirroredService& service_;
   Link& link_;
-  Mirroring& mirroring_;
-  MadeLoad& load_;
-  ChannelId channel_;
+  ServiceImports& imports_;
+  CallLoad& load_;
+  ChannelOffer offer_;
   ChannelId requests_;  // none: not attached, and not asked to be
   bool attached_ = false;
-  std::uint32_t epoch_ = 0;
-  std::string node_;
-  std::string action_type_;
   std::string type_hash_;
   bool unfit_ = false;
   Decision decision_;

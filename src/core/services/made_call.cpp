@@ -1,7 +1,7 @@
 #include "core/services/made_call.hpp"
 
 #include "core/services/feed.hpp"
-#include "core/services/mirrored_service.hpp"  // complete, as Mirroring owns them
+#include "core/services/service_imports.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -23,7 +23,7 @@ MadeCall::MadeCall(Feed& feed, CallId id, RequestId request, std::uint64_t bytes
   message_.tracked = true;
   const Duration timeout = feed.call_timeout();
   if (timeout != kForever)  // mutant: call_timeout
-    timer_ = feed.mirroring().timers.set(now.steady + timeout + kTimeoutMargin, this);
+    timer_ = feed.imports().timers.set(now.steady + timeout + kTimeoutMargin, this);
 }
 
 void MadeCall::keep(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
@@ -45,11 +45,11 @@ void MadeCall::on_delivered() {
 
 bool MadeCall::decode(const InMessage& answer) {
   const std::uint64_t bytes = answer.body.size();
-  Budget& all = feed_.load().decoding_bytes;
+  Budget& all = feed_.load().answer_bytes;
   if (all.used() + bytes > kDecodingBytesMax || bytes > feed_.link().memory.room()) return false;
-  decoding_bytes_ = all.hold(bytes);
-  job_ = feed_.mirroring().jobs.decompress(*this, answer.codec, answer.raw_bytes,
-                                           out_of_packet(answer.body), feed_.link().id);
+  answer_bytes_ = all.hold(bytes);
+  job_ = feed_.imports().jobs.decompress(*this, answer.codec, answer.raw_bytes,
+                                         out_of_packet(answer.body), feed_.link().id);
   return true;
 }
 

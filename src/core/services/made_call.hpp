@@ -7,8 +7,8 @@
 #include "core/base/ids.hpp"
 #include "core/base/timers.hpp"
 #include "core/flow/channel_queue.hpp"
+#include "core/flow/reassembly.hpp"
 #include "core/jobs/jobs.hpp"
-#include "core/services/mirroring.hpp"
 
 namespace connect_bridge {
 
@@ -56,7 +56,7 @@ class MadeCall final : public JobOwner {
   RequestId request_;
   State state_ = State::kEncoding;
   OutMessage message_;
-  Budget::Hold call_, request_bytes_, decoding_bytes_;
+  Budget::Hold call_, request_bytes_, answer_bytes_;
   Timers<MadeCall*>::Timer timer_;
   Jobs::Job job_;
 };

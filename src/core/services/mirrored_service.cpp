@@ -7,7 +7,7 @@
 #include "core/link/type_difference.hpp"
 #include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
-#include "core/services/calls.hpp"
+#include "core/services/service_imports.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -25,12 +25,16 @@ TimePoint next_look(const Now& now) {
 
 }  // namespace
 
-MirroredService::MirroredService(ServiceKey key, Mirroring& mirroring)
-    : mirroring_(mirroring), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {
+MirroredService::MirroredService(ServiceKey key, ServiceImports& imports)
+    : imports_(imports), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {
   const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
   if (!part) return;
   action_ = part->action;
   if (part->part == ActionPart::kSendGoal) goals_of_ = action_;
+}
+
+void MirroredService::appear(const Now& now) {
+  imports_.update(*this, now);
 }
 
 Feed* MirroredService::feeding() {
@@ -43,11 +47,9 @@ bool MirroredService::update(const Now& now) {
     destroy_mirror();
     return false;
   }
-  if (const LinkId goals = link_of_goals()) {
-    follow(goals);
-  } else {
-    choose_feeder();
-    take_over();
+  if (const LinkId next = next_feeder(); next != feeder_) {
+    close();
+    feeder_ = next;
   }
   if (!feeding()) return true;
   Feed& feed = *feeding();
@@ -60,7 +62,7 @@ bool MirroredService::update(const Now& now) {
     attaches_until_ = now.steady + kAttachMax;
   }
   if (mirror_) return true;
-  looks_at_.reset();
+  look_.cancel();
   if (!may_be_claimed(feed, now)) {
     give_up_claim();
   } else if (const TimePoint settled = claim(now); settled > now.steady) {
@@ -79,9 +81,9 @@ bool MirroredService::may_be_claimed(const Feed& feed, const Now& now) {
   Account& account = *feed.link().account;
   if (account.service_places.room() > 0) return true;
   note_waiting(feed);
-  mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
-                              "no place is left for more services of " + feed.link().label() +
-                                  ": not all of them exist here");
+  imports_.outputs.log_once(account.told, LogLevel::kWarn,
+                            "no place is left for more services of " + feed.link().label() +
+                                ": not all of them exist here");
   look_again(next_look(now));
   return false;
 }
@@ -89,21 +91,20 @@ bool MirroredService::may_be_claimed(const Feed& feed, const Now& now) {
 TimePoint MirroredService::claim(const Now& now) {
   const bool claimed = claiming_.holds();
   const TimePoint settled =
-      claiming_.want({*mirroring_.graph_since + kServiceDiscovery,
-                      mirroring_.beside_bridges() ? kServiceSettle : Duration::zero()},
+      claiming_.want({*imports_.graph_since + kServiceDiscovery,
+                      imports_.beside_bridges() ? kServiceSettle : Duration::zero()},
                      now);
-  if (claimed != claiming_.holds()) mirroring_.outputs.follow_up(FollowUp::kClaim);
+  if (claimed != claiming_.holds()) imports_.outputs.follow_up(FollowUp::kClaim);
   return settled;
 }
 
 void MirroredService::give_up_claim() {
-  if (claiming_.holds()) mirroring_.outputs.follow_up(FollowUp::kClaim);
+  if (claiming_.holds()) imports_.outputs.follow_up(FollowUp::kClaim);
   claiming_.give_up();
 }
 
 void MirroredService::look_again(TimePoint at) {
-  looks_at_ = at;
-  mirroring_.settles_at = earliest(mirroring_.settles_at, looks_at_);
+  look_ = imports_.looks.set(at, this);
 }
 
 bool MirroredService::may_appear(const Feed& feed, const Now& now) {
@@ -112,27 +113,33 @@ bool MirroredService::may_appear(const Feed& feed, const Now& now) {
   return answer == Appearing::Answer::kNow;
 }
 
-// The feeder stays as long as it can be one.
-void MirroredService::choose_feeder() {
-  const Feed* feed = feeding();
-  if (feed && !feed->is_unfit()) return;
-  const auto better = std::find_if(feeds_.begin(), feeds_.end(), [](const auto& other) {
-    return other.second.is_offered() && !other.second.is_unfit();
-  });
-  if (better != feeds_.end()) {
-    feeder_ = better->first;
-  } else if (!feed) {
-    feeder_ = feeds_.begin()->first;
+LinkId MirroredService::next_feeder() const {
+  if (const LinkId goals = link_of_goals()) return feeds_.contains(goals) ? goals : LinkId{};
+  const auto first_fit = [&](const auto& which) {
+    const auto found = std::find_if(feeds_.begin(), feeds_.end(), [&](const auto& feed) {
+      return feed.second.is_offered() && !feed.second.is_unfit() && which(feed.second.link());
+    });
+    return found == feeds_.end() ? LinkId{} : found->first;
+  };
+  // The feeder stays as long as it can be one.
+  auto fed = feeds_.find(feeder_);
+  if (fed == feeds_.end() || fed->second.is_unfit()) {
+    if (const LinkId fit = first_fit([](const Link&) { return true; })) fed = feeds_.find(fit);
+    if (fed == feeds_.end()) fed = feeds_.begin();
   }
+  // A client that was restarted while its old connection seems alive: nobody answers on that.
+  const LinkId successor =
+      first_fit([&](const Link& link) { return is_successor(link, fed->second.link()); });
+  return successor ? successor : fed->first;
 }
 
 LinkId MirroredService::link_of_goals() const {
   if (action_.empty() || !goals_of_.empty()) return {};
   const std::string goals = name_of_part(action_, ActionPart::kSendGoal);
   LinkId link;
-  for (auto it = mirroring_.services.lower_bound({goals, ""});
-       it != mirroring_.services.end() && it->first.first == goals; ++it) {
-    const MirroredService& service = *it->second;
+  for (auto it = imports_.services.lower_bound({goals, ""});
+       it != imports_.services.end() && it->first.first == goals; ++it) {
+    const MirroredService& service = it->second;
     const auto feed = service.feeds_.find(service.feeder_);
     if (feed == service.feeds_.end() || feed->second.is_unfit()) continue;
     if (!link || service.mirror_) link = service.feeder_;
@@ -140,74 +147,52 @@ LinkId MirroredService::link_of_goals() const {
   return link;
 }
 
-bool MirroredService::take_goals_move() {
-  return !goals_of_.empty() && std::exchange(told_feeder_, feeder_) != feeder_;
-}
-
-void MirroredService::follow(LinkId link) {
-  if (feeder_ == link) return;
-  close();
-  feeder_ = feeds_.contains(link) ? link : LinkId{};
-}
-
-// A client that was restarted while its old connection seems alive: nobody answers on that.
-void MirroredService::take_over() {
-  const Link& fed = feeding()->link();
-  const auto successor = std::find_if(feeds_.begin(), feeds_.end(), [&](const auto& feed) {
-    return feed.second.is_offered() && !feed.second.is_unfit() &&
-           is_successor(feed.second.link(), fed);
-  });
-  if (successor == feeds_.end()) return;
-  close();
-  feeder_ = successor->first;
-}
-
 bool MirroredService::is_served_by_bridge() const {
-  return mirroring_.claims.serves(service_gid(key_.first));
+  return imports_.claims.serves(service_gid(key_.first));
 }
 
 bool MirroredService::may_exist(const Feed& feed) {
-  if (!mirroring_.graph_since || failed_ || feed.is_unfit()) return false;
-  if (mirroring_.claims.service_taken(service_gid(key_.first), claiming_.holds())) return false;
+  if (!imports_.graph_since || failed_ || feed.is_unfit()) return false;
+  if (imports_.claims.service_taken(service_gid(key_.first), claiming_.holds())) return false;
   // Our own services are not in our view of the graph.
-  if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
+  if (node_of_parameter_service(key_.first, key_.second) == imports_.own_node) return false;
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
-  if (link.connection() && mirroring_.claims.is_here(link.connection()->peer().side)) return false;
-  if (!mirroring_.graph.has_server(key_.first)) return true;
+  if (link.connection() && imports_.claims.is_here(link.connection()->peer().side)) return false;
+  if (!imports_.graph.has_server(key_.first)) return true;
   // It is another bridge's, which is about to give way to ours, or has just ended. Ours stays, and
   // is not made as long as the graph shows the other one.
   if (is_served_by_bridge()) return bool(mirror_);
-  mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
-                              key_.first + " has a server here and one behind " + link.label() +
-                                  ": the one there is not mirrored");
+  imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                            key_.first + " has a server here and one behind " + link.label() +
+                                ": the one there is not mirrored");
   return false;
 }
 
 void MirroredService::create_mirror(const Feed& feed) {
-  const Outputs::Paying paying(mirroring_.outputs, feed.link().account->time);
+  const Outputs::Paying paying(imports_.outputs, feed.link().account->time);
   place_ = feed.link().account->service_places.hold(1);
-  mirror_ = mirroring_.outputs.new_service_mirror();
-  mirroring_.by_mirror[mirror_] = this;
+  mirror_ = imports_.outputs.new_id<ServiceMirrorId>();
+  imports_.by_mirror[mirror_] = this;
   waits_ = false;
   type_hash_ = feed.type_hash();
   any_definition_ = feed.any_definition();
   differs_ = false;
-  mirroring_.outputs.push(CreateServiceMirror{
+  imports_.outputs.push(CreateServiceMirror{
       mirror_, key_.first, key_.second, type_hash_,
-      mirroring_.graph_options.owner_of(feed.node(), feed.link().names), any_definition_});
+      imports_.graph_options.owner_of(feed.offer().node, feed.link().names), any_definition_});
 }
 
 void MirroredService::destroy_mirror() {
   if (Feed* feed = feeding()) feed->end_calls();
   give_up_claim();
   if (!mirror_) return;
-  mirroring_.outputs.push(DestroyServiceMirror{mirror_});
+  imports_.outputs.push(DestroyServiceMirror{mirror_});
   forget_mirror();
 }
 
 void MirroredService::forget_mirror() {
-  mirroring_.by_mirror.erase(mirror_);
+  imports_.by_mirror.erase(mirror_);
   mirror_ = {};
   place_.release();
 }
@@ -220,12 +205,12 @@ void MirroredService::close() {
 // ---- links
 
 bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision decision) {
-  Feed& feed = feeds_.try_emplace(link.id, *this, link, mirroring_).first->second;
+  Feed& feed = feeds_.try_emplace(link.id, *this, link, imports_).first->second;
   if (feed.is_offered()) return false;
-  if (feeder_ == link.id && feed.epoch() != offer.epoch) destroy_mirror();
+  if (feeder_ == link.id && feed.offer().epoch != offer.epoch) destroy_mirror();
   if (feeds_.size() > 1)
-    mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
-                                "several links offer " + key_.first + ": one of them is called");
+    imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                              "several links offer " + key_.first + ": one of them is called");
   feed.on_offer(offer, std::move(decision));
   failed_ = false;
   return true;
@@ -234,15 +219,15 @@ bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision d
 void MirroredService::on_policy() {
   for (auto it = feeds_.begin(); it != feeds_.end();) {
     Feed& feed = (it++)->second;
-    if (auto decision = import_right(mirroring_, feed.link(), InterfaceKind::kService, key_,
-                                     feed.action_type())) {
+    if (auto decision = import_right(imports_, feed.link(), InterfaceKind::kService, key_,
+                                     feed.offer().action_type)) {
       feed.on_decision(std::move(*decision));
       if (feed.any_definition()) feed.set_unfit(false);
       if (feeding() == &feed && differs_ && !feed.any_definition()) close();
       continue;
     }
     Link& link = feed.link();
-    const ChannelId channel = feed.channel();
+    const ChannelId channel = feed.offer().channel;
     const Ending why = no_longer_permitted();
     if (channel) feed.note_end(why);
     remove_feed(link.id);
@@ -259,30 +244,12 @@ bool MirroredService::on_link_lost(LinkId link) {
   return true;
 }
 
-bool MirroredService::on_link_dead(LinkId link) {
-  if (!feeds_.contains(link)) return false;
-  remove_feed(link);
-  return true;
-}
-
-bool MirroredService::forget_orphan(LinkId link) {
-  const auto it = feeds_.find(link);
-  if (it == feeds_.end() || it->second.is_offered()) return false;
-  remove_feed(link);
-  return true;
-}
-
-void MirroredService::on_withdraw(LinkId link, const Now& now) {
-  remove_feed(link);
-  mirroring_.update(*this, now);
-}
-
-void MirroredService::remove_feed(LinkId link) {
+bool MirroredService::remove_feed(LinkId link) {
   if (feeder_ == link) {
     close();
     feeder_ = {};
   }
-  feeds_.erase(link);
+  return feeds_.erase(link) > 0;
 }
 
 // ---- the mirror
@@ -305,12 +272,12 @@ void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
   if (again) return close();
   if (feed) {
     if (failed.hash_here.empty())
-      mirroring_.outputs.log_once(feed->link().account->told, LogLevel::kError,
-                                  "cannot mirror " +
-                                      shown(InterfaceKind::kService, key_.first, key_.second) +
-                                      ": " + failed.reason);
+      imports_.outputs.log_once(feed->link().account->told, LogLevel::kError,
+                                "cannot mirror " +
+                                    shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
+                                    failed.reason);
     if (feed->is_offered())
-      feed->link().decline(feed->channel(), InterfaceKind::kService, key_,
+      feed->link().decline(feed->offer().channel, InterfaceKind::kService, key_,
                            {failed.reason, failed.code});
   }
   close();
@@ -333,7 +300,7 @@ void MirroredService::on_type_differs(const ServiceTypeDiffers& differs) {
 void MirroredService::log_difference(const std::string& hash_here, bool used) {
   const Feed* feed = feeding();
   if (!feed) return;
-  connect_bridge::log_difference(mirroring_.outputs, feed->link(),
+  connect_bridge::log_difference(imports_.outputs, feed->link(),
                                  {shown(InterfaceKind::kService, key_.first, key_.second),
                                   key_.second, hash_here, type_hash_, used});
 }

@@ -5,12 +5,15 @@
 #include <optional>
 #include <string>
 
+#include "core/base/budget.hpp"
+#include "core/base/timers.hpp"
 #include "core/graph/claiming.hpp"
 #include "core/policy/policy.hpp"
 #include "core/services/feed.hpp"
-#include "core/services/mirroring.hpp"
 
 namespace connect_bridge {
+
+class ServiceImports;
 
 // One mirror (a local service server), fed by one of the links that offer the service; the others
 // stand by. The state of its calls lives as long as the mirror.
@@ -28,7 +31,7 @@ namespace connect_bridge {
 // Owned by the table of mirrored services.
 class MirroredService final : private Appearing::Waiting {
  public:
-  MirroredService(ServiceKey key, Mirroring& mirroring);
+  MirroredService(ServiceKey key, ServiceImports& imports);
   MirroredService(const MirroredService&) = delete;
   MirroredService& operator=(const MirroredService&) = delete;
 
@@ -42,16 +45,13 @@ class MirroredService final : private Appearing::Waiting {
   [[nodiscard]] const std::map<LinkId, Feed>& feeds() const { return feeds_; }
   // Asks the rules again; a feed that they do not allow any longer ends.
   void on_policy();
+  // Whether the link has a feed.
   [[nodiscard]] bool on_link_lost(LinkId link);
-  // Removes the link's feed. Whether there was one.
-  [[nodiscard]] bool on_link_dead(LinkId link);
-  // Removes the link's feed if the link has not offered the service again.
-  [[nodiscard]] bool forget_orphan(LinkId link);
-  // Our claim was not fresh for a while, and another bridge may have a server of its name: ours
-  // ends before it takes another call. The caller updates it afterwards.
-  void on_lapse() { close(); }
-  // Calls its own update, so it may be destroyed on return.
-  void on_withdraw(LinkId link, const Now& now);
+  // Whether there was one.
+  bool remove_feed(LinkId link);
+  // The attachment of the feeding link ends, and the mirror. They begin again with an update, if
+  // they may.
+  void close();
 
   // ---- the mirror
   void on_request(RequestTaken& request, const Now& now);
@@ -62,16 +62,12 @@ class MirroredService final : private Appearing::Waiting {
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
-  // When to look at it again; nothing: its mirror exists, or nothing is to be expected by time.
-  [[nodiscard]] std::optional<TimePoint> due() const { return mirror_ ? std::nullopt : looks_at_; }
-
   [[nodiscard]] const ServiceKey& key() const { return key_; }
   [[nodiscard]] bool gives_results() const { return gives_results_; }
   // The action (local name) whose goals arrive here; empty if this is not such a service.
   [[nodiscard]] const std::string& goals_of() const { return goals_of_; }
-  // Whether the link that goals go to is another one than at the last call; false for any other
-  // service.
-  [[nodiscard]] bool take_goals_move();
+  // The link that feeds it, or is to; none: it follows goals that go to a link without a feed.
+  [[nodiscard]] LinkId feeder() const { return feeder_; }
 
   void add_status(const Link& link, LinkStatus& status) const;
 
@@ -80,10 +76,7 @@ class MirroredService final : private Appearing::Waiting {
   // The link that the goals of its action go to; none: it is not such a service, or no link has
   // them.
   [[nodiscard]] LinkId link_of_goals() const;
-  void choose_feeder();
-  void take_over();
-  // Nothing but this link feeds it.
-  void follow(LinkId link);
+  [[nodiscard]] LinkId next_feeder() const;
   [[nodiscard]] bool may_exist(const Feed& feed);
   // Another bridge has a server of its name, or may have one as long as it claims it.
   [[nodiscard]] bool is_served_by_bridge() const;
@@ -95,7 +88,7 @@ class MirroredService final : private Appearing::Waiting {
   void give_up_claim();
   // Whether its identity may have one more mirror at this moment. It is counted then.
   [[nodiscard]] bool may_appear(const Feed& feed, const Now& now);
-  void appear(const Now& now) override { mirroring_.update(*this, now); }
+  void appear(const Now& now) override;
   void look_again(TimePoint at);
   // It is counted once, however long it waits.
   void note_waiting(const Feed& feed) {
@@ -105,28 +98,24 @@ class MirroredService final : private Appearing::Waiting {
   void log_difference(const std::string& hash_here, bool used);
   void destroy_mirror();
   void forget_mirror();
-  // The attachment of the feeding link ends, and the mirror.
-  void close();
-  void remove_feed(LinkId link);
 
-  Mirroring& mirroring_;
+  ServiceImports& imports_;
   ServiceKey key_;
   bool gives_results_;
   std::string action_;  // that it is a part of (local name); empty: of none
   std::string goals_of_;
   std::map<LinkId, Feed> feeds_;
   LinkId feeder_;  // the link that is attached
-  LinkId told_feeder_;
   ServiceMirrorId mirror_;
   std::string type_hash_;        // of the mirror
   bool any_definition_ = false;  // the rules allowed that when it was made
   bool differs_ = false;         // and it has another one than the peer
   Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
   Claiming claiming_;
-  TimePoint attaches_until_{};         // the peer is to have answered by then
-  std::optional<TimePoint> looks_at_;  // without a mirror: when one may be made, or waits again
-  bool waits_ = false;                 // it is late because its identity makes too many
-  bool failed_ = false;                // until it is offered again
+  TimePoint attaches_until_{};            // the peer is to have answered by then
+  Timers<MirroredService*>::Timer look_;  // without a mirror: when one may be made, or waits again
+  bool waits_ = false;                    // it is late because its identity makes too many
+  bool failed_ = false;                   // until it is offered again
 };
 
 }  // namespace connect_bridge

@@ -4,15 +4,16 @@
 #include <utility>
 
 #include "core/policy/interface.hpp"
-#include "core/services/calls.hpp"
+#include "core/services/service_exports.hpp"
 
 namespace connect_bridge {
 
-RealService::RealService(ServiceKey key, Serving& serving)
-    : serving_(serving),
+RealService::RealService(ServiceKey key, ServiceExports& exports)
+    : exports_(exports),
       what_(std::make_shared<LocalInterface>(
           LocalInterface{InterfaceKind::kService, std::move(key)})),
-      gives_results_(is_result_service(what_->key.first)) {}
+      gives_results_(is_result_service(what_->key.first)),
+      gate_(gives_results_) {}
 
 // ---- the graph
 
@@ -33,7 +34,7 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
   const bool several = std::any_of(state.servers.begin(), state.servers.end(),
                                    [&](const Server& s) { return node_of(s) != node_; });
   if (several && !std::exchange(warned_several_, true))
-    serving_.outputs.log(LogLevel::kWarn, key().first +
+    exports_.outputs.log(LogLevel::kWarn, key().first +
                                               " has several servers: each call reaches all of "
                                               "them, and the first answer counts");
   const auto stays = [&](const auto& server) { return servers.contains(server.first); };
@@ -46,13 +47,14 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
   servers_ = std::move(servers);
   if (!replaced) return end_lost(now);  // mutant: server_replaced
   end(now);
-  serving_.outputs.follow_up(FollowUp::kOffers);  // as a new channel
+  exports_.outputs.follow_up(FollowUp::kOffers);  // as a new channel
 }
 
 void RealService::end(const Now& now) {
   // First: while the attachments end one by one no call of another one may begin.
-  serving_.gate.server_gone(client_);
-  end_attachments(now);
+  gate_.server_gone();
+  for (auto& [id, attachment] : attachments_) attachment.end({"it has no server any longer"}, now);
+  attachments_.clear();
   release_client();
 }
 
@@ -61,12 +63,7 @@ void RealService::forget_ended() {
   const auto ended = std::erase_if(attachments_, [](const auto& entry) {
     return !entry.second.is_offered() && entry.second.is_idle();
   });
-  if (ended > 0) serving_.outputs.follow_up(FollowUp::kOffers);
-}
-
-void RealService::end_attachments(const Now& now) {
-  for (auto& [id, attachment] : attachments_) attachment.end({"it has no server any longer"}, now);
-  attachments_.clear();
+  if (ended > 0) exports_.outputs.follow_up(FollowUp::kOffers);
 }
 
 void RealService::end_lost(const Now& now) {
@@ -80,25 +77,22 @@ void RealService::end_lost(const Now& now) {
 // ---- links
 
 bool RealService::lacks_type() const {
-  const auto state = serving_.graph.services().find(key());
-  return state != serving_.graph.services().end() && state->second.lack;
+  const auto state = exports_.graph.services().find(key());
+  return state != exports_.graph.services().end() && state->second.lack;
 }
 
 std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
   const bool is_known = attachments_.contains(link.id);
   if (is_known ? failed_ : lacks_type()) return std::nullopt;
-  return attachments_.try_emplace(link.id, *this, link, serving_).first->second.offer(now);
+  return attachments_.try_emplace(link.id, *this, link, exports_).first->second.offer(now);
 }
 
 void RealService::review(Link& link, const Now& now) {
   const auto it = attachments_.find(link.id);
   if (it == attachments_.end()) return;
   const auto review = it->second.review();
-  if (review == LinkOffer::Review::kStays) return;
   // What is to be offered again is collected afterwards by whoever asks for the review.
-  it->second.end(LinkOffer::ending_of(review), now);
-  attachments_.erase(it);
-  release_client();
+  if (review != LinkOffer::Review::kStays) remove(it, LinkOffer::ending_of(review), now);
 }
 
 void RealService::on_link_lost(LinkId link) {
@@ -110,9 +104,12 @@ void RealService::on_link_lost(LinkId link) {
 
 void RealService::on_link_dead(LinkId link, const Now& now) {
   const auto it = attachments_.find(link);
-  if (it == attachments_.end()) return;
-  it->second.end({"it is to be offered again"}, now);
-  attachments_.erase(it);
+  if (it != attachments_.end()) remove(it, {"it is to be offered again"}, now);
+}
+
+void RealService::remove(Attachments::iterator attachment, const Ending& why, const Now& now) {
+  attachment->second.end(why, now);
+  attachments_.erase(attachment);
   release_client();
 }
 
@@ -120,7 +117,7 @@ void RealService::on_link_dead(LinkId link, const Now& now) {
 // keep theirs: a peer that uses up its numbers ends no calls but its own.
 void RealService::renew(LinkId link, const Now& now) {
   on_link_dead(link, now);
-  serving_.outputs.follow_up(FollowUp::kOffers);
+  exports_.outputs.follow_up(FollowUp::kOffers);
 }
 
 // ---- the client
@@ -131,13 +128,13 @@ void RealService::use_client() {
   // While there was no client the graph had no ids: the known ones may belong to servers that are
   // gone.
   servers_.clear();
-  if (const auto it = serving_.graph.services().find(key()); it != serving_.graph.services().end())
+  if (const auto it = exports_.graph.services().find(key()); it != exports_.graph.services().end())
     for (const auto& server : it->second.servers)
       if (server.gid != Gid{}) servers_[server.gid] = TimePoint::min();
-  client_ = serving_.outputs.new_service_client();
-  serving_.by_client[client_] = this;
-  serving_.gate.open(client_, gives_results_);
-  serving_.outputs.push(CreateServiceClient{client_, key().first, key().second});
+  client_ = exports_.outputs.new_id<ServiceClientId>();
+  exports_.by_client[client_] = this;
+  gate_ = CallGate(gives_results_);
+  exports_.outputs.push(CreateServiceClient{client_, key().first, key().second});
   note_action_use(true);
 }
 
@@ -145,9 +142,9 @@ void RealService::release_client() {
   const bool held = std::any_of(attachments_.begin(), attachments_.end(),
                                 [](const auto& e) { return e.second.holds_client(); });
   if (held || !client_) return;
-  serving_.gate.close(client_);
-  serving_.outputs.push(DestroyServiceClient{client_});
-  serving_.by_client.erase(client_);
+  room_.cancel();
+  exports_.outputs.push(DestroyServiceClient{client_});
+  exports_.by_client.erase(client_);
   client_ = {};
   ready_ = false;
   note_action_use(false);
@@ -158,8 +155,8 @@ void RealService::release_client() {
 void RealService::note_action_use(bool on) {
   const auto part = part_of_action(InterfaceKind::kService, key().first, key().second);
   if (!part || part->part != ActionPart::kSendGoal) return;
-  serving_.action_uses.push_back({std::string(part->action), on});
-  serving_.outputs.follow_up(FollowUp::kActions);
+  exports_.action_uses.push_back({std::string(part->action), on});
+  exports_.outputs.follow_up(FollowUp::kActions);
 }
 
 void RealService::on(const ServiceReady& ready, const Now& now) {
@@ -169,7 +166,7 @@ void RealService::on(const ServiceReady& ready, const Now& now) {
   // 9.2).
   if (!ready.ready) {
     end(now);
-    serving_.outputs.follow_up(FollowUp::kOffers);
+    exports_.outputs.follow_up(FollowUp::kOffers);
     return;
   }
   ready_ = true;
@@ -182,30 +179,29 @@ void RealService::on(const ServiceClientFailed& failed, const Now& now) {
   // The attachments end but stay. So the links that had them are not offered the service at once
   // and again without end, but when its servers change, or a client can be made after all
   // (forget_ended).
-  serving_.by_client.erase(client_);
+  exports_.by_client.erase(client_);
   const std::string what = shown(InterfaceKind::kService, key().first, key().second);
-  serving_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
+  exports_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
   failed_ = true;
   invocations_.clear();  // the gateway has dropped all of them
   note_action_use(false);
-  serving_.gate.server_gone(client_);
+  gate_.server_gone();
   for (auto& [link, attachment] : attachments_) attachment.end({failed.reason, failed.code}, now);
-  serving_.gate.close(client_);
+  room_.cancel();
   client_ = {};
 }
 
-InvocationId RealService::invoke(ServedCall& call, const CallGate::Caller& caller, Payload request,
-                                 const Now& now) {
-  const InvocationId invocation = serving_.outputs.new_invocation();
+InvocationId RealService::invoke(ServedCall& call, Payload request, const Now& now) {
+  const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
   invocations_[invocation] = &call;
-  serving_.gate.handed_over(caller, call.id(), invocation, now.steady);
-  serving_.outputs.push(SendRequest{client_, invocation, std::move(request),
+  gate_.handed_over(call.attachment().link(), call.id(), invocation, now.steady);
+  exports_.outputs.push(SendRequest{client_, invocation, std::move(request),
                                     call.attachment().line_of_call(AuditEvent::kCall)});
   return invocation;
 }
 
 void RealService::drop(InvocationId invocation) {
-  if (take_invocation(invocation)) serving_.outputs.push(DropInvocation{client_, invocation});
+  if (take_invocation(invocation)) exports_.outputs.push(DropInvocation{client_, invocation});
 }
 
 ServedCall* RealService::take_invocation(InvocationId invocation) {
@@ -218,23 +214,31 @@ ServedCall* RealService::take_invocation(InvocationId invocation) {
 
 void RealService::on(ResponseTaken& response, const Now& now) {
   // Also if nobody waits for it any longer: it shows that the server takes its requests.
-  serving_.gate.answered(client_, response.invocation, now.steady);
+  gate_.answered(response.invocation, now.steady);
   if (ServedCall* call = take_invocation(response.invocation))
     call->on_response(std::move(response.payload), now);
-  serving_.begin_calls(now);
+  begin_calls(now);
 }
 
 void RealService::on(const InvocationFailed& failed, const Now& now) {
   // Also if nobody waits for it any longer: the server's queue has room again.
-  serving_.gate.failed(client_, failed.invocation);
+  gate_.failed(failed.invocation);
   if (ServedCall* call = take_invocation(failed.invocation))
     call->attachment().on_failed(*call, failed.reason, now);
-  serving_.begin_calls(now);
+  begin_calls(now);
 }
 
-void RealService::begin(LinkId link, CallId call, const Now& now) {
-  const auto it = attachments_.find(link);
-  if (it != attachments_.end()) it->second.begin(call, now);
+void RealService::begin_calls(const Now& now) {
+  if (exports_.held) return;
+  // One at a time: to begin a call may end it, and so may free places or end others that would have
+  // been next.
+  while (const auto next = gate_.next(now.steady))
+    attachments_.at(next->caller).begin(next->call, now);
+  // An answer that makes the deadline later leaves the timer as it is; it then fires once without
+  // effect.
+  const auto deadline = gate_.deadline();
+  if (deadline && (!room_ || room_.at() <= now.steady))
+    room_ = exports_.timers.set(*deadline, {this});
 }
 
 void RealService::add_status(const Link& link, LinkStatus& status) const {

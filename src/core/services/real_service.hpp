@@ -9,7 +9,7 @@
 
 #include "core/policy/policy.hpp"
 #include "core/services/attachment.hpp"
-#include "core/services/serving.hpp"
+#include "core/services/call_gate.hpp"
 
 namespace connect_bridge {
 
@@ -18,7 +18,7 @@ namespace connect_bridge {
 // the server goes or is replaced, all calls end: a new server does not know them.
 class RealService {
  public:
-  RealService(ServiceKey key, Serving& serving);
+  RealService(ServiceKey key, ServiceExports& exports);
   RealService(const RealService&) = delete;
   RealService& operator=(const RealService&) = delete;
 
@@ -41,7 +41,8 @@ class RealService {
   void on(ResponseTaken& response, const Now& now);
   void on(const InvocationFailed& failed, const Now& now);
   void on(const ServiceClientFailed& failed, const Now& now);
-  void begin(LinkId link, CallId call, const Now& now);
+  // Begins the calls whose turn it is. To be called after everything that may free a place.
+  void begin_calls(const Now& now);
 
   // ---- for its attachments and their calls
   void use_client();
@@ -50,8 +51,7 @@ class RealService {
   // Ends and destroys the attachment of this link; the service is offered to it again.
   void renew(LinkId link, const Now& now);
   // Gives the request to the server.
-  InvocationId invoke(ServedCall& call, const CallGate::Caller& caller, Payload request,
-                      const Now& now);
+  InvocationId invoke(ServedCall& call, Payload request, const Now& now);
   // The answer is not wanted any more, if one can still come.
   void drop(InvocationId invocation);
 
@@ -62,20 +62,24 @@ class RealService {
   // and a separate limit.
   [[nodiscard]] bool gives_results() const { return gives_results_; }
   [[nodiscard]] ServiceClientId client() const { return client_; }
+  [[nodiscard]] CallGate& gate() { return gate_; }
   [[nodiscard]] bool is_ready() const { return ready_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
 
   void add_status(const Link& link, LinkStatus& status) const;
 
  private:
+  using Attachments = std::map<LinkId, Attachment>;
+
   [[nodiscard]] bool lacks_type() const;
+  // It ends, and the client if no other one holds it.
+  void remove(Attachments::iterator attachment, const Ending& why, const Now& now);
   void forget_ended();
-  void end_attachments(const Now& now);
   void end_lost(const Now& now);
   void note_action_use(bool on);
   ServedCall* take_invocation(InvocationId invocation);
 
-  Serving& serving_;
+  ServiceExports& exports_;
   std::shared_ptr<const LocalInterface> what_;
   bool gives_results_;
   std::string node_;
@@ -87,8 +91,10 @@ class RealService {
   // attaches later.
   bool failed_ = false;
   std::string type_hash_;
+  CallGate gate_;
+  Timers<CallDue>::Timer room_;  // calls wait for room in the server's queue
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
-  std::map<LinkId, Attachment> attachments_;
+  Attachments attachments_;
 };
 
 }  // namespace connect_bridge

@@ -4,23 +4,24 @@
 
 #include "core/compress/compress.hpp"
 #include "core/services/attachment.hpp"
-#include "core/services/real_service.hpp"
+#include "core/services/service_exports.hpp"
 
 namespace connect_bridge {
 
 ServedCall::ServedCall(Attachment& attachment, CallId id, InMessage request, const Now& now)
     : attachment_(attachment),
-      serving_(attachment.serving()),
+      exports_(attachment.exports()),
       id_(id),
       call_(attachment.load().calls.hold(1)),
+      waiting_(attachment.load().waiting.hold(1)),
       request_bytes_(attachment.load().request_bytes.hold(request.body.size())),
       request_(std::move(request)) {
   // From the arrival of the request, so that the time at the gate counts (docs/protocol.md section
   // 9.5, rule 8). A result comes when its goal ends.
   const Duration timeout = attachment.treatment().call_timeout;
   if (!attachment.service().gives_results() && timeout != kForever)
-    timer_ = serving_.timers.set(now.steady + timeout, {&attachment, this});
-  serving_.gate.add(attachment.caller(), id);
+    timer_ = exports_.timers.set(now.steady + timeout, {&attachment.service(), &attachment, this});
+  attachment.service().gate().add(attachment.link(), id);
 }
 
 void ServedCall::leave() {
@@ -28,6 +29,7 @@ void ServedCall::leave() {
     case State::kWaiting:
       request_ = {};
       request_bytes_.release();
+      waiting_.release();
       break;
     // The gateway keeps an invocation until it is answered, fails or is dropped.
     case State::kHandedOver: attachment_.service().drop(invocation_); break;
@@ -41,12 +43,13 @@ void ServedCall::leave() {
 void ServedCall::set_state(State next) {
   // The order of the states counts: up to kHandedOver the gate knows the call, which takes its
   // places there; from kAnswered on no time limit applies, as the server has done its part.
+  CallGate& gate = attachment_.service().gate();
   const bool was_at_gate = state_ <= State::kHandedOver;
   leave();
   state_ = next;
   const bool is_at_gate = state_ <= State::kHandedOver;
-  if (was_at_gate && !is_at_gate) serving_.gate.leave(attachment_.caller(), id_);
-  if (state_ == State::kDecoding) serving_.gate.preparing(attachment_.caller(), id_);
+  if (was_at_gate && !is_at_gate) gate.leave(attachment_.link(), id_);
+  if (state_ == State::kDecoding) gate.preparing(attachment_.link(), id_);
   if (state_ >= State::kAnswered) timer_.cancel();
 }
 
@@ -55,15 +58,15 @@ void ServedCall::keep_copy() {
 }
 
 void ServedCall::begin(const Now& now) {
-  const bool waits = request_.codec != Codec::kNone && serving_.jobs.is_large(request_.raw_bytes);
+  const bool waits = request_.codec != Codec::kNone && exports_.jobs.is_large(request_.raw_bytes);
   if (waits) keep_copy();  // for a worker
   // Taken out first: with the state it would be forgotten (leave).
   const InMessage request = std::move(request_);
   if (request.codec == Codec::kNone) return hand_over(request.body, now);
   if (waits) {
     set_state(State::kDecoding);
-    job_ = serving_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
-                                    attachment_.caller().link);
+    job_ = exports_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
+                                    attachment_.link());
     return;
   }
   auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
@@ -74,7 +77,7 @@ void ServedCall::begin(const Now& now) {
 void ServedCall::hand_over(Payload request, const Now& now) {
   set_state(State::kHandedOver);
   handed_over_at_ = now.steady;
-  invocation_ = attachment_.service().invoke(*this, attachment_.caller(), std::move(request), now);
+  invocation_ = attachment_.service().invoke(*this, std::move(request), now);
 }
 
 void ServedCall::on_response(Payload answer, const Now& now) {
@@ -87,9 +90,9 @@ void ServedCall::on_response(Payload answer, const Now& now) {
     return attachment_.withhold(*this, why, now);
   const Compression how = attachment_.compression_of(size);
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
-  if (serving_.jobs.is_large(size)) {
+  if (exports_.jobs.is_large(size)) {
     answer_.codec = how.codec;  // used if the body shrinks
-    job_ = serving_.jobs.compress(*this, how, answer_.body, attachment_.caller().link);
+    job_ = exports_.jobs.compress(*this, how, answer_.body, attachment_.link());
     return;
   }
   auto body = compress(answer_.body.view(), how);
@@ -102,14 +105,14 @@ void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
     const Codec codec = result ? answer_.codec : Codec::kNone;
     return keep_answer(codec, std::move(result).value_or(Payload{}), now);
   }
-  Serving& serving = serving_;  // outlives this call
+  RealService& service = attachment_.service();  // outlives this call
   if (result) {
     hand_over(*std::move(result), now);
   } else {
     attachment_.on_malformed(*this);
   }
   // Malformed or not, the room that was reserved for it at the server is free or used now.
-  serving.begin_calls(now);
+  service.begin_calls(now);
 }
 
 // Without a codec the call keeps the body that it has.

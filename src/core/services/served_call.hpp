@@ -9,9 +9,21 @@
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/reassembly.hpp"
 #include "core/jobs/jobs.hpp"
-#include "core/services/serving.hpp"
 
 namespace connect_bridge {
+
+class Attachment;
+class RealService;
+class ServedCall;
+class ServiceExports;
+
+// A deadline of a call; if `call` is not set, of an attachment that the peer has not attached
+// again; without both of a service, whose server may have room again.
+struct CallDue {
+  RealService* service = nullptr;
+  Attachment* attachment = nullptr;
+  ServedCall* call = nullptr;
+};
 
 // Lives from the arrival of the request until the peer has the answer or does not want it. The call
 // holds its shares of the link's budgets, its places at the gate, its job, its timer and its
@@ -61,12 +73,12 @@ class ServedCall final : public JobOwner {
   void keep_answer(Codec codec, Payload body, const Now& now);
 
   Attachment& attachment_;
-  Serving& serving_;
+  ServiceExports& exports_;
   CallId id_;
   State state_ = State::kWaiting;
-  Budget::Hold call_;  // one of the calls of its link
+  Budget::Hold call_, waiting_;  // one of the calls of its link, and of those that wait
   Budget::Hold request_bytes_, answer_bytes_;
-  Timers<Serving::Due>::Timer timer_;
+  Timers<CallDue>::Timer timer_;
   InMessage request_;
   Jobs::Job job_;
   InvocationId invocation_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -11,11 +12,11 @@ namespace {
 // moment two; the services of an action are looked at together, each with all its types.
 constexpr std::size_t kTypesOfServiceMax = 4;
 
-bool has_too_many_types(const Mirroring& mirroring, const Link& link, const ServiceKey& key) {
+bool has_too_many_types(const ServiceImports& imports, const Link& link, const ServiceKey& key) {
   std::size_t others = 0;
-  for (auto it = mirroring.services.lower_bound({key.first, ""});
-       it != mirroring.services.end() && it->first.first == key.first; ++it) {
-    const auto& feeds = it->second->feeds();
+  for (auto it = imports.services.lower_bound({key.first, ""});
+       it != imports.services.end() && it->first.first == key.first; ++it) {
+    const auto& feeds = it->second.feeds();
     if (it->first != key && std::any_of(feeds.begin(), feeds.end(), [&](const auto& feed) {
           return feed.second.link().account == link.account;
         }))
@@ -26,73 +27,105 @@ bool has_too_many_types(const Mirroring& mirroring, const Link& link, const Serv
 
 }  // namespace
 
+// ---- updates
+
+void ServiceImports::update(MirroredService& service, const Now& now) {
+  // With the link that the goals of an action go to, its cancels and results move too: a cancel
+  // that goes to another robot stops nothing. This ends, because only a service of goals begins it,
+  // and only when it moves. The name is asked for before the service may be destroyed.
+  const LinkId before = service.feeder();
+  const bool stays = service.update(now);
+  const std::string moved = stays && service.feeder() == before ? "" : service.goals_of();
+  if (!stays) services.erase(ServiceKey(service.key()));
+  if (moved.empty()) return;
+  for (const ActionPart part : kActionParts) {
+    if (kind_of(part) != InterfaceKind::kService) continue;
+    const std::string name = name_of_part(moved, part);
+    for (auto it = services.lower_bound({name, ""});
+         it != services.end() && it->first.first == name;)
+      update((it++)->second, now);
+  }
+}
+
+// It takes its next element first, as an update may destroy its service. It may update others of
+// its action, too, but destroys none of them: a service is updated at once when its last feed has
+// gone, so each other one still has feeds.
+template <class Change>
+void ServiceImports::update_each(const Change& change, const Now& now) {
+  for (auto it = services.begin(); it != services.end();) {
+    MirroredService& service = (it++)->second;
+    if (change(service)) update(service, now);
+  }
+}
+
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
-  auto import = judge(mirroring_, link, offer);
+  auto import = judge(*this, link, offer);
   if (!import) return;
   const ServiceKey& key = import->key;
   // Before an entry is made: a peer could offer one name with types without end.
-  if (has_too_many_types(mirroring_, link, key))
-    return decline(mirroring_, link, offer, "limit", "its name is offered with too many types");
-  auto& service = mirroring_.services[key];
-  if (!service) service = std::make_unique<MirroredService>(key, mirroring_);
-  if (!service->on_offer(link, offer, import->decision))
-    return decline(mirroring_, link, offer, "failed", "this service is offered twice");
-  note_import(mirroring_, link, offer, import->decision.rule);
-  mirroring_.update(*service, now);
+  if (has_too_many_types(*this, link, key))
+    return decline(*this, link, offer, "limit", "its name is offered with too many types");
+  MirroredService& service = services.try_emplace(key, key, *this).first->second;
+  if (!service.on_offer(link, offer, import->decision))
+    return decline(*this, link, offer, "failed", "this service is offered twice");
+  note_import(*this, link, offer, import->decision.rule);
+  update(service, now);
 }
 
 void ServiceImports::forget_orphans(LinkId link, const Now& now) {
-  for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
-    MirroredService& service = *(it++)->second;
-    if (service.forget_orphan(link)) mirroring_.update(service, now);
-  }
+  update_each(
+      [&](MirroredService& service) {
+        const auto feed = service.feeds().find(link);
+        if (feed == service.feeds().end() || feed->second.is_offered()) return false;
+        return service.remove_feed(link);
+      },
+      now);
 }
 
 void ServiceImports::on_link_lost(LinkId link, const Now& now) {
-  for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
-    MirroredService& service = *(it++)->second;
-    // What has no mirror yet is claimed no longer: another bridge may have it.
-    if (service.on_link_lost(link)) mirroring_.update(service, now);
-  }
+  // What has no mirror yet is claimed no longer: another bridge may have it.
+  update_each([&](MirroredService& service) { return service.on_link_lost(link); }, now);
 }
 
 void ServiceImports::on_link_dead(LinkId link, const Now& now) {
-  for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
-    MirroredService& service = *(it++)->second;
-    if (service.on_link_dead(link)) mirroring_.update(service, now);
-  }
+  update_each([&](MirroredService& service) { return service.remove_feed(link); }, now);
   // Last: the calls that have ended now gave back to it.
-  mirroring_.loads.erase(link);
+  loads.erase(link);
 }
 
 void ServiceImports::on_graph(const Now& now) {
-  if (!mirroring_.graph_since) mirroring_.graph_since = now.steady;
-  mirroring_.update_all(now);
+  if (!graph_since) graph_since = now.steady;
+  on_claims(now);
 }
 
 void ServiceImports::on_claims(const Now& now) {
-  mirroring_.update_all(now);
+  update_each([](MirroredService&) { return true; }, now);
 }
 
 void ServiceImports::on_lapse(const Now& now) {
-  if (!mirroring_.graph_since) return;
-  mirroring_.graph_since = now.steady;
-  for (auto& [key, service] : mirroring_.services) service->on_lapse();
-  mirroring_.update_all(now);
+  if (!graph_since) return;
+  graph_since = now.steady;
+  update_each(
+      [](MirroredService& service) {
+        service.close();
+        return true;
+      },
+      now);
 }
 
 void ServiceImports::on_policy(const Now& now) {
-  for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
-    MirroredService& service = *(it++)->second;
-    service.on_policy();
-    mirroring_.update(service, now);
-  }
+  update_each(
+      [](MirroredService& service) {
+        service.on_policy();
+        return true;
+      },
+      now);
 }
 
 // The mirror may have been destroyed just now.
 MirroredService* ServiceImports::find(ServiceMirrorId mirror) const {
-  const auto it = mirroring_.by_mirror.find(mirror);
-  return it == mirroring_.by_mirror.end() ? nullptr : it->second;
+  const auto it = by_mirror.find(mirror);
+  return it == by_mirror.end() ? nullptr : it->second;
 }
 
 const std::string* ServiceImports::goals_of(ServiceMirrorId mirror) const {
@@ -112,46 +145,33 @@ void ServiceImports::on_mirror_failed(const ServiceMirrorFailed& failed, const N
   auto* service = find(failed.id);
   if (!service) return;
   service->on_mirror_failed(failed);
-  mirroring_.update(*service, now);
+  update(*service, now);
 }
 
 void ServiceImports::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
   auto* service = find(differs.id);
   if (!service) return;
   service->on_type_differs(differs);
-  mirroring_.update(*service, now);
+  update(*service, now);
 }
 
 void ServiceImports::on_time(const Now& now) {
-  while (const auto call = mirroring_.timers.take_due(now.steady))
-    (*call)->feed().on_timeout(**call, now);
-  if (!mirroring_.settles_at || *mirroring_.settles_at > now.steady) return;
-  mirroring_.update_due(now);
-}
-
-std::optional<TimePoint> ServiceImports::deadline() const {
-  return earliest(mirroring_.settles_at, mirroring_.timers.deadline());
+  while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_timeout(**call, now);
+  while (const auto service = looks.take_due(now.steady)) update(**service, now);
 }
 
 void ServiceImports::add_mirrored(Claim& claim) const {
-  for (const auto& [key, service] : mirroring_.services)
-    if (service->is_claimed()) claim.services.push_back(service_gid(key.first));
+  for (const auto& [key, service] : services)
+    if (service.is_claimed()) claim.services.push_back(service_gid(key.first));
 }
 
 bool ServiceImports::has_mirror(const ServiceKey& key) const {
-  const auto found = mirroring_.services.find(key);
-  return found != mirroring_.services.end() && found->second->mirror();
+  const auto found = services.find(key);
+  return found != services.end() && found->second.mirror();
 }
 
 void ServiceImports::add_status(const Link& link, LinkStatus& status) const {
-  for (const auto& [key, service] : mirroring_.services) service->add_status(link, status);
-}
-
-std::uint64_t ServiceImports::memory_bytes() const {
-  std::uint64_t bytes = 0;
-  for (const auto& [id, load] : mirroring_.loads)
-    bytes += load.request_bytes.used() + load.decoding_bytes.used();
-  return bytes;
+  for (const auto& [key, service] : services) service.add_status(link, status);
 }
 
 }  // namespace connect_bridge

@@ -1,23 +1,29 @@
 // The peers' services that exist here.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
+#include <unordered_map>
 
+#include "core/base/timers.hpp"
+#include "core/graph/side_view.hpp"
+#include "core/link/link.hpp"
+#include "core/services/calls.hpp"
 #include "core/services/mirrored_service.hpp"
-#include "core/services/mirroring.hpp"
+#include "core/services/options.hpp"
 
 namespace connect_bridge {
 
 // Finds or creates the object that an input concerns; the handling is in these types
-// (MirroredService, Feed, MadeCall). Links dispatch what arrives on channels. Single-threaded;
-// owned by the side.
-class ServiceImports {
+// (MirroredService, Feed, MadeCall), which also use what they share of it. Links dispatch what
+// arrives on channels. Single-threaded; owned by the side.
+class ServiceImports final : public SideView {
  public:
-  ServiceImports(const SideView& side, const ServiceOptions& options, const std::string& own_node)
-      : mirroring_{side, options, own_node} {}
+  ServiceImports(const SideView& side, const ServiceOptions& of_services, const std::string& node)
+      : SideView(side), options(of_services), own_node(node) {}
+  ServiceImports(const ServiceImports&) = delete;
+  ServiceImports& operator=(const ServiceImports&) = delete;
 
   // The caller has found the number unused and expects data on it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
@@ -46,16 +52,33 @@ class ServiceImports {
   // The entries of our own claim for the services mirrored here.
   void add_mirrored(Claim& claim) const;
 
-  [[nodiscard]] std::optional<TimePoint> deadline() const;
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(timers.deadline(), looks.deadline());
+  }
   // Whether a service of some peer is mirrored here.
   [[nodiscard]] bool has_mirror(const ServiceKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
-  [[nodiscard]] std::uint64_t memory_bytes() const;
+  [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
+
+  // ---- for the services
+  // Updates the service (MirroredService::update); one that nobody offers any longer is destroyed.
+  // With the link that an action's goals go to, its other services change.
+  void update(MirroredService& service, const Now& now);
+
+  const ServiceOptions& options;
+  const std::string& own_node;
+  Timers<MadeCall*> timers{};
+  Timers<MirroredService*> looks{};  // when those without a mirror are to be updated
+  CallLoads loads{};
+  std::unordered_map<ServiceMirrorId, MirroredService*> by_mirror{};
+  std::optional<TimePoint> graph_since{};  // of the first graph; no mirror right after it
+  std::map<ServiceKey, MirroredService> services{};
 
  private:
   [[nodiscard]] MirroredService* find(ServiceMirrorId mirror) const;
-
-  Mirroring mirroring_;
+  // Updates each service of which this says that it changed.
+  template <class Change>
+  void update_each(const Change& change, const Now& now);
 };
 
 }  // namespace connect_bridge

@@ -3,7 +3,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/base/random_token.hpp"
+#include "core/base/random.hpp"
 #include "core/link/standing.hpp"
 #include "core/side/offers.hpp"
 

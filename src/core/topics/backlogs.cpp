@@ -159,11 +159,11 @@ void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& no
   context_.kept.erase(all);
   if (resumed + lost == 0) return;
   // A peer that comes and goes causes it as often.
-  if (const auto end = link.account->lines.take(now))
+  if (const auto count = link.account->lines.count(now))
     context_.outputs.log(lost > 0 ? LogLevel::kWarn : LogLevel::kInfo,
                          "after the break of the link with " + link.label() + " " +
                              std::to_string(resumed) + " messages come late, " +
-                             std::to_string(lost) + " are lost" + *end);
+                             std::to_string(lost) + " are lost" + left_out(*count));
 }
 
 void Backlogs::add_status(LinkId link, LinkStatus& status) const {

@@ -23,7 +23,7 @@ Payload clock_message(Stamp ros) {
 
 void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now& now) {
   if (mirror_) return;
-  mirror_ = outputs.new_mirror();
+  mirror_ = outputs.new_id<MirrorId>();
   Qos qos;
   // Reliable, since that serves subscribers of both kinds; as deep as a subscriber's default.
   qos.depth = 10;

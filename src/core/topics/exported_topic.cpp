@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/policy/companion.hpp"
+#include "core/policy/treatment.hpp"
 #include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
 
@@ -219,7 +219,7 @@ void ExportedTopic::update_subscription(const Now& now) {
   }
   end_subscription();
   take_name();
-  subscription_ = context_.outputs.new_subscription();
+  subscription_ = context_.outputs.new_id<SubscriptionId>();
   subscription_qos_ = qos;
   offers_.on_subscribed(qos);
   subscribed_at_ = now.system;

@@ -9,7 +9,7 @@
 namespace connect_bridge {
 namespace {
 
-// Other bridges hold a publisher for less than this before it counts (NewPublishers).
+// Other bridges hold a publisher for less than this before it counts (LocalGraph).
 constexpr Duration kEndedNamed = std::chrono::seconds(1);
 // Thousands may be due together, as when a link has ended: the others' turns are in between.
 constexpr int kDueAtOnce = 64;

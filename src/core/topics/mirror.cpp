@@ -208,7 +208,7 @@ bool Mirror::may_exist() const {
 
 void Mirror::create(const Now& now) {
   const Outputs::Paying paying(context_.outputs, candidates_.front().link->account->time);
-  id_ = context_.outputs.new_mirror();
+  id_ = context_.outputs.new_id<MirrorId>();
   candidates_.front().declined = false;
   last_number_ = sample_bytes_ = 0;
   context_.made[id_] = {this};

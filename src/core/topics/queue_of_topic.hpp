@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "core/flow/queue_options.hpp"
-#include "core/policy/keep.hpp"
+#include "core/policy/treatment.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
 

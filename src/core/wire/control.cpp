@@ -1,7 +1,5 @@
 #include "core/wire/control.hpp"
 
-#include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "core/wire/control_fields.hpp"
@@ -18,11 +16,8 @@ bool become(std::string_view type, Control& message, std::index_sequence<Index..
   return (... || (type == kControlTypes[Index] && (message.emplace<Index>(), true)));
 }
 
-// The text of `json` with the fields of `object`. Bytes that are not UTF-8 are replaced: dump()
-// must not throw because of a name in the graph.
-std::string text_of(const auto& object, OrderedJson json = {}) {
-  ControlWriter writer{json};
-  fields(writer, object);
+// Bytes that are not UTF-8 are replaced: a name in the graph must not make this throw.
+std::string text_of(const OrderedJson& json) {
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
@@ -31,56 +26,6 @@ std::string offer_of(const std::vector<std::string>& channels, bool complete) {
   for (const auto& channel : channels) list += (list.empty() ? "" : ",") + channel;
   std::string text = encode(Offer{{}, complete});
   return text.insert(text.find('[') + 1, list);
-}
-
-template <class T>
-std::vector<T> slice(const std::vector<T>& list, std::size_t at, std::size_t count) {
-  const auto begin = list.begin() + static_cast<std::ptrdiff_t>(std::min(at, list.size()));
-  const auto left = static_cast<std::size_t>(list.end() - begin);
-  return {begin, begin + static_cast<std::ptrdiff_t>(std::min(count, left))};
-}
-
-// Each has a part of the list, and no other member is changed.
-template <class Message, class T>
-std::vector<Message> cut(const Message& whole, std::vector<T> Message::*list, std::size_t max) {
-  std::vector<Message> parts;
-  for (std::size_t at = 0; at == 0 || at < (whole.*list).size(); at += max)
-    (parts.emplace_back(whole).*list) = slice(whole.*list, at, max);
-  return parts;
-}
-
-template <class Message>
-std::vector<Message> parts_of(const Message& message) {
-  return {message};
-}
-std::vector<Withdraw> parts_of(const Withdraw& withdraw) {
-  return cut(withdraw, &Withdraw::channels, kChannelIdsMax);
-}
-std::vector<Demand> parts_of(const Demand& demand) {
-  auto parts = cut(demand, &Demand::channels, kChannelIdsMax);
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    parts[i].after = slice(demand.after, i * kChannelIdsMax, kChannelIdsMax);
-  return parts;
-}
-std::vector<Refuse> parts_of(const Refuse& refuse) {
-  return cut(refuse, &Refuse::calls, kCallIdsMax);
-}
-std::vector<Forget> parts_of(const Forget& forget) {
-  return cut(forget, &Forget::calls, kCallIdsMax);
-}
-// All that go are in the first part: the peer applies them first, so it never counts more than its
-// limit.
-template <class Message>
-std::vector<Message> parts_of_change(const Message& change) {
-  auto parts = cut(change, &Message::added, kAddedMax);
-  for (std::size_t i = 1; i < parts.size(); ++i) parts[i].removed.clear();
-  return parts;
-}
-std::vector<OriginsChanged> parts_of(const OriginsChanged& changed) {
-  return parts_of_change(changed);
-}
-std::vector<Listeners> parts_of(const Listeners& listeners) {
-  return parts_of_change(listeners);
 }
 
 }  // namespace
@@ -108,16 +53,21 @@ AcceptsSize size_of(const Accepts& accepts) {
 std::string encode(const Control& message) {
   OrderedJson json;
   json["type"] = kControlTypes[message.index()];
-  return std::visit([&](const auto& kind) { return text_of(kind, std::move(json)); }, message);
+  ControlWriter writer{json};
+  std::visit([&](const auto& kind) { fields(writer, kind); }, message);
+  return text_of(json);
 }
 
 std::vector<std::string> encode_parts(const Control& message) {
   std::vector<std::string> texts;
-  std::visit(
-      [&](const auto& kind) {
-        for (const auto& part : parts_of(kind)) texts.push_back(encode(part));
-      },
-      message);
+  for (bool complete = false; !complete;) {
+    OrderedJson json;
+    json["type"] = kControlTypes[message.index()];
+    ControlWriter writer{json, texts.size()};
+    std::visit([&](const auto& kind) { fields(writer, kind); }, message);
+    complete = writer.is_last_part();
+    texts.push_back(text_of(json));
+  }
   return texts;
 }
 
@@ -135,22 +85,18 @@ std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels
     gathered_bytes = 0;
   };
   for (const auto& channel : channels) {
-    OriginsChanged more{channel.channel, {}, {}};
-    std::string text;
-    if (channel.origins.size() <= kAddedMax) {
-      text = text_of(channel);
-    } else {
-      ChannelOffer first = channel;
-      first.origins = slice(channel.origins, 0, kAddedMax);
-      more.added = slice(channel.origins, kAddedMax, kChannelOriginsMax);
-      text = text_of(first);
-    }
+    OrderedJson json;
+    ControlWriter writer{json, 0};  // with as many origins as one message may add
+    fields(writer, channel);
+    std::string text = text_of(json);
     if (gathered.size() == kChannels || gathered_bytes + text.size() > kBytes)
       offer_gathered(false);
     gathered_bytes += text.size();
     gathered.push_back(std::move(text));
-    if (more.added.empty()) continue;
+    if (writer.is_last_part()) continue;
     offer_gathered(false);
+    const OriginsChanged more{
+        channel.channel, {channel.origins.begin() + kAddedMax, channel.origins.end()}, {}};
     for (auto& rest : encode_parts(more)) texts.push_back(std::move(rest));
   }
   offer_gathered(complete);

@@ -210,8 +210,9 @@ struct AcceptsSize {
 // The caller observes the limits above; encode_parts() and encode_offers() do it for long lists.
 std::string encode(const Control& message);
 
-// The messages that say together, one after the other, what `message` says, each within the limits
-// of its lists. Not for an offer, and no list of an "attached" is split.
+// The messages that say together, one after the other, what `message` says, each with its piece of
+// every list. Not for an offer. Lists that must not be split are short enough: those of "attached"
+// and "accepts", and what is removed, all of which the peer applies before it counts what is added.
 std::vector<std::string> encode_parts(const Control& message);
 
 // The messages that announce all of `channels`, each within the limits: offers, and where a channel

@@ -19,7 +19,6 @@
 #include <variant>
 
 #include "core/wire/control.hpp"
-#include "core/wire/control_names.hpp"
 #include "core/wire/login.hpp"
 #include "core/wire/words.hpp"
 
@@ -83,7 +82,8 @@ void fields(auto& io, Is<ChannelOffer> auto& channel) {
 }
 
 // A word of [a-z0-9_], 1 to 32 bytes.
-void identifier(auto& io, MemberName name, auto& word, Presence presence = Presence::kRequired) {
+void identifier(auto& io, std::string_view name, auto& word,
+                Presence presence = Presence::kRequired) {
   if (io.text(name, word, kCodeBytesMax, presence))
     io.check(is_method(word), name, "is not a word of [a-z0-9_]");
 }

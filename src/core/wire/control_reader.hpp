@@ -15,7 +15,6 @@
 #include "core/base/hex.hpp"
 #include "core/base/result.hpp"
 #include "core/wire/control_fields.hpp"
-#include "core/wire/control_names.hpp"
 #include "core/wire/control_values.hpp"
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
@@ -31,32 +30,32 @@ class ControlReader {
   ControlReader(const ControlValue& object, std::optional<Error>& error)
       : object_(object), error_(error) {}
 
-  void check(bool holds, MemberName name, const char* wrong,
+  void check(bool holds, std::string_view name, const char* wrong,
              CloseCode code = CloseCode::kMalformed) {
     if (holds || error_) return;
-    error_ = Error{code, "a control message's \"" + std::string{name.text()} + "\" " + wrong};
+    error_ = Error{code, "a control message's \"" + std::string{name} + "\" " + wrong};
   }
 
   // These return whether the member is there.
   template <class T>
-  bool member(MemberName name, T& value, Presence presence = Presence::kRequired) {
+  bool member(std::string_view name, T& value, Presence presence = Presence::kRequired) {
     const ControlValue* found = find(name, presence);
     if (found != nullptr) read(*found, name, value);
     return found != nullptr;
   }
 
-  bool text(MemberName name, std::string& value, std::size_t bytes_max, Presence presence) {
+  bool text(std::string_view name, std::string& value, std::size_t bytes_max, Presence presence) {
     const ControlValue* found = find(name, presence);
     if (found != nullptr) value = text_of(*found, name, bytes_max);
     return found != nullptr;
   }
 
-  void cleaned(MemberName name, std::string& value, std::size_t bytes_max) {
+  void cleaned(std::string_view name, std::string& value, std::size_t bytes_max) {
     text(name, value, bytes_max, Presence::kDefault);
   }
 
   template <class T>
-  bool list(MemberName name, std::vector<T>& values, std::size_t items_max,
+  bool list(std::string_view name, std::vector<T>& values, std::size_t items_max,
             Presence presence = Presence::kRequired) {
     const ControlValue* found = find(name, presence);
     if (found == nullptr) return false;
@@ -69,7 +68,7 @@ class ControlReader {
   }
 
   template <class Enum, std::size_t N>
-  void word(MemberName name, Enum& value, const std::array<Word<Enum>, N>& words) {
+  void word(std::string_view name, Enum& value, const std::array<Word<Enum>, N>& words) {
     const ControlValue* found = find(name, Presence::kDefault);
     if (found == nullptr) return;
     const auto known = found->type == Type::kText ? value_of(words, found->text) : std::nullopt;
@@ -77,7 +76,7 @@ class ControlReader {
     value = known.value_or(value);
   }
 
-  void duration(MemberName name, Duration& value) {
+  void duration(std::string_view name, Duration& value) {
     const ControlValue* found = find(name, Presence::kOptional);
     if (found == nullptr) return;
     const bool fits =
@@ -90,7 +89,7 @@ class ControlReader {
   using Type = ControlValue::Type;
 
   // The member, the last one of the name, or nullptr; an absent one is an error if it is required.
-  const ControlValue* find(MemberName name, Presence presence) {
+  const ControlValue* find(std::string_view name, Presence presence) {
     if (error_) return nullptr;
     const ControlValue* found = nullptr;
     for (auto* member = object_.first(); member != object_.last(); member = member->next()) {
@@ -101,7 +100,8 @@ class ControlReader {
   }
 
   // Empty where it is none.
-  std::string_view text_of(const ControlValue& value, MemberName name, std::size_t bytes_max) {
+  std::string_view text_of(const ControlValue& value, std::string_view name,
+                           std::size_t bytes_max) {
     check(value.type == Type::kText, name, "is not a string");
     check(value.text.size() <= bytes_max, name, "is too long", CloseCode::kTooLarge);
     check(error_ || is_text(value.text), name, "contains a control character");
@@ -109,7 +109,7 @@ class ControlReader {
   }
 
   template <class T>
-  void read_number(const ControlValue& value, MemberName name, T& number, T least) {
+  void read_number(const ControlValue& value, std::string_view name, T& number, T least) {
     const bool fits = value.type == Type::kUnsigned && value.number >= least &&
                       value.number <= std::numeric_limits<T>::max();
     check(fits, name, "is not an integer in its range");
@@ -117,38 +117,38 @@ class ControlReader {
   }
 
   template <class Bytes>
-  void read_hex(const ControlValue& value, MemberName name, Bytes& bytes, const char* wrong) {
+  void read_hex(const ControlValue& value, std::string_view name, Bytes& bytes, const char* wrong) {
     check(from_hex(text_of(value, name, 2 * bytes.size()), bytes), name, wrong);
   }
 
-  void read(const ControlValue& value, MemberName name, bool& yes) {
+  void read(const ControlValue& value, std::string_view name, bool& yes) {
     check(value.type == Type::kBoolean, name, "is neither true nor false");
     yes = value.number == 1;
   }
-  void read(const ControlValue& value, MemberName name, std::string& text) {
+  void read(const ControlValue& value, std::string_view name, std::string& text) {
     text = text_of(value, name, kNameBytesMax);
   }
   template <std::unsigned_integral T>
-  void read(const ControlValue& value, MemberName name, T& number) {
+  void read(const ControlValue& value, std::string_view name, T& number) {
     read_number(value, name, number, T{0});
   }
   template <class Tag, class Value>
-  void read(const ControlValue& value, MemberName name, Id<Tag, Value>& id) {
+  void read(const ControlValue& value, std::string_view name, Id<Tag, Value>& id) {
     read_number(value, name, id.value, Value{1});
   }
   template <class T>
-  void read(const ControlValue& value, MemberName name, std::optional<T>& number) {
+  void read(const ControlValue& value, std::string_view name, std::optional<T>& number) {
     read(value, name, number.emplace());
   }
-  void read(const ControlValue& value, MemberName name, Gid& gid) {
+  void read(const ControlValue& value, std::string_view name, Gid& gid) {
     read_hex(value, name, gid.bytes, "is not 48 hexadecimal digits");
   }
-  void read(const ControlValue& value, MemberName name, InterfaceKind& kind) {
+  void read(const ControlValue& value, std::string_view name, InterfaceKind& kind) {
     kind =
         value_of(kKindWords, text_of(value, name, kNameBytesMax)).value_or(InterfaceKind::kOther);
   }
   template <class T>
-  void read(const ControlValue& value, MemberName name, T& object) {
+  void read(const ControlValue& value, std::string_view name, T& object) {
     check(value.type == Type::kObject, name, "is not an object");
     if (error_) return;
     ControlReader reader{value, error_};

@@ -35,8 +35,7 @@ class ControlValues::Events final : public nlohmann::json_sax<Json> {
     return add({.type = ControlValue::Type::kNumber});
   }
   bool string(string_t& value) override {
-    return add(
-        {.type = ControlValue::Type::kText, .text = skips() ? std::string_view{} : keep(value)});
+    return add({.type = ControlValue::Type::kText, .text = keep(value)});
   }
   bool binary(binary_t&) override { return refuse(CloseCode::kMalformed, kNoObject); }
 
@@ -48,9 +47,7 @@ class ControlValues::Events final : public nlohmann::json_sax<Json> {
   bool key(string_t& name) override {
     if (++open_[depth_ - 1].members > kControlMembersMax)
       return refuse(CloseCode::kTooLarge, "an object of a control message has too many members");
-    if (skips()) return true;
-    name_ = MemberName::find(name);
-    if (!name_) skipped_at_ = depth_;
+    name_ = keep(name);
     return true;
   }
 
@@ -60,7 +57,7 @@ class ControlValues::Events final : public nlohmann::json_sax<Json> {
 
  private:
   struct Open {
-    std::size_t index = 0;    // in the list of values, where it is not skipped
+    std::size_t index = 0;    // in the list of values
     std::size_t members = 0;  // names that have come
   };
 
@@ -69,25 +66,16 @@ class ControlValues::Events final : public nlohmann::json_sax<Json> {
     return false;
   }
 
-  [[nodiscard]] bool skips() const { return skipped_at_ > 0; }
-
   std::string_view keep(const std::string& text) {
     const std::size_t at = into_.texts_.size();
     into_.texts_.insert(into_.texts_.end(), text.begin(), text.end());
     return {into_.texts_.data() + at, text.size()};
   }
 
-  bool add(const ControlValue& value) {
-    if (!append(value)) return false;
-    ended();
-    return true;
-  }
-
-  bool append(ControlValue value) {
-    if (++count_ > kControlValuesMax)
+  bool add(ControlValue value) {
+    if (into_.values_.size() == kControlValuesMax)
       return refuse(CloseCode::kTooLarge, "a control message has too many values");
-    if (skips()) return true;
-    value.name = std::exchange(name_, std::nullopt);
+    value.name = std::exchange(name_, {});
     into_.values_.push_back(value);
     return true;
   }
@@ -95,32 +83,22 @@ class ControlValues::Events final : public nlohmann::json_sax<Json> {
   bool open(ControlValue::Type type) {
     if (depth_ == kControlDepthMax)
       return refuse(CloseCode::kTooLarge, "a control message is nested too deeply");
-    if (!append({.type = type})) return false;
+    if (!add({.type = type})) return false;
     open_[depth_++] = {into_.values_.size() - 1, 0};
     return true;
   }
 
   bool close() {
-    --depth_;
-    const std::size_t at = open_[depth_].index;
-    if (!skips()) into_.values_[at].size = static_cast<std::uint32_t>(into_.values_.size() - at);
-    ended();
+    const std::size_t at = open_[--depth_].index;
+    into_.values_[at].size = static_cast<std::uint32_t>(into_.values_.size() - at);
     return true;
-  }
-
-  // A value has come as a whole.
-  void ended() {
-    if (skipped_at_ == depth_) skipped_at_ = 0;
   }
 
   ControlValues& into_;
   std::optional<Error> error_;
   std::array<Open, kControlDepthMax> open_{};
   std::size_t depth_ = 0;
-  std::size_t count_ = 0;
-  std::optional<MemberName> name_;  // of the value that comes next
-  // The depth of the object whose member is skipped now; 0: none is.
-  std::size_t skipped_at_ = 0;
+  std::string_view name_;  // of the value that comes next
 };
 
 Result<ControlValues> ControlValues::read(std::string_view text) {

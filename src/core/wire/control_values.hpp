@@ -1,15 +1,13 @@
-// The values of a control message's JSON that have a meaning, in one list and in the order of the
-// text: what a peer sends costs little more to read than its bytes, whatever shape it has.
+// The values of a control message's JSON, in one list and in the order of the text: what a peer
+// sends costs little more to read than its bytes, whatever shape it has.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "core/base/result.hpp"
-#include "core/wire/control_names.hpp"
 
 namespace connect_bridge {
 
@@ -18,10 +16,10 @@ struct ControlValue {
   enum class Type : std::uint8_t { kNull, kBoolean, kUnsigned, kNumber, kText, kList, kObject };
 
   Type type = Type::kNull;
-  std::optional<MemberName> name{};  // of the member whose value it is; none in a list
-  std::uint32_t size = 1;            // of itself and all that it holds, in values
-  std::uint64_t number = 0;          // kUnsigned; kBoolean: 0 or 1
-  std::string_view text{};           // kText: valid UTF-8, without escapes
+  std::string_view name{};   // of the member whose value it is; empty in a list
+  std::uint32_t size = 1;    // of itself and all that it holds, in values
+  std::uint64_t number = 0;  // kUnsigned; kBoolean: 0 or 1
+  std::string_view text{};   // kText: valid UTF-8, without escapes
 
   // What it holds: for (auto* value = list.first(); value != list.last(); value = value->next()).
   [[nodiscard]] const ControlValue* first() const { return this + 1; }
@@ -29,8 +27,8 @@ struct ControlValue {
   [[nodiscard]] const ControlValue* next() const { return this + size; }
 };
 
-// Reads them. Members that no control message has are skipped with all that they hold; they count
-// for the limits of docs/protocol.md section 12, too.
+// Reads them within the limits of docs/protocol.md section 12. Values that no control message has
+// are read and count, too.
 class ControlValues {
  public:
   // An error: `text` is no JSON object (kMalformed), or beyond a limit (kTooLarge).
@@ -42,7 +40,7 @@ class ControlValues {
   class Events;
 
   std::vector<ControlValue> values_;
-  std::vector<char> texts_;  // where the values' texts are; does not grow
+  std::vector<char> texts_;  // where the names and texts of the values are; does not grow
 };
 
 }  // namespace connect_bridge

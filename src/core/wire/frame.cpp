@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "core/wire/byte_order.hpp"
+#include "core/base/byte_order.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/wire/byte_order.hpp"
+#include "core/base/byte_order.hpp"
 #include "core/wire/text.hpp"
 
 namespace connect_bridge {

@@ -27,20 +27,19 @@ TEST(LogLimit, AfterAQuietTimeOneIsLoggedAtOnce) {
   EXPECT_EQ(limit.count(now_at(60'001)), std::nullopt);
 }
 
-TEST(LinePace, SomeLinesAreWrittenAtOnceThenOnePerPeriod) {
-  LinePace lines;
-  for (int i = 0; i < 30; ++i) EXPECT_EQ(lines.take(now_at(0)), "") << i;
-  EXPECT_EQ(lines.take(now_at(0)), std::nullopt);
-  EXPECT_EQ(lines.take(now_at(4999)), std::nullopt);
-  EXPECT_EQ(lines.take(now_at(5000)), "; 2 lines like this were left out");
-  EXPECT_EQ(lines.take(now_at(9999)), std::nullopt);
+TEST(LogLimit, SomeAreLoggedAtOnceThenOnePerPeriod) {
+  LogLimit limit(30, std::chrono::seconds(5));
+  for (int i = 0; i < 30; ++i) EXPECT_EQ(limit.count(now_at(0)), 1U) << i;
+  EXPECT_EQ(limit.count(now_at(0)), std::nullopt);
+  EXPECT_EQ(limit.count(now_at(4999)), std::nullopt);
+  EXPECT_EQ(limit.count(now_at(5000)), 3U);
+  EXPECT_EQ(limit.count(now_at(9999)), std::nullopt);
+  EXPECT_EQ(limit.count(now_at(10'000)), 2U);
 }
 
-TEST(LinePace, WhatWasLeftOutIsToldOnce) {
-  LinePace lines;
-  for (int i = 0; i < 32; ++i) lines.take(now_at(0));
-  EXPECT_EQ(lines.take(now_at(5000)), "; 2 lines like this were left out");
-  EXPECT_EQ(lines.take(now_at(10'000)), "");
+TEST(LogLimit, ALineSaysHowManyWereLeftOut) {
+  EXPECT_EQ(left_out(1), "");
+  EXPECT_EQ(left_out(3), "; 2 lines like this were left out");
 }
 
 }  // namespace

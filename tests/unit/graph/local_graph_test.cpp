@@ -21,6 +21,13 @@ Token128 side_of(std::uint8_t n) {
 // Another bridge of this graph, whose claims publisher 9 brings.
 const Topic kOtherBridge = topic(kClaimsTopic).pub(9, {}, "bridge");
 
+// A publisher of /a whose node the graph does not tell yet.
+Topic unnamed(std::uint8_t n) {
+  Topic result = topic("/a");
+  result.publishers.push_back({gid(n), "", "", {}});
+  return result;
+}
+
 // Time in milliseconds.
 struct Watched {
   void see(const std::vector<Topic>& topics, std::int64_t at = 0) {
@@ -70,6 +77,85 @@ TEST(LocalGraph, BesideABridgeANewPublisherIsKnownAtOnceAndSeenLater) {
   EXPECT_EQ(s.publishers(), "1");
   EXPECT_FALSE(s.release(150));
   EXPECT_EQ(s.deadline(), -1);
+  s.see({kOtherBridge, topic("/a").pub(1)}, 151);
+  EXPECT_EQ(s.publishers(), "1");
+}
+
+TEST(LocalGraph, MorePicturesMakeItNoLater) {
+  Watched s;
+  for (const int at : {0, 50, 100}) s.see({kOtherBridge, topic("/a").pub(1)}, at);
+  EXPECT_EQ(s.publishers(), "");
+  EXPECT_EQ(s.deadline(), 150);
+  s.see({kOtherBridge, topic("/a").pub(1)}, 200);
+  EXPECT_EQ(s.publishers(), "1");
+  EXPECT_FALSE(s.release(10'000));  // nor does it count twice
+}
+
+TEST(LocalGraph, OneWithoutANodesNameWaitsForThatAndNoLongerThanItsSamples) {
+  Watched s;
+  s.see({kOtherBridge, unnamed(1)});
+  EXPECT_EQ(s.publishers(), "");
+  EXPECT_GT(s.deadline(), 150);
+  EXPECT_LT(s.deadline(), 1000);  // ParkedSamples::kTime
+  s.see({kOtherBridge, topic("/a").pub(1)}, 100);
+  EXPECT_EQ(s.publishers(), "");
+  EXPECT_EQ(s.deadline(), 150);  // it has its name
+}
+
+// Its samples would stop for a moment.
+TEST(LocalGraph, WhoCountedBeforeABridgeCameGoesOn) {
+  Watched s;
+  s.see({topic("/a").pub(1)});
+  for (const int at : {10, 20}) {
+    s.see({kOtherBridge, topic("/a").pub(1).pub(2)}, at);
+    EXPECT_EQ(s.publishers(), "1");
+  }
+  EXPECT_TRUE(s.release(160));
+  EXPECT_EQ(s.publishers(), "1 2");
+}
+
+TEST(LocalGraph, WhoLeavesMeanwhileCountsAllTheSame) {
+  Watched s;
+  s.see({kOtherBridge, topic("/a").pub(1).pub(2)});
+  for (const int at : {50, 100}) s.see({kOtherBridge, topic("/a").pub(2)}, at);
+  EXPECT_FALSE(s.release(149));
+  EXPECT_TRUE(s.release(150));
+  EXPECT_EQ(s.publishers(), "2 1");
+  EXPECT_TRUE(s.release(150));
+  EXPECT_EQ(s.publishers(), "2");
+  EXPECT_FALSE(s.release(10'000));
+}
+
+TEST(LocalGraph, WhoComesBackIsHeldOnce) {
+  Watched s;
+  s.see({kOtherBridge, topic("/a").pub(1)});
+  s.see({kOtherBridge}, 50);
+  s.see({kOtherBridge, topic("/a").pub(1)}, 100);
+  EXPECT_EQ(s.publishers(), "");
+  EXPECT_TRUE(s.release(10'000));
+  EXPECT_EQ(s.publishers(), "1");
+  EXPECT_FALSE(s.release(10'000));
+}
+
+// They are known as such at once.
+TEST(LocalGraph, ABridgesOwnAreNotHeld) {
+  Watched s;
+  s.see({kOtherBridge, topic("/a").pub(5, {}, "bridge")});
+  EXPECT_EQ(s.publishers(), "");
+  EXPECT_EQ(s.deadline(), -1);
+}
+
+// Then a bridge's mirrors are known by their ids.
+TEST(LocalGraph, WhereIdsShowTheProcessNobodyWaits) {
+  Watched s;
+  Topic other = topic("/b");
+  Gid same_process = gid(2);
+  same_process.bytes[20] = 1;
+  other.subscribers.push_back({same_process, "/", "n2", {}});
+  s.see({kOtherBridge, topic("/a").pub(1).sub(2)});
+  EXPECT_EQ(s.publishers(), "");
+  s.see({kOtherBridge, topic("/a").pub(3).sub(2), other}, 10);
+  EXPECT_EQ(s.publishers(), "3");
 }
 
 // So that what it has said crosses.

@@ -1,5 +1,5 @@
 // Whether only the newest message counts, or each one.
-#include "core/policy/keep.hpp"
+#include "core/policy/treatment.hpp"
 
 #include <gtest/gtest.h>
 

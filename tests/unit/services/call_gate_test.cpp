@@ -17,9 +17,9 @@ struct Step {
   std::string begins;  // "1.2/3": call 3 of link 1 at service 2 is handed over
 };
 
-// A gate that is told of what happens in words:
+// Gates that are told of what happens in words:
 //
-//   open 1, results 1     service 1 can be called
+//   open 1, results 1     service 1 can be called, and has a gate of its own
 //   admit 1.2 3           link 1 has 3 places at service 2; with a further number, the depth of the
 //                         server's queue by its rule
 //   add 1.2 5             the next 5 calls of link 1 at service 2
@@ -29,7 +29,7 @@ struct Step {
 //   leave 1.2 3           call 3 of link 1 at service 2 is given up
 //   slow 1.2 3            when call 3 is handed over, a worker prepares it first
 //   ready 1.2 3           and is done
-//   dismiss 1.2, gone 1, hold, release, pass 5000 (ms)
+//   dismiss 1.2, gone 1, pass 5000 (ms)
 //
 // Requests are numbered per service as they are handed over.
 class Words {
@@ -40,79 +40,84 @@ class Words {
     words >> verb;
     if (verb == "pass") {
       now_ += std::chrono::milliseconds(number(words));
-      gate.expire(now_);
-    } else if (verb == "hold") {
-      gate.hold();
-    } else if (verb == "release") {
-      gate.release();
     } else if (verb == "open" || verb == "results" || verb == "gone" || verb == "answer" ||
                verb == "fail") {
-      of_service(verb, {number(words)}, words);
+      of_service(verb, number(words), words);
     } else {
       of_caller(verb, caller(words), words);
     }
     return begun();
   }
 
-  CallGate gate;
+  std::map<std::uint32_t, CallGate> gates;  // by service
 
  private:
+  struct Caller {
+    LinkId link;
+    std::uint32_t service = 0;
+    auto operator<=>(const Caller&) const = default;
+  };
   static std::uint32_t number(std::istringstream& words) {
     std::uint32_t value = 0;
     words >> value;
     return value;
   }
-  static CallGate::Caller caller(std::istringstream& words) {
+  static Caller caller(std::istringstream& words) {
     const std::uint32_t link = number(words);
     words.ignore(1);
-    return {{link}, {number(words)}};
+    return {{link}, number(words)};
   }
-  void of_service(const std::string& verb, ServiceClientId service, std::istringstream& words) {
-    if (verb == "gone") return gate.server_gone(service);
-    if (verb == "open" || verb == "results") return gate.open(service, verb == "results");
+  void of_service(const std::string& verb, std::uint32_t service, std::istringstream& words) {
+    if (verb == "open" || verb == "results") gates.try_emplace(service, verb == "results");
+    CallGate& gate = gates.at(service);
+    if (verb == "gone") gate.server_gone();
     const InvocationId request{number(words)};
-    if (verb == "fail") return gate.failed(service, request);
-    gate.answered(service, request, now_);
+    if (verb == "fail") gate.failed(request);
+    if (verb != "answer") return;
+    gate.answered(request, now_);
     const auto it = handed_.find({service, request});
     if (it != handed_.end()) gate.leave(it->second.caller, it->second.call);
   }
-  void of_caller(const std::string& verb, const CallGate::Caller& who, std::istringstream& words) {
+  void of_caller(const std::string& verb, const Caller& who, std::istringstream& words) {
+    CallGate& gate = gates.at(who.service);
     if (verb == "admit") {
       CallGate::Terms terms;
       words >> terms.places >> terms.queue_depth;
-      gate.admit(who, terms);
+      gate.admit(who.link, terms);
     }
-    if (verb == "dismiss") gate.dismiss(who);
-    if (verb == "leave") gate.leave(who, {number(words)});
+    if (verb == "dismiss") gate.dismiss(who.link);
+    if (verb == "leave") gate.leave(who.link, {number(words)});
     if (verb == "slow") slow_.insert({who, {number(words)}});
-    if (verb == "ready") hand_over({who, {number(words)}});
+    if (verb == "ready") hand_over(who.service, {who.link, {number(words)}});
     if (verb != "add") return;
-    for (std::uint32_t left = number(words); left > 0; --left) gate.add(who, {++last_[who]});
+    for (std::uint32_t left = number(words); left > 0; --left) gate.add(who.link, {++last_[who]});
   }
-  void hand_over(const CallGate::Next& next) {
-    const InvocationId request{++requests_[next.caller.service]};
-    handed_[{next.caller.service, request}] = next;
-    gate.handed_over(next.caller, next.call, request, now_);
+  void hand_over(std::uint32_t service, const CallGate::Next& next) {
+    const InvocationId request{++requests_[service]};
+    handed_[{service, request}] = next;
+    gates.at(service).handed_over(next.caller, next.call, request, now_);
   }
   std::string begun() {
     std::string line;
-    while (const auto next = gate.next(now_)) {
-      line += (line.empty() ? "" : " ") + std::to_string(next->caller.link.value) + "." +
-              std::to_string(next->caller.service.value) + "/" + std::to_string(next->call.value);
-      if (slow_.contains({next->caller, next->call})) {
-        gate.preparing(next->caller, next->call);
-      } else {
-        hand_over(*next);
+    for (auto& [service, gate] : gates) {
+      while (const auto next = gate.next(now_)) {
+        line += (line.empty() ? "" : " ") + std::to_string(next->caller.value) + "." +
+                std::to_string(service) + "/" + std::to_string(next->call.value);
+        if (slow_.contains({{next->caller, service}, next->call})) {
+          gate.preparing(next->caller, next->call);
+        } else {
+          hand_over(service, *next);
+        }
       }
     }
     return line;
   }
 
   TimePoint now_{};
-  std::map<CallGate::Caller, std::uint32_t> last_;
-  std::map<ServiceClientId, std::uint32_t> requests_;
-  std::map<std::pair<ServiceClientId, InvocationId>, CallGate::Next> handed_;
-  std::set<std::pair<CallGate::Caller, CallId>> slow_;
+  std::map<Caller, std::uint32_t> last_;
+  std::map<std::uint32_t, std::uint32_t> requests_;
+  std::map<std::pair<std::uint32_t, InvocationId>, CallGate::Next> handed_;
+  std::set<std::pair<Caller, CallId>> slow_;
 };
 
 void play(const std::vector<Step>& steps) {
@@ -231,27 +236,16 @@ TEST(CallGate, APreparedCallThatLeavesMakesWay) {
         {"leave 1.1 1", "1.1/2"}});
 }
 
-TEST(CallGate, NothingBeginsWhileItIsHeld) {
-  play({{"open 1", ""},
-        {"admit 1.1 1", ""},
-        {"add 1.1 2", "1.1/1"},
-        {"hold", ""},
-        {"leave 1.1 1", ""},
-        {"admit 1.1 3", ""},
-        {"release", "1.1/2"}});
-}
-
 TEST(CallGate, TellsWhetherACallWouldWait) {
   Words words;
-  const CallGate::Caller one{{1}, {1}};
-  EXPECT_TRUE(words.gate.would_wait(one));  // it is not admitted
   words.does("open 1");
+  const CallGate& gate = words.gates.at(1);
+  EXPECT_TRUE(gate.would_wait({1}));  // it is not admitted
   words.does("admit 1.1 2");
-  EXPECT_FALSE(words.gate.would_wait(one));
+  EXPECT_FALSE(gate.would_wait({1}));
   words.does("add 1.1 5");
-  EXPECT_TRUE(words.gate.would_wait(one));
-  EXPECT_EQ(words.gate.waiting(one), 3U);
-  EXPECT_EQ(words.gate.waiting(LinkId{1}), 3U);
+  EXPECT_TRUE(gate.would_wait({1}));
+  EXPECT_EQ(gate.waiting({1}), 3U);
 }
 
 }  // namespace

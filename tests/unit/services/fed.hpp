@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/policy/interface.hpp"
-#include "core/services/mirrored_service.hpp"
+#include "core/services/service_imports.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::side_test {
@@ -32,22 +32,21 @@ inline ChannelOffer offer_of_part(std::uint32_t channel, ActionPart part,
 struct OfferedServices : topics_test::Actions {
   explicit OfferedServices(const Rule& rule = callable()) {
     policy = Policy({rule});
-    mirroring.graph_since = ms(-10'000).steady;
+    imports.graph_since = ms(-10'000).steady;
   }
-  ~OfferedServices() { mirroring.services.clear(); }
+  ~OfferedServices() { imports.services.clear(); }
 
   MirroredService& offer(OneLink& from, const ChannelOffer& offer) {
     const ServiceKey key{offer.name, offer.type};
-    auto& service = mirroring.services[key];
-    if (!service) service = std::make_unique<MirroredService>(key, mirroring);
+    MirroredService& service = imports.services.try_emplace(key, key, imports).first->second;
     from.link.expect_offered(offer.channel, InterfaceKind::kService);
     const auto decision = policy.decide(
         Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
         from.link.login.identity());
     EXPECT_TRUE(decision);
-    EXPECT_TRUE(service->on_offer(from.link, offer, decision.value()));
-    mirroring.update(*service, ms(at));
-    return *mirroring.services.at(key);
+    EXPECT_TRUE(service.on_offer(from.link, offer, decision.value()));
+    imports.update(service, ms(at));
+    return imports.services.at(key);
   }
   bool attached(OneLink& from, const Attached& attached) {
     return static_cast<bool>(
@@ -58,26 +57,24 @@ struct OfferedServices : topics_test::Actions {
     from.link.forget({channel});
     ended->on_withdraw({}, ms(at));
   }
-  void update() { mirroring.update_all(ms(at)); }
+  void update() { imports.on_claims(ms(at)); }
   // Every deadline up to this moment.
   void pass_to(std::int64_t to) {
     at = to;
-    while (const auto call = mirroring.timers.take_due(ms(at).steady))
-      (*call)->feed().on_timeout(**call, ms(at));
-    mirroring.update_due(ms(at));
+    imports.on_time(ms(at));
   }
   std::string said() { return peer.said(at); }
   // What calls hold of the first peer's budgets: calls, bytes of requests that it is not known to
   // have.
   [[nodiscard]] std::string held() const {
-    const MadeLoad& load = mirroring.loads.at({1});
+    const CallLoad& load = imports.loads.at({1});
     return std::to_string(load.calls.used()) + " " + std::to_string(load.request_bytes.used());
   }
 
   std::int64_t at = 0;
   ServiceOptions options;
   std::string own_node = "/connect";
-  Mirroring mirroring{side, options, own_node};
+  ServiceImports imports{side, options, own_node};
   OneLink peer;
 };
 

@@ -61,7 +61,7 @@ TEST(Feed, AWithdrawEndsTheMirrorAndItsService) {
   s.request(7, "a");
   s.withdraw(s.peer);
   EXPECT_EQ(s.did(), "unmirror_service 1\n");
-  EXPECT_TRUE(s.mirroring.services.empty());
+  EXPECT_TRUE(s.imports.services.empty());
   EXPECT_EQ(s.held(), "0 0");
 }
 

@@ -92,9 +92,9 @@ TEST(MadeCall, ARequestThatHasArrivedIsKeptNoLongerAfterAReconnect) {
 TEST(MadeCall, ItsTimeEndsWithTheAnswer) {
   Fed s(answered_in_time());
   s.request(7, "a");
-  EXPECT_TRUE(s.mirroring.timers.deadline());
+  EXPECT_TRUE(s.imports.timers.deadline());
   s.answer(1, "A");
-  EXPECT_FALSE(s.mirroring.timers.deadline());
+  EXPECT_FALSE(s.imports.timers.deadline());
 }
 
 // It lasts as long as the goal does.
@@ -108,7 +108,7 @@ TEST(MadeCall, ACallForAResultHasNoLimit) {
   RequestTaken request{{1}, {7}, sample("a")};
   results.on_request(request, ms(0));
   EXPECT_EQ(s.held(), "1 5");
-  EXPECT_FALSE(s.mirroring.timers.deadline());
+  EXPECT_FALSE(s.imports.timers.deadline());
 }
 
 // ---- an answer that a worker decompresses
@@ -125,7 +125,7 @@ TEST(MadeCall, AnAnswerThatWaitsDoesNotKeepItsPacket) {
 
 TEST(MadeCall, AnAnswerHoldsItsBytesUntilItIsDecompressed) {
   Fed s;
-  const Budget& decoding = s.mirroring.loads.at({1}).decoding_bytes;
+  const Budget& decoding = s.imports.loads.at({1}).answer_bytes;
   s.request(7, "a");
   s.answer_slowly();
   EXPECT_EQ(s.did(), "decompress 1\n");
@@ -150,7 +150,7 @@ TEST(MadeCall, TheFirstAnswerCounts) {
 TEST(MadeCall, AnAnswerWithoutRoomEndsTheCall) {
   Fed s;
   s.request(7, "a");
-  const auto others = s.mirroring.loads.at({1}).decoding_bytes.hold(64 << 20);
+  const auto others = s.imports.loads.at({1}).answer_bytes.hold(64 << 20);
   s.answer_slowly();
   EXPECT_EQ(s.did(), "drop_request 1.7\n");
   EXPECT_EQ(s.held(), "0 0");

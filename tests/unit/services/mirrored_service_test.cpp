@@ -112,20 +112,20 @@ TEST(MirroredService, TheMirrorOutlivesAConnectionButNotItsLink) {
   s.lose();
   s.update();
   EXPECT_EQ(s.did(), "");
-  EXPECT_TRUE(s.subject->on_link_dead({1}));
+  EXPECT_TRUE(s.subject->remove_feed({1}));
   s.update();
   EXPECT_EQ(s.did(), "unmirror_service 1\n");
-  EXPECT_TRUE(s.mirroring.services.empty());
+  EXPECT_TRUE(s.imports.services.empty());
 }
 
 // ---- when the mirror appears
 
 TEST(MirroredService, NoMirrorBeforeTheGraphIsDiscovered) {
   OfferedServices s;
-  s.mirroring.graph_since.reset();
+  s.imports.graph_since.reset();
   const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
   EXPECT_EQ(s.said(), "");
-  s.mirroring.graph_since = ms(0).steady;
+  s.imports.graph_since = ms(0).steady;
   s.update();
   EXPECT_EQ(s.said(), "attach 1 1\n");
   EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
@@ -145,10 +145,10 @@ TEST(MirroredService, BesideAnotherBridgeItIsClaimedBeforeItAppears) {
   EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
   s.pass_to(999);
   EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(service.due(), ms(1000).steady);
+  EXPECT_EQ(s.imports.looks.deadline(), ms(1000).steady);
   s.pass_to(1000);
   EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
-  EXPECT_FALSE(service.due());
+  EXPECT_FALSE(s.imports.looks.deadline());
 }
 
 // It gives way when it hears ours; until then its server may take calls.
@@ -190,7 +190,7 @@ TEST(MirroredService, WithoutAPlaceItClaimsNothing) {
   EXPECT_TRUE(service.is_claimed());
   s.pass_to(3000);
   EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
-  s.mirroring.services.clear();
+  s.imports.services.clear();
 }
 
 TEST(MirroredService, WhatThePeerDoesNotAnswerIsNotClaimedForLong) {

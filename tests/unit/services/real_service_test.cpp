@@ -42,6 +42,17 @@ TEST(RealService, TheEpochStaysWithTheLinkAndEndsWithTheServer) {
   EXPECT_NE(changed->epoch, before);
 }
 
+TEST(RealService, NoCallBeginsWhileRightsAreChecked) {
+  Served s;
+  s.attach();
+  s.exports.hold();
+  s.request(1, "a");
+  EXPECT_EQ(s.did(), "");
+  s.exports.go_on(ms(0));
+  s.subject.begin_calls(ms(0));
+  EXPECT_EQ(s.did(), "invoke 1.1 a\n");
+}
+
 // A server that is killed and started again is in the graph twice, until the first is forgotten:
 // the calls at the second live on, those that only the first could have taken end.
 TEST(RealService, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
@@ -165,14 +176,14 @@ TEST(RealService, WhatCannotBeSentAfterItsCallWasGivenUpMakesWay) {
 
 TEST(RealService, AnActionIsInUseWhileAPeerIsAttachedToItsGoals) {
   Served s(exporting_actions(), {"/go/_action/send_goal", "p/action/Go_SendGoal"});
-  EXPECT_TRUE(s.serving.action_uses.empty());
+  EXPECT_TRUE(s.exports.action_uses.empty());
   s.attach();
-  ASSERT_EQ(s.serving.action_uses.size(), 1U);
-  EXPECT_EQ(s.serving.action_uses[0].action, "/go");
-  EXPECT_TRUE(s.serving.action_uses[0].on);
+  ASSERT_EQ(s.exports.action_uses.size(), 1U);
+  EXPECT_EQ(s.exports.action_uses[0].action, "/go");
+  EXPECT_TRUE(s.exports.action_uses[0].on);
   s.detach();
-  ASSERT_EQ(s.serving.action_uses.size(), 2U);
-  EXPECT_FALSE(s.serving.action_uses[1].on);
+  ASSERT_EQ(s.exports.action_uses.size(), 2U);
+  EXPECT_FALSE(s.exports.action_uses[1].on);
 }
 
 // ---- a client that cannot be made

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/policy/interface.hpp"
-#include "core/services/real_service.hpp"
+#include "core/services/service_exports.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::side_test {
@@ -23,7 +23,7 @@ using topics_test::OneLink;
 // compresses.
 struct Served : topics_test::Actions {
   explicit Served(const Rule& rule = callable(), const ServiceKey& key = {"/s", kServiceType})
-      : subject(key, serving) {
+      : subject(key, exports) {
     policy = Policy({rule});
     servers({1});
     offered = offer();
@@ -115,7 +115,7 @@ struct Served : topics_test::Actions {
   // Every deadline up to this moment.
   void pass_to(std::int64_t to) {
     at = to;
-    while (const auto due = serving.timers.take_due(ms(at).steady)) {
+    while (const auto due = exports.timers.take_due(ms(at).steady)) {
       if (due->call) {
         due->attachment->on_timeout(*due->call, ms(at));
       } else {
@@ -125,7 +125,7 @@ struct Served : topics_test::Actions {
   }
   // What its calls hold of the peer's budgets: calls, bytes of requests, of answers.
   [[nodiscard]] std::string held() const {
-    const ServedLoad& load = serving.loads.at({1});
+    const CallLoad& load = exports.loads.at({1});
     return std::to_string(load.calls.used()) + " " + std::to_string(load.request_bytes.used()) +
            " " + std::to_string(load.answer_bytes.used());
   }
@@ -133,7 +133,7 @@ struct Served : topics_test::Actions {
   std::int64_t at = 0;
   ServiceOptions options;
   Random random{1};
-  Serving serving{side, options, random};
+  ServiceExports exports{side, options, random};
   OneLink peer;
   RealService subject;
   std::optional<ChannelOffer> offered;  // at first

@@ -200,9 +200,9 @@ TEST(ServedCall, ItsTimeEndsWithTheAnswer) {
   Served s(one_in_time());
   s.attach();
   s.request(1, "a");
-  EXPECT_TRUE(s.serving.timers.deadline());
+  EXPECT_TRUE(s.exports.timers.deadline());
   s.answer(1, "b");
-  EXPECT_FALSE(s.serving.timers.deadline());
+  EXPECT_FALSE(s.exports.timers.deadline());
 }
 
 // It lasts as long as the goal does.
@@ -213,7 +213,7 @@ TEST(ServedCall, ACallForAResultHasNoLimit) {
   s.attach();
   s.request(1, "a");
   EXPECT_EQ(s.did(), "invoke 1.1 a\n");
-  EXPECT_FALSE(s.serving.timers.deadline());
+  EXPECT_FALSE(s.exports.timers.deadline());
 }
 
 // ---- all of it
@@ -262,8 +262,8 @@ TEST(ServedCall, GivesBackAllItHoldsHoweverItEnds) {
     EXPECT_EQ(s.held(), "2 5 0");
     each.end(s);
     EXPECT_EQ(s.held(), "0 0 0") << each.how;
-    EXPECT_EQ(s.serving.gate.waiting(LinkId{1}), 0U) << each.how;
-    EXPECT_FALSE(s.serving.timers.deadline()) << each.how;
+    EXPECT_EQ(s.exports.loads.at({1}).waiting.used(), 0U) << each.how;
+    EXPECT_FALSE(s.exports.timers.deadline()) << each.how;
   }
 }
 

@@ -2,7 +2,7 @@
 // that come and go.
 #include <gtest/gtest.h>
 
-#include "core/base/random_token.hpp"
+#include "core/base/random.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
 #include "unit/side/script.hpp"

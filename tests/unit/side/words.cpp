@@ -114,7 +114,8 @@ std::string word_of(const Action& action) {
 }
 
 std::string word_of(const Audit& line) {
-  std::string word = std::string(name_of(line.event)) + " " + std::to_string(line.link.value);
+  std::string word =
+      std::string(word_of(kAuditWords, line.event)) + " " + std::to_string(line.link.value);
   if (!line.identity.empty()) word += " " + line.identity;
   if (line.channel) {
     word += line.channel->direction == Direction::kExport ? " export " : " import ";

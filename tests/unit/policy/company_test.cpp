@@ -1,4 +1,4 @@
-#include "core/policy/companion.hpp"
+#include "core/policy/treatment.hpp"
 
 #include <gtest/gtest.h>
 
