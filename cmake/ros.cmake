@@ -19,8 +19,8 @@ foreach(package ${required} ${optional})
   if(TARGET ${package}::${package})
     target_link_libraries(connect_ros_packages INTERFACE ${package}::${package})
   else()
-    # Messages: the C structs and their type support are enough.
-    foreach(part rosidl_generator_c rosidl_typesupport_c rosidl_typesupport_introspection_c)
+    # Messages: the structs and their type support.
+    foreach(part rosidl_generator_c rosidl_typesupport_c rosidl_typesupport_introspection_c rosidl_generator_cpp rosidl_typesupport_cpp)
       if(TARGET ${package}::${package}__${part})
         target_link_libraries(connect_ros_packages INTERFACE ${package}::${package}__${part})
       endif()

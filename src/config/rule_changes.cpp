@@ -96,11 +96,8 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
     const bool differs = before.value_or(otherwise) != value.value_or(otherwise);
     if (!spec->changeable) {
       if (differs) found.fixed.push_back(key);
-    } else if (!rule_of(key).empty() || key == "rules") {
+    } else if (differs || !rule_of(key).empty() || key == "rules") {
       found.changes.push_back({key, std::move(value)});
-    } else if (differs) {
-      // It stays among the node's parameters, which show what is in use.
-      found.changes.push_back({key, value ? std::move(value) : spec->fallback});
     }
   };
   for (const auto& [key, value] : now) compare(key, value);
