@@ -80,7 +80,7 @@ std::optional<std::map<std::string, CountedService>> count_services(const Node& 
     if (service.starts_with(node.facts().full_name + "/")) continue;  // ours, or a namesake's
     const auto types = found.types(i);
     counted[service] = {{types.begin(), types.end()},
-                        distro::count_servers(node.handle(), service.c_str(), 0).value_or(0)};
+                        distro::count_servers(node.handle(), service.c_str()).value_or(0)};
   }
   return counted;
 }
@@ -224,7 +224,7 @@ constexpr std::size_t kUnservedMax = 256;  // services without a server
 // A client writes requests.
 bool is_called(const Node& node, const std::string& service) {
   if (!middleware().tells_servers())
-    return distro::count_clients(node.handle(), service.c_str(), 0).value_or(0) > 0;
+    return distro::count_clients(node.handle(), service.c_str()).value_or(0) > 0;
   const std::string topic = "rq" + service + "Request";
   const TopicEndpoints writers(&rcl_get_publishers_info_by_topic, node.handle(), topic.c_str(),
                                true);

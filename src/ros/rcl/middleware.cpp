@@ -88,7 +88,7 @@ std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
   const Middleware& of = middleware();
   std::optional<std::unordered_set<Gid>> callers;
   if (!of.tells_callers()) {
-    if (distro::count_clients(node, service.c_str(), 0) == std::optional<std::size_t>{0})
+    if (distro::count_clients(node, service.c_str()) == std::optional<std::size_t>{0})
       callers.emplace();
   } else {
     callers.emplace();

@@ -124,7 +124,7 @@ std::optional<ServiceReady> ServiceClient::look_for_server(ServerSight::Time now
   bool reached = false;
   if (!ignore_error(rcl_service_server_is_available(node, &client_, &reached))) reached = false;
   const bool in_graph =
-      reached || distro::count_servers(node, create_.service.c_str(), 0).value_or(0) > 0;
+      reached || distro::count_servers(node, create_.service.c_str()).value_or(0) > 0;
   compare_servers(in_graph);
   if (!server_.look(reached, in_graph, now)) return std::nullopt;
   return ServiceReady{create_.id, server_.is_ready(), type_->hash};
