@@ -9,7 +9,6 @@
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/rcl/take_buffer.hpp"
 #include "ros/types/cdr_check.hpp"
-#include "ros/types/type_functions.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -24,7 +23,6 @@ class InstalledForm final : public MessageForm {
   InstalledForm(const rosidl_message_type_support_t* type,
                 const rosidl_message_type_support_t* introspection)
       : type_(type),
-        functions_(*type),
         introspection_(introspection),
         members_(*static_cast<const Members*>(introspection->data)),
         memory_(::operator new(members_.size_of_)) {
@@ -39,7 +37,7 @@ class InstalledForm final : public MessageForm {
   void* message() override { return memory_; }
 
   std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
-    const rmw_ret_t result = serialize(bytes);
+    const rmw_ret_t result = rmw_serialize(memory_, type_, &bytes);
     size_ = bytes.buffer_length;
     const auto what = [this] {
       return std::string{"cannot serialize a "} + members_.message_name_;
@@ -73,12 +71,7 @@ class InstalledForm final : public MessageForm {
   }
 
  private:
-  rmw_ret_t serialize(rmw_serialized_message_t& bytes) {
-    if (!functions_) return rmw_serialize(memory_, type_, &bytes);
-    return functions_.write(memory_, bytes) ? RMW_RET_OK : RMW_RET_ERROR;
-  }
   rmw_ret_t deserialize(ByteView bytes) {
-    if (functions_) return functions_.read(bytes, memory_) ? RMW_RET_OK : RMW_RET_ERROR;
     const rmw_serialized_message_t message = as_serialized(bytes);
     try {
       return rmw_deserialize(&message, type_, memory_);
@@ -93,7 +86,6 @@ class InstalledForm final : public MessageForm {
   }
 
   const rosidl_message_type_support_t* const type_;
-  const TypeFunctions functions_;
   const rosidl_message_type_support_t* const introspection_;
   const Members& members_;
   void* const memory_;
