@@ -141,12 +141,10 @@ void CheckedValues::check(const std::string& key, const ParameterValue& value, R
 
 template <class T>
 T CheckedValues::read(std::string_view key) const {
-  if (const auto found = values_.find(key); found != values_.end()) {
-    return std::get<T>(found->second);
-  }
   const KeySpec* spec = find_key(key);
   CONNECT_CHECK(spec != nullptr);
-  return spec->fallback ? std::get<T>(*spec->fallback) : T{};
+  const auto value = value_in(values_, *spec, key);
+  return value ? std::get<T>(*value) : T{};
 }
 
 template <class Target>
@@ -154,9 +152,7 @@ void CheckedValues::store_in(Target& target, const std::string& rule) const {
   for (const KeySpec& spec : key_table()) {
     const auto* store = std::get_if<Store<Target>>(&spec.store);
     if (!store) continue;
-    const auto found = values_.find(key_of(spec, rule));
-    if (found != values_.end() || spec.fallback)
-      (*store)(target, found != values_.end() ? found->second : *spec.fallback);
+    if (const auto value = value_in(values_, spec, key_of(spec, rule))) (*store)(target, *value);
   }
 }
 
@@ -173,9 +169,6 @@ bool CheckedValues::flag(std::string_view key) const {
 }
 std::int64_t CheckedValues::whole(std::string_view key) const {
   return read<std::int64_t>(key);
-}
-double CheckedValues::number(std::string_view key) const {
-  return read<double>(key);
 }
 std::string CheckedValues::text(std::string_view key) const {
   return read<std::string>(key);

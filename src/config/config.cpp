@@ -282,9 +282,7 @@ class ConfigMaker {
 // Whether the parameter has this value already, given or by default.
 bool has(const Config& config, std::string_view key, const KeySpec& spec,
          const std::optional<ParameterValue>& value) {
-  const auto found = config.given.find(key);
-  if (!value) return found == config.given.end();
-  return (found != config.given.end() ? std::optional{found->second} : spec.fallback) == value;
+  return value ? value_in(config.given, spec, key) == value : !config.given.contains(key);
 }
 
 }  // namespace

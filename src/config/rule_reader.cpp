@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "config/key_search.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/control.hpp"
 
@@ -14,10 +15,6 @@ namespace {
 
 // Fine enough for the timers of nodes, and cheap: it crosses no link.
 constexpr Duration kClockPublishPeriod = std::chrono::milliseconds(10);
-
-constexpr const char* kRights[] = {
-    "export_topics",  "import_topics",     "export_services",   "import_services", "export_actions",
-    "import_actions", "export_parameters", "import_parameters", "parameters",      "deny"};
 
 bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
   return std::any_of(patterns.begin(), patterns.end(),
@@ -52,9 +49,11 @@ Rule read_rule(const CheckedValues& values, const std::string& name, bool is_rob
 
 // A wrong list counts too, since its own problem is reported already.
 bool allows_or_denies(const CheckedValues& values, const std::string& rule) {
-  return std::any_of(std::begin(kRights), std::end(kRights), [&](const char* suffix) {
-    const std::string right = key_of(rule, suffix);
-    return values.given(right) && !(values.valid(right) && values.list(right).empty());
+  const auto& table = key_table();
+  return std::any_of(table.begin(), table.end(), [&](const KeySpec& spec) {
+    const std::string right = key_of(spec, rule);
+    return spec.section == kRuleRights && spec.syntax == syntax::check_pattern &&
+           values.given(right) && !(values.valid(right) && values.list(right).empty());
   });
 }
 
