@@ -5,7 +5,6 @@
 #include <rosidl_typesupport_introspection_c/identifier.h>
 #include <rosidl_typesupport_introspection_c/message_introspection.h>
 
-#include "ros/rcl/middleware.hpp"
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/rcl/take_buffer.hpp"
 #include "ros/types/cdr_check.hpp"
@@ -14,9 +13,6 @@ namespace connect_bridge::ros {
 namespace {
 
 using Members = rosidl_typesupport_introspection_c__MessageMembers;
-
-// Strings and sequences of the last message are reused for the next one, up to this size.
-constexpr std::size_t kKeptBytes = 64U << 10;
 
 class InstalledForm final : public MessageForm {
  public:
@@ -38,17 +34,11 @@ class InstalledForm final : public MessageForm {
 
   std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
     const rmw_ret_t result = rmw_serialize(memory_, type_, &bytes);
-    size_ = bytes.buffer_length;
-    const auto what = [this] {
-      return std::string{"cannot serialize a "} + members_.message_name_;
-    };
-    if (result != RMW_RET_OK) {
-      clear();
-      return error_text(what(), result);
-    }
+    const std::string what = std::string{"cannot serialize a "} + members_.message_name_;
+    if (result != RMW_RET_OK) return error_text(what, result);
     std::string problem;
     const auto end = clear_padding({bytes.buffer, bytes.buffer_length}, *introspection_, problem);
-    if (!end) return what() + ": " + problem;
+    if (!end) return what + ": " + problem;
     bytes.buffer_length = *end;
     return std::nullopt;
   }
@@ -57,17 +47,16 @@ class InstalledForm final : public MessageForm {
     if (auto problem = check_cdr(bytes, *introspection_, call_limits(memory_max))) {
       return std::string{"not a "} + members_.message_name_ + ": " + *problem;
     }
-    size_ = bytes.size();
     const rmw_ret_t result = deserialize(bytes);
     if (result == RMW_RET_OK) return std::nullopt;
     auto text = error_text(std::string{"not a "} + members_.message_name_, result);
-    clear();
+    reset();
     return text;
   }
 
   void reset() override {
-    if (size_ > kKeptBytes || !middleware().fills_used_messages) clear();
-    size_ = 0;
+    members_.fini_function(memory_);
+    init();
   }
 
  private:
@@ -80,16 +69,11 @@ class InstalledForm final : public MessageForm {
     }
   }
   void init() { members_.init_function(memory_, ROSIDL_RUNTIME_C_MSG_INIT_ALL); }
-  void clear() {
-    members_.fini_function(memory_);
-    init();
-  }
 
   const rosidl_message_type_support_t* const type_;
   const rosidl_message_type_support_t* const introspection_;
   const Members& members_;
   void* const memory_;
-  std::size_t size_ = 0;  // of the message in bytes, about what its memory takes
 };
 
 }  // namespace
