@@ -33,15 +33,6 @@ std::string shown(const KeySpec& spec, const ParameterValue& value) {
                                   : to_text(value_to_show(spec, value));  // mutant: secret_shown
 }
 
-}  // namespace
-
-std::string shown_to_others(std::string_view key, const ParameterValue& value) {
-  const KeySpec* spec = find_key(key);
-  return spec == nullptr ? kHidden : shown(*spec, value);
-}
-
-namespace {
-
 // Of a list that was written without its brackets.
 std::vector<std::string> entries_of(std::string_view text) {
   std::vector<std::string> entries;
@@ -107,6 +98,11 @@ Problem unknown_key(const std::string& key, const ParameterValue& value, Role ro
 }
 
 }  // namespace
+
+std::string shown_to_others(std::string_view key, const ParameterValue& value) {
+  const KeySpec* spec = find_key(key);
+  return spec == nullptr ? kHidden : shown(*spec, value);
+}
 
 CheckedValues::CheckedValues(const ParameterMap& given, Role role, std::vector<Problem>& problems) {
   for (const auto& [key, value] : given) {

@@ -287,12 +287,9 @@ bool has(const Config& config, std::string_view key, const KeySpec& spec,
 
 }  // namespace
 
-Parsed parse_config(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
-  return ConfigMaker(parameters, role, surroundings).make(ReadAt::kStart);
-}
-
-Parsed parse_again(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
-  return ConfigMaker(parameters, role, surroundings).make(ReadAt::kRunning);
+Parsed parse_config(const ParameterMap& parameters, Role role, const Surroundings& surroundings,
+                    ReadAt moment) {
+  return ConfigMaker(parameters, role, surroundings).make(moment);
 }
 
 Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,

@@ -77,7 +77,7 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
   FileChanges found;
   Surroundings around = surroundings;
   around.token_in_environment |= current.token_in_environment;
-  const Parsed whole = parse_again(file, current.role, around);
+  const Parsed whole = parse_config(file, current.role, around, ReadAt::kRunning);
   found.problems = whole.problems;
   // To take the list away is not to ask for the rules that there are by default.
   if (!current.is_robot() && current.given.contains("rules") && !file.contains("rules"))

@@ -10,8 +10,6 @@
 
 namespace connect_bridge {
 
-enum class ReadAt : std::uint8_t { kStart, kRunning };
-
 struct RuleSet {
   std::vector<Rule> rules;
   bool defaults = false;  // none were given, and this is not the robot
