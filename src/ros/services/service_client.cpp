@@ -54,17 +54,20 @@ void ServiceClient::send(InvocationId invocation, ByteView bytes) {
   if (result != RCL_RET_OK) {
     return shared_.report(failed(invocation, error_text("cannot call " + create_.service, result)));
   }
-  by_sequence_[sequence] = invocation;
-  invocations_[invocation] = sequence;
+  sent_[sequence] = {invocation, false};
 }
 
 void ServiceClient::drop(InvocationId invocation) {
-  const auto found = invocations_.find(invocation);
-  if (found == invocations_.end()) return;
-  dropped_.emplace_back(found->second, invocation);
-  if (dropped_.size() > kDroppedKept) dropped_.pop_front();
-  by_sequence_.erase(found->second);
-  invocations_.erase(found);
+  const auto found = std::find_if(sent_.begin(), sent_.end(), [&](const auto& entry) {
+    return entry.second.invocation == invocation && !entry.second.dropped;
+  });
+  if (found == sent_.end()) return;
+  found->second.dropped = true;
+  if (++dropped_ <= kDroppedKept) return;
+  const auto oldest = std::find_if(sent_.begin(), sent_.end(),
+                                   [](const auto& entry) { return entry.second.dropped; });
+  sent_.erase(oldest);
+  --dropped_;
 }
 
 std::optional<Input> ServiceClient::step(Batch& batch) {
@@ -83,15 +86,18 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
     ignore_error(result);
     return std::nullopt;
   }
-  const std::int64_t sequence = info.request_id.sequence_number;
-  const auto found = by_sequence_.find(sequence);
-  if (found == by_sequence_.end()) {  // dropped, or another server's answer came first
+  const auto found = sent_.find(info.request_id.sequence_number);
+  if (found == sent_.end()) {  // another server's answer came first
     form.reset();
-    return take_dropped(sequence);
+    return std::nullopt;
   }
-  const InvocationId invocation = found->second;
-  by_sequence_.erase(found);
-  invocations_.erase(invocation);
+  const auto [invocation, dropped] = found->second;
+  sent_.erase(found);
+  if (dropped) {
+    --dropped_;
+    form.reset();
+    return ResponseTaken{create_.id, invocation, {}};
+  }
   const auto unwritten = form.write_to(*shared_.buffer.prepare());
   form.reset();
   if (unwritten) return failed(invocation, "the answer is lost: " + *unwritten);
@@ -103,15 +109,6 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
                                   std::to_string(shared_.message_bytes_max));
   }
   return Input{std::move(response)};
-}
-
-std::optional<Input> ServiceClient::take_dropped(std::int64_t sequence) {
-  const auto found = std::find_if(dropped_.begin(), dropped_.end(),
-                                  [&](const auto& entry) { return entry.first == sequence; });
-  if (found == dropped_.end()) return std::nullopt;
-  const InvocationId invocation = found->second;
-  dropped_.erase(found);
-  return ResponseTaken{create_.id, invocation, {}};
 }
 
 Input ServiceClient::failed(InvocationId invocation, std::string reason) {
