@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "config/describe.hpp"
+#include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_changes.hpp"
 #include "ros/parameters/parameter_file.hpp"
