@@ -98,17 +98,10 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
     form.reset();
     return ResponseTaken{create_.id, invocation, {}};
   }
-  const auto unwritten = form.write_to(*shared_.buffer.prepare());
-  form.reset();
-  if (unwritten) return failed(invocation, "the answer is lost: " + *unwritten);
-  ResponseTaken response{create_.id, invocation, shared_.buffer.give_away()};
-  const std::size_t bytes = response.payload.size();
-  batch.bytes += bytes;
-  if (bytes > shared_.message_bytes_max) {
-    return failed(invocation, "the answer has " + std::to_string(bytes) + " bytes, more than " +
-                                  std::to_string(shared_.message_bytes_max));
-  }
-  return Input{std::move(response)};
+  auto bytes = shared_.bytes_of(form, batch);
+  if (const auto* why = std::get_if<std::string>(&bytes))
+    return failed(invocation, "the answer is lost: " + *why);
+  return ResponseTaken{create_.id, invocation, std::get<Payload>(std::move(bytes))};
 }
 
 Input ServiceClient::failed(InvocationId invocation, std::string reason) {
