@@ -1,6 +1,6 @@
 # The packages of ROS 2 that the gateway uses, as one target connect_ros_packages.
-# What a distribution may lack is optional; src/ros/rcl/distro.hpp is the only place that asks for it (CONNECT_HAS_<PACKAGE>).
-set(required rcl rcutils rcpputils rmw rmw_implementation rosidl_runtime_c rosidl_typesupport_c rosidl_typesupport_introspection_c
+# What a distribution may lack is optional.
+set(required rcl rcutils rcpputils rmw rmw_implementation rosidl_runtime_c rosidl_runtime_cpp rosidl_typesupport_c rosidl_typesupport_introspection_c
   rosidl_typesupport_fastrtps_cpp ament_index_cpp builtin_interfaces rcl_interfaces rosgraph_msgs action_msgs)
 set(optional type_description_interfaces service_msgs rosidl_typesupport_introspection_cpp)
 
@@ -13,14 +13,12 @@ foreach(package ${required} ${optional})
     if(NOT ${package}_FOUND)
       continue()
     endif()
-    string(TOUPPER CONNECT_HAS_${package} macro)
-    target_compile_definitions(connect_ros_packages INTERFACE ${macro}=1)
   endif()
   if(TARGET ${package}::${package})
     target_link_libraries(connect_ros_packages INTERFACE ${package}::${package})
   else()
-    # Messages: the C structs and their type support are enough.
-    foreach(part rosidl_generator_c rosidl_typesupport_c rosidl_typesupport_introspection_c)
+    # Messages: the structs and their type support.
+    foreach(part rosidl_generator_c rosidl_typesupport_c rosidl_typesupport_introspection_c rosidl_generator_cpp rosidl_typesupport_cpp)
       if(TARGET ${package}::${package}__${part})
         target_link_libraries(connect_ros_packages INTERFACE ${package}::${package}__${part})
       endif()

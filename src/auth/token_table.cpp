@@ -5,7 +5,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <charconv>
 #include <ctime>
 #include <map>
 
@@ -13,41 +12,15 @@
 #include "core/base/hex.hpp"
 
 namespace connect_bridge {
-namespace {
-
-bool read_number(std::string_view text, std::size_t offset, std::size_t digits, int& number) {
-  const char* const begin = text.data() + offset;
-  const auto parsed = std::from_chars(begin, begin + digits, number);
-  return parsed.ec == std::errc{} && parsed.ptr == begin + digits && *begin != '-';
-}
-
-}  // namespace
 
 std::optional<Stamp> parse_date(std::string_view text) {
-  const bool with_time = text.size() == 20;
-  if (!with_time && text.size() != 10) return std::nullopt;
+  const std::string whole = std::string(text) + (text.size() == 10 ? "T00:00:00Z" : "");
   std::tm time{};
-  if (text[4] != '-' || text[7] != '-' || !read_number(text, 0, 4, time.tm_year) ||
-      !read_number(text, 5, 2, time.tm_mon) || !read_number(text, 8, 2, time.tm_mday)) {
-    return std::nullopt;
-  }
-  if (with_time &&
-      (text[10] != 'T' || text[13] != ':' || text[16] != ':' || text[19] != 'Z' ||
-       !read_number(text, 11, 2, time.tm_hour) || !read_number(text, 14, 2, time.tm_min) ||
-       !read_number(text, 17, 2, time.tm_sec))) {
-    return std::nullopt;
-  }
-  if (time.tm_year < 1970 || time.tm_year > 2200) return std::nullopt;
-  time.tm_year -= 1900;
-  time.tm_mon -= 1;
-  const std::tm asked = time;
-  const std::time_t seconds = ::timegm(&time);
-  // timegm turns February 30 into March 2.
-  if (time.tm_mon != asked.tm_mon || time.tm_mday != asked.tm_mday ||
-      time.tm_hour != asked.tm_hour || time.tm_min != asked.tm_min || time.tm_sec != asked.tm_sec) {
-    return std::nullopt;
-  }
-  return static_cast<Stamp>(seconds) * kStampSecond;
+  if (::strptime(whole.c_str(), "%Y-%m-%dT%H:%M:%SZ", &time) == nullptr) return std::nullopt;
+  if (time.tm_year < 1970 - 1900 || time.tm_year > 2200 - 1900) return std::nullopt;
+  const Stamp stamp = static_cast<Stamp>(::timegm(&time)) * kStampSecond;
+  // February 30 becomes March 2, and a blank is taken for a zero.
+  return date_text(stamp) == whole ? std::optional(stamp) : std::nullopt;
 }
 
 std::string date_text(Stamp time) {

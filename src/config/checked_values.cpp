@@ -33,15 +33,6 @@ std::string shown(const KeySpec& spec, const ParameterValue& value) {
                                   : to_text(value_to_show(spec, value));  // mutant: secret_shown
 }
 
-}  // namespace
-
-std::string shown_to_others(std::string_view key, const ParameterValue& value) {
-  const KeySpec* spec = find_key(key);
-  return spec == nullptr ? kHidden : shown(*spec, value);
-}
-
-namespace {
-
 // Of a list that was written without its brackets.
 std::vector<std::string> entries_of(std::string_view text) {
   std::vector<std::string> entries;
@@ -108,6 +99,11 @@ Problem unknown_key(const std::string& key, const ParameterValue& value, Role ro
 
 }  // namespace
 
+std::string shown_to_others(std::string_view key, const ParameterValue& value) {
+  const KeySpec* spec = find_key(key);
+  return spec == nullptr ? kHidden : shown(*spec, value);
+}
+
 CheckedValues::CheckedValues(const ParameterMap& given, Role role, std::vector<Problem>& problems) {
   for (const auto& [key, value] : given) {
     if (is_ros_key(key)) continue;
@@ -141,12 +137,10 @@ void CheckedValues::check(const std::string& key, const ParameterValue& value, R
 
 template <class T>
 T CheckedValues::read(std::string_view key) const {
-  if (const auto found = values_.find(key); found != values_.end()) {
-    return std::get<T>(found->second);
-  }
   const KeySpec* spec = find_key(key);
   CONNECT_CHECK(spec != nullptr);
-  return spec->fallback ? std::get<T>(*spec->fallback) : T{};
+  const auto value = value_in(values_, *spec, key);
+  return value ? std::get<T>(*value) : T{};
 }
 
 template <class Target>
@@ -154,9 +148,7 @@ void CheckedValues::store_in(Target& target, const std::string& rule) const {
   for (const KeySpec& spec : key_table()) {
     const auto* store = std::get_if<Store<Target>>(&spec.store);
     if (!store) continue;
-    const auto found = values_.find(key_of(spec, rule));
-    if (found != values_.end() || spec.fallback)
-      (*store)(target, found != values_.end() ? found->second : *spec.fallback);
+    if (const auto value = value_in(values_, spec, key_of(spec, rule))) (*store)(target, *value);
   }
 }
 
@@ -173,9 +165,6 @@ bool CheckedValues::flag(std::string_view key) const {
 }
 std::int64_t CheckedValues::whole(std::string_view key) const {
   return read<std::int64_t>(key);
-}
-double CheckedValues::number(std::string_view key) const {
-  return read<double>(key);
 }
 std::string CheckedValues::text(std::string_view key) const {
   return read<std::string>(key);

@@ -26,7 +26,6 @@ class CheckedValues {
 
   [[nodiscard]] bool flag(std::string_view key) const;
   [[nodiscard]] std::int64_t whole(std::string_view key) const;
-  [[nodiscard]] double number(std::string_view key) const;
   [[nodiscard]] std::string text(std::string_view key) const;
   [[nodiscard]] std::vector<std::string> list(std::string_view key) const;
 

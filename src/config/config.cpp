@@ -3,16 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 
 #include "config/checked_values.hpp"
 #include "config/http_proxy.hpp"
 #include "config/key_search.hpp"
 #include "config/login_reader.hpp"
-#include "config/names_reader.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
-#include "core/wire/control.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -223,82 +222,50 @@ class ConfigMaker {
     const std::string graph = values_.text("graph");
     config_.limits.proxy_nodes = graph.empty() ? !config_.is_robot() : graph == "nodes";
     config_.carries_types_not_installed = values_.text("types_not_installed") == "carry";
-    read_peer_names(values_, config_, parsed_.problems);
+    read_peer_names();
   }
 
-  // A misspelt type in a rule would silently forward nothing.
-  void check_types(const Rule& rule) {
-    if (!around_.installed) return;
-    for (const std::string& type : rule.types) {
-      if (type.find("/msg/") == std::string::npos || around_.installed(type)) continue;
-      add(fmt::format("rule.{}.types", rule.name), type,
-          fmt::format("a message type that is installed here (package {})",
-                      type.substr(0, type.find('/'))));
+  // What the peers' names are at this side.
+  void read_peer_names() {
+    std::set<std::string> wires;
+    std::set<std::string> locals;
+    for (const std::string& text : values_.list("remap")) {
+      const auto pair = syntax::parse_remap(text);
+      if (!pair) continue;
+      if (!wires.insert(pair->wire).second)
+        add("remap", to_text(text), fmt::format("{} to be remapped once only", pair->wire));
+      if (!locals.insert(pair->local).second)
+        add("remap", to_text(text), fmt::format("{} to be the target once only", pair->local));
+      config_.remap.push_back(*pair);
     }
-  }
-
-  // The list of patterns that are announced in which most have a wildcard.
-  [[nodiscard]] std::string key_with_most_wildcards(const std::vector<Rule>& rules) const {
-    std::string most;
-    std::ptrdiff_t count = 0;
-    const auto look = [&](const Rule& rule, std::string_view right,
-                          const std::vector<Pattern>& patterns) {
-      const auto here = std::count_if(patterns.begin(), patterns.end(),
-                                      [](const Pattern& p) { return has_wildcard(p.text()); });
-      if (here <= count) return;
-      count = here;
-      most = fmt::format("rule.{}.{}", rule.name, right);
-    };
-    for (const Rule& rule : rules) {
-      look(rule, "import_topics", rule.import_topics);
-      look(rule, "import_services", rule.import_services);
-      look(rule, "import_actions", rule.import_actions);
-      const bool own = values_.given(fmt::format("rule.{}.import_parameters", rule.name));
-      look(rule, own ? "import_parameters" : "parameters", rule.import_parameters);
-      look(rule, "deny", rule.deny);
+    for (const std::string& text : values_.list("identity_names")) {
+      const auto name = syntax::parse_identity_name(text);
+      if (!name) continue;
+      const bool taken =
+          std::any_of(config_.identity_names.begin(), config_.identity_names.end(),
+                      [&](const auto& other) { return other.second == name->second; });
+      if (taken || !config_.identity_names.insert(*name).second)
+        add("identity_names", to_text(text), "each identity, and each name, once only");
     }
-    return most;
-  }
-
-  // What may be imported is announced to each peer, and a peer refuses more (docs/protocol.md
-  // section 12). It is counted as if all rules were for one peer: groups are known only at the
-  // login.
-  void check_announced(std::vector<Rule> rules) {
-    const std::string most_wildcards = key_with_most_wildcards(rules);
-    for (Rule& rule : rules) {
-      rule.identities.clear();
-      rule.groups.clear();
+    if (config_.prefix != syntax::kByIdentity) {
+      if (!config_.identity_names.empty())
+        add("identity_names", "", "prefix: by_identity too, else it has no effect");
+      config_.names = NameMap(config_.prefix, config_.remap);
+      return;
     }
-    Accepts all = Policy(std::move(rules)).accepts({});
-    all.message_bytes_max = UINT32_MAX;
-    const auto at_most = [&](std::size_t count, std::size_t max, std::string_view of_what,
-                             std::string_view key = "rules") {
-      if (count > max)
-        add(key, "", fmt::format("at most {} {}; there are {}", max, of_what, count));
-      return count <= max;
-    };
-    const AcceptsSize size = size_of(all);
-    if (at_most(size.entries, kAcceptEntriesMax,
-                "import patterns, parameters, deny patterns and types in all rules together") &&
-        at_most(size.wildcards, kWildcardsMax,
-                "patterns with * in what all rules import and deny together", most_wildcards) &&
-        at_most(size.wildcard_bytes, kWildcardBytesMax,
-                "characters behind the first * of each pattern, in what all rules import and deny "
-                "together",
-                most_wildcards) &&
-        at_most(all.rules.size(), kAcceptRulesMax, "rules that import something")) {
-      at_most(
-          encode(all).size(), kControlBytesMax,
-          "bytes of import patterns, parameters, deny patterns and types in all rules together");
+    if (config_.role == Role::kClient) {
+      add("prefix", to_text(config_.prefix),
+          "a prefix, e.g. /robot1: a client has one peer, without an identity");
+    } else if (config_.auth.method == "none") {
+      add("prefix", to_text(config_.prefix), "a login (auth.method), else nobody has a name");
     }
+    config_.names = PeerNames(config_.identity_names, config_.remap);
   }
 
   void read_policy(ReadAt moment) {
-    RuleSet set =
-        read_rules(values_, config_.is_robot(), moment, parsed_.problems, config_.warnings);
-    for (const Rule& rule : set.rules) check_types(rule);
+    RuleSet set = read_rules(values_, config_.is_robot(), moment, around_, parsed_.problems,
+                             config_.warnings);
     check_named(values_, config_, set.rules, parsed_.problems);
-    check_announced(set.rules);
     config_.policy = Policy(std::move(set.rules));
     config_.default_rules = set.defaults;
     config_.clock_publish_period = set.clock_publish_period;
@@ -315,19 +282,14 @@ class ConfigMaker {
 // Whether the parameter has this value already, given or by default.
 bool has(const Config& config, std::string_view key, const KeySpec& spec,
          const std::optional<ParameterValue>& value) {
-  const auto found = config.given.find(key);
-  if (!value) return found == config.given.end();
-  return (found != config.given.end() ? std::optional{found->second} : spec.fallback) == value;
+  return value ? value_in(config.given, spec, key) == value : !config.given.contains(key);
 }
 
 }  // namespace
 
-Parsed parse_config(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
-  return ConfigMaker(parameters, role, surroundings).make(ReadAt::kStart);
-}
-
-Parsed parse_again(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
-  return ConfigMaker(parameters, role, surroundings).make(ReadAt::kRunning);
+Parsed parse_config(const ParameterMap& parameters, Role role, const Surroundings& surroundings,
+                    ReadAt moment) {
+  return ConfigMaker(parameters, role, surroundings).make(moment);
 }
 
 Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,

@@ -2,6 +2,7 @@
 // Pure: whether a file can be read and whether a token is in the environment are arguments.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -74,19 +75,17 @@ struct Parsed {
   std::vector<Problem> problems;  // all of them
 };
 
-[[nodiscard]] Parsed parse_config(const ParameterMap& parameters, Role role,
-                                  const Surroundings& surroundings);
+// Less strict while the program runs, in one point, so that rules can be changed one parameter at a
+// time: a rule that is defined and not listed in `rules` is a warning.
+enum class ReadAt : std::uint8_t { kStart, kRunning };
 
-// As parse_config(), for a file that is read again; less strict in the same point as
-// apply_change().
-[[nodiscard]] Parsed parse_again(const ParameterMap& parameters, Role role,
-                                 const Surroundings& surroundings);
+[[nodiscard]] Parsed parse_config(const ParameterMap& parameters, Role role,
+                                  const Surroundings& surroundings, ReadAt moment = ReadAt::kStart);
 
 // A change at run time (the token in the environment counts as at start: a program may have
 // scrubbed it): the whole configuration that it makes is judged, and taken or refused. Only keys
 // that are `changeable` differ in it (key_table.hpp); LiveParameters tells its owner, who applies
-// them. Less strict than at start in one point, so that rules can be changed one parameter at a
-// time: a rule that is defined and not listed in `rules` is a warning.
+// them.
 [[nodiscard]] Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,
                                   const Surroundings& surroundings);
 

@@ -1,11 +1,12 @@
-// Texts about the parameters: the manual's tables and `--help`.
+// What the table says of the parameters: the manual's tables, `--help`, and descriptors of ROS.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "core/side/options.hpp"
+#include "config/config.hpp"
 
 namespace connect_bridge {
 
@@ -20,5 +21,13 @@ namespace connect_bridge {
 
 // `server --help` and `client --help`.
 [[nodiscard]] std::string help_text(Role role);
+
+// One per parameter of this role, the given keys of rules included; secrets are left out. The value
+// is the given one or the default.
+[[nodiscard]] std::vector<ParameterDescriptor> describe_parameters(const Config& config);
+// For a key that may be set later ("rule.new.priority"); nullopt: unknown, secret or of the other
+// role.
+[[nodiscard]] std::optional<ParameterDescriptor> describe_parameter(std::string_view key,
+                                                                    Role role);
 
 }  // namespace connect_bridge

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "config/key_search.hpp"
 #include "config/syntax.hpp"
-#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -24,18 +24,6 @@ std::string joined(const Names& names, std::string_view last) {
     text += names[i];
   }
   return text;
-}
-
-std::string duration_text(Duration duration) {
-  const double seconds = std::chrono::duration<double>(duration).count();
-  if (seconds < 1) return fmt::format("{:.6g} ms", seconds * 1e3);
-  return fmt::format("{:.6g} s", seconds);
-}
-
-std::string bytes_text(std::uint64_t bytes) {
-  if (bytes >= 1U << 20) return fmt::format("{:.4g} MiB", static_cast<double>(bytes) / 1048576);
-  if (bytes >= 1U << 10) return fmt::format("{:.4g} KiB", static_cast<double>(bytes) / 1024);
-  return fmt::format("{} bytes", bytes);
 }
 
 std::string listen_text(const Config& config) {
@@ -142,73 +130,23 @@ void add_rights(const Rule& rule, Names& parts) {
   }
 }
 
-std::string compression_text(const Compression& compression) {
-  if (compression.codec == Codec::kNone) return "not compressed";
-  if (compression.codec == Codec::kLz4) return "compressed with lz4";
-  return fmt::format("compressed with zstd, level {}", compression.level);
+// As its keys say it, where they differ from their defaults.
+void add_treatment(const ParameterMap& given, const Rule& rule, Names& parts) {
+  for (const KeySpec& spec : key_table()) {
+    if (rule_of(spec.key).empty() || spec.section == kRuleRights) continue;
+    const auto found = given.find(key_of(spec, rule.name));
+    if (found == given.end() || found->second == spec.fallback) continue;
+    const auto* word = std::get_if<std::string>(&found->second);
+    parts.push_back(fmt::format("{} {}{}{}", spec.key.substr(spec.key.rfind('>') + 2),
+                                word ? *word : to_text(found->second), spec.unit.empty() ? "" : " ",
+                                spec.unit));
+  }
 }
 
-void add_qos(const QosOverride& qos, Names& parts) {
-  if (qos.reliability) {
-    parts.emplace_back(word_of(kReliabilityWords, *qos.reliability));
-  }
-  if (qos.durability) {
-    parts.emplace_back(word_of(kDurabilityWords, *qos.durability));
-  }
-  if (qos.depth) parts.push_back(fmt::format("depth {}", *qos.depth));
-}
-
-void add_treatment(const Treatment& treatment, Names& parts) {
-  if (treatment.priority) {
-    parts.push_back(fmt::format("priority {}", word_of(kPriorityWords, *treatment.priority)));
-  }
-  if (treatment.max_age != kForever) {
-    parts.push_back("dropped when older than " + duration_text(treatment.max_age));
-  }
-  if (treatment.resume)
-    parts.emplace_back(*treatment.resume ? "resumed after a break" : "not resumed after a break");
-  if (treatment.drives)
-    parts.emplace_back(*treatment.drives ? "nothing that was published before" : "late ones too");
-  if (treatment.allow_type_mismatch) parts.emplace_back("whatever the definition of its type");
-  if (treatment.keep) {
-    parts.push_back(fmt::format("of what waits {}", *treatment.keep == Keep::kNewest
-                                                        ? "the newest of each publisher"
-                                                        : "all"));
-  }
-  if (treatment.with_large)
-    parts.emplace_back(*treatment.with_large ? "with the large message of its stamp"
-                                             : "not with the large message of its stamp");
-  if (treatment.max_rate > 0) {
-    parts.push_back(fmt::format("at most {:.6g} messages per second", treatment.max_rate));
-  }
-  if (treatment.bytes_per_second_max > 0) {
-    parts.push_back(
-        fmt::format("at most {} per second", bytes_text(treatment.bytes_per_second_max)));
-  }
-  if (!treatment.compression.automatic) {
-    parts.push_back(compression_text(treatment.compression));
-  }
-  if (treatment.queue_bytes_max > 0) {
-    parts.push_back(fmt::format("queue of {}", bytes_text(treatment.queue_bytes_max)));
-  }
-  if (treatment.calls_max != Treatment{}.calls_max) {
-    parts.push_back(fmt::format("at most {} calls of a service at a time", treatment.calls_max));
-  }
-  if (treatment.server_queue == 0) {
-    parts.emplace_back("requests handed to servers at once");
-  } else if (treatment.server_queue != Treatment{}.server_queue) {
-    parts.push_back(fmt::format("at most {} requests in a server's queue", treatment.server_queue));
-  }
-  if (treatment.call_timeout != kForever) {
-    parts.push_back("calls given up after " + duration_text(treatment.call_timeout));
-  }
-  add_qos(treatment.qos, parts);
-}
-
-std::string rule_text(const Rule& rule) {
+std::string rule_text(const ParameterMap& given, const Rule& rule) {
   Names parts;
   add_rights(rule, parts);
-  add_treatment(rule.treatment, parts);
+  add_treatment(given, rule, parts);
   return fmt::format("  {}: {}\n", rule.name, fmt::join(parts, "; "));
 }
 
@@ -239,15 +177,15 @@ std::string explain(const Config& config) {
   }
   if (config.clock_publish_period > Duration::zero()) {
     text += fmt::format(
-        "clock: the peer's ROS time is published on /clock every {}, in place of its /clock\n",
-        duration_text(config.clock_publish_period));
+        "clock: the peer's ROS time is published on /clock every {} ms, in place of its /clock\n",
+        config.clock_publish_period / std::chrono::milliseconds(1));
   }
   text += config.default_rules
               ? "rules: none given, so all that the peer allows, but from here topics only\n"
               : "rules, the first that allows an interface decides:\n";
   for (const Rule& rule : config.policy.rules()) {
     // Rules with a dot were not written by the operator: the line "clock:" describes them.
-    if (rule.name.find('.') == std::string::npos) text += rule_text(rule);
+    if (rule.name.find('.') == std::string::npos) text += rule_text(config.given, rule);
   }
   if (config.policy.rules().empty()) text += "  none: nothing is allowed\n";
   for (const std::string& warning : config.warnings) text += "warning: " + warning + "\n";

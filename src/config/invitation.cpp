@@ -1,16 +1,17 @@
 #include "config/invitation.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <string_view>
 
 #include "config/syntax.hpp"
+#include "core/base/base64.hpp"
+#include "core/base/hex.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::string_view kDialed = "wss://";
-constexpr std::size_t kPinSize = 43;  // of 32 bytes, without the '=' at its end
+constexpr std::size_t kPinBytes = 32;
 constexpr std::size_t kLineCodeSize = 64;
 constexpr std::string_view kForRobot = ".robot";
 
@@ -20,25 +21,6 @@ std::string to_url_safe(std::string pin) {
   std::replace(pin.begin(), pin.end(), '+', '-');
   std::replace(pin.begin(), pin.end(), '/', '_');
   return pin;
-}
-
-std::string from_url_safe(std::string pin) {
-  std::replace(pin.begin(), pin.end(), '-', '+');
-  std::replace(pin.begin(), pin.end(), '_', '/');
-  return pin + "=";
-}
-
-bool all(std::string_view text, bool (*allowed)(unsigned char)) {
-  return std::all_of(text.begin(), text.end(),
-                     [&](char c) { return allowed(static_cast<unsigned char>(c)); });
-}
-
-bool is_hex(unsigned char c) {
-  return std::isdigit(c) != 0 || (c >= 'a' && c <= 'f');
-}
-
-bool is_url_safe(unsigned char c) {
-  return std::isalnum(c) != 0 || c == '-' || c == '_';
 }
 
 std::string text_of(std::string_view scheme, const Invitation& line) {
@@ -55,12 +37,12 @@ Invitation read_line(const std::string& text, std::string_view scheme, std::size
   read.url = std::string{kDialed}.append(rest.substr(0, hash));
   const std::string secret{hash == std::string_view::npos ? "" : rest.substr(hash + 1)};
   const auto dot = secret.find('.');
-  if (!syntax::parse_url(read.url) || dot != code_size ||
-      secret.size() != code_size + 1 + kPinSize || !all(secret.substr(0, dot), is_hex) ||
-      !all(secret.substr(dot + 1), is_url_safe))
-    return read;
+  if (!syntax::parse_url(read.url) || dot != code_size) return read;
+  Bytes code(code_size / 2);
+  const auto pin = from_base64url(secret.substr(dot + 1));
+  if (!from_hex(secret.substr(0, dot), code) || !pin || pin->size() != kPinBytes) return read;
   read.code = secret.substr(0, dot);
-  read.pin = from_url_safe(secret.substr(dot + 1));
+  read.pin = to_base64(*pin);
   return read;
 }
 

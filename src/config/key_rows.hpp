@@ -21,28 +21,16 @@ using Rows = std::vector<KeySpec>;
 
 inline constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;  // in bytes, for the ranges
 
-constexpr const auto& words_of(Priority) {
-  return kPriorityWords;
-}
-constexpr const auto& words_of(Reliability) {
-  return kReliabilityWords;
-}
-constexpr const auto& words_of(Durability) {
-  return kDurabilityWords;
-}
-constexpr const auto& words_of(Keep) {
-  return kKeepWords;
-}
-constexpr const auto& words_of(ToldBy) {
-  return syntax::kToldByWords;
-}
-
-constexpr const auto& words_of(LogLevel) {
-  return syntax::kLogLevelWords;
-}
-
-constexpr const auto& words_of(Role) {
-  return syntax::kRoleWords;
+// The words of a parameter that stands for one of these.
+template <class T>
+constexpr const auto& words_of() {
+  if constexpr (std::is_same_v<T, Priority>) return kPriorityWords;
+  if constexpr (std::is_same_v<T, Reliability>) return kReliabilityWords;
+  if constexpr (std::is_same_v<T, Durability>) return kDurabilityWords;
+  if constexpr (std::is_same_v<T, Keep>) return kKeepWords;
+  if constexpr (std::is_same_v<T, ToldBy>) return syntax::kToldByWords;
+  if constexpr (std::is_same_v<T, LogLevel>) return syntax::kLogLevelWords;
+  if constexpr (std::is_same_v<T, Role>) return syntax::kRoleWords;
 }
 
 // Writes the value of a parameter to a field.
@@ -55,7 +43,7 @@ void store(T& field, const ParameterValue& value) {
   } else if constexpr (std::is_same_v<T, Compression>) {
     field = syntax::parse_compression(std::get<std::string>(value)).value_or(Compression{});
   } else if constexpr (std::is_enum_v<T>) {
-    field = value_of(words_of(T{}), std::get<std::string>(value)).value_or(T{});
+    field = value_of(words_of<T>(), std::get<std::string>(value)).value_or(T{});
   } else if constexpr (std::integral<T> && !std::is_same_v<T, bool>) {
     field = static_cast<T>(std::get<std::int64_t>(value));
   } else {
@@ -84,7 +72,7 @@ template <class T>
 void describe(KeySpec& spec, const ParameterValue& value) {
   spec.type = type_of(value);
   if constexpr (std::is_enum_v<T>)
-    for (const auto& entry : words_of(T{})) spec.words.emplace_back(entry.word);
+    for (const auto& entry : words_of<T>()) spec.words.emplace_back(entry.word);
 }
 
 // `field` returns the address of the field in a Config or a Rule. Its present number is the default

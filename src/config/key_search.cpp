@@ -145,6 +145,12 @@ std::string expected_of(const KeySpec& spec) {
   }
 }
 
+std::optional<ParameterValue> value_in(const ParameterMap& given, const KeySpec& spec,
+                                       std::string_view key) {
+  const auto found = given.find(key);
+  return found == given.end() ? spec.fallback : found->second;
+}
+
 ParameterValue value_to_show(const KeySpec& spec, const ParameterValue& value) {
   constexpr std::array<std::string_view, 3> kUrls = {"url", "auth.service", "auth.jwt_keys"};
   const auto* text = std::get_if<std::string>(&value);

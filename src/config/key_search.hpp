@@ -1,6 +1,7 @@
 // Finding rows of the table of keys: exact, nearest, and what they expect.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,11 @@ namespace connect_bridge {
 // The value without what may be secret in a URL: user, password, query. It does not handle secret
 // keys.
 [[nodiscard]] ParameterValue value_to_show(const KeySpec& spec, const ParameterValue& value);
+
+// The value in use: the given one, or the default; nullopt: it stays unset. `key` of a rule has the
+// rule's name.
+[[nodiscard]] std::optional<ParameterValue> value_in(const ParameterMap& given, const KeySpec& spec,
+                                                     std::string_view key);
 
 // "a whole number from 1 to 65535", "one of urgent, high, normal, bulk".
 [[nodiscard]] std::string expected_of(const KeySpec& spec);

@@ -40,6 +40,9 @@ struct KeySpec {
   std::variant<std::monostate, Store<Config>, Store<Rule>> store{};
 };
 
+// The section of the keys that say what a rule allows; its other keys say how.
+inline constexpr char kRuleRights[] = "Keys of a rule: what it allows";
+
 [[nodiscard]] const std::vector<KeySpec>& key_table();
 
 }  // namespace connect_bridge

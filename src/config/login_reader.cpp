@@ -137,30 +137,30 @@ void check_login(const CheckedValues& values, const Config& config, const Surrou
 
 void read_status(const CheckedValues& values, Config& config, std::vector<Problem>& problems) {
   constexpr const char* kListen = "status.listen";
-  const auto add = [&](const char* key, std::string value, std::string expected) {
-    problems.push_back({key, std::move(value), std::move(expected)});
-  };
   StatusOptions& status = config.status;
   if (const auto at = syntax::parse_status_address(values.text(kListen)))
     status = {at->host, at->port, status.groups, !syntax::is_loopback(at->host)};
   if (!status.beyond_loopback) {  // mutant: status_beyond_loopback
     if (!status.groups.empty())
-      add("status.groups", to_text(status.groups),
+      add(problems, "status.groups", to_text(status.groups),
           "status.listen beyond loopback too: on loopback nobody is asked who he is");
     return;
   }
   const std::string local =
       fmt::format("127.0.0.1:{0}, and from elsewhere ssh -L {0}:127.0.0.1:{0}", status.port);
   const std::string shown = to_text(values.text(kListen));
-  if (config.role == Role::kClient) return add(kListen, shown, "at a client " + local);
+  if (config.role == Role::kClient) return add(problems, kListen, shown, "at a client " + local);
   config.reached_by_others = true;
   const std::string or_local = "; or " + local;
   if (config.tls.certificate_file.empty())
-    add(kListen, shown, "tls.certificate and tls.private_key too beyond loopback" + or_local);
+    add(problems, kListen, shown,
+        "tls.certificate and tls.private_key too beyond loopback" + or_local);
   if (config.auth.method != "token" || config.auth.token_file.empty())
-    add(kListen, shown, "auth.token_file too beyond loopback: who looks shows a token" + or_local);
+    add(problems, kListen, shown,
+        "auth.token_file too beyond loopback: who looks shows a token" + or_local);
   if (status.groups.empty())
-    add("status.groups", "", "the groups that may look, since status.listen is beyond loopback");
+    add(problems, "status.groups", "",
+        "the groups that may look, since status.listen is beyond loopback");
 }
 
 }  // namespace connect_bridge

@@ -66,11 +66,8 @@ std::vector<std::string> settings_changed(const Config& before, const Config& af
   std::vector<std::string> changed;
   for (const KeySpec& spec : key_table()) {
     if (!spec.changeable || !rule_of(spec.key).empty() || spec.key == "rules") continue;
-    const auto in = [&](const Config& config) {
-      const auto found = config.given.find(spec.key);
-      return found == config.given.end() ? spec.fallback : found->second;
-    };
-    if (in(before) != in(after)) changed.push_back(spec.key);
+    if (value_in(before.given, spec, spec.key) != value_in(after.given, spec, spec.key))
+      changed.push_back(spec.key);
   }
   return changed;
 }
@@ -80,7 +77,7 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
   FileChanges found;
   Surroundings around = surroundings;
   around.token_in_environment |= current.token_in_environment;
-  const Parsed whole = parse_again(file, current.role, around);
+  const Parsed whole = parse_config(file, current.role, around, ReadAt::kRunning);
   found.problems = whole.problems;
   // To take the list away is not to ask for the rules that there are by default.
   if (!current.is_robot() && current.given.contains("rules") && !file.contains("rules"))
@@ -89,18 +86,15 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
   const ParameterMap& now = whole.config->given;
   const auto compare = [&](const std::string& key, std::optional<ParameterValue> value) {
     const KeySpec* spec = find_key(key);
-    const auto known = current.given.find(key);
-    const auto before = known == current.given.end() ? std::nullopt : std::optional(known->second);
-    if (spec == nullptr || before == value) return;
-    const ParameterValue otherwise = spec->fallback.value_or(ParameterValue{});
-    const bool differs = before.value_or(otherwise) != value.value_or(otherwise);
+    if (spec == nullptr) return;
+    const bool differs = value_in(current.given, *spec, key) != value_in(now, *spec, key);
+    // Of rules it counts, too, whether a key is there at all.
+    const bool is_of_rules = !rule_of(key).empty() || key == "rules";
+    const bool came_or_went = is_of_rules && current.given.contains(key) != now.contains(key);
     if (!spec->changeable) {
       if (differs) found.fixed.push_back(key);
-    } else if (!rule_of(key).empty() || key == "rules") {
+    } else if (differs || came_or_went) {
       found.changes.push_back({key, std::move(value)});
-    } else if (differs) {
-      // It stays among the node's parameters, which show what is in use.
-      found.changes.push_back({key, value ? std::move(value) : spec->fallback});
     }
   };
   for (const auto& [key, value] : now) compare(key, value);

@@ -6,17 +6,15 @@
 #include <optional>
 #include <utility>
 
+#include "config/key_search.hpp"
 #include "config/syntax.hpp"
+#include "core/wire/control.hpp"
 
 namespace connect_bridge {
 namespace {
 
 // Fine enough for the timers of nodes, and cheap: it crosses no link.
 constexpr Duration kClockPublishPeriod = std::chrono::milliseconds(10);
-
-constexpr const char* kRights[] = {
-    "export_topics",  "import_topics",     "export_services",   "import_services", "export_actions",
-    "import_actions", "export_parameters", "import_parameters", "parameters",      "deny"};
 
 bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
   return std::any_of(patterns.begin(), patterns.end(),
@@ -51,9 +49,11 @@ Rule read_rule(const CheckedValues& values, const std::string& name, bool is_rob
 
 // A wrong list counts too, since its own problem is reported already.
 bool allows_or_denies(const CheckedValues& values, const std::string& rule) {
-  return std::any_of(std::begin(kRights), std::end(kRights), [&](const char* suffix) {
-    const std::string right = key_of(rule, suffix);
-    return values.given(right) && !(values.valid(right) && values.list(right).empty());
+  const auto& table = key_table();
+  return std::any_of(table.begin(), table.end(), [&](const KeySpec& spec) {
+    const std::string right = key_of(spec, rule);
+    return spec.section == kRuleRights && spec.syntax == syntax::check_pattern &&
+           values.given(right) && !(values.valid(right) && values.list(right).empty());
   });
 }
 
@@ -91,6 +91,74 @@ void check_listed(const CheckedValues& values, const std::vector<std::string>& n
   }
 }
 
+// A misspelt type in a rule would silently forward nothing.
+void check_types(const Rule& rule, const Surroundings& around, std::vector<Problem>& problems) {
+  if (!around.installed) return;
+  for (const std::string& type : rule.types) {
+    if (type.find("/msg/") == std::string::npos || around.installed(type)) continue;
+    problems.push_back({key_of(rule.name, "types"), type,
+                        fmt::format("a message type that is installed here (package {})",
+                                    type.substr(0, type.find('/')))});
+  }
+}
+
+// The list of patterns that are announced in which most have a wildcard.
+std::string key_with_most_wildcards(const CheckedValues& values, const std::vector<Rule>& rules) {
+  std::string most;
+  std::ptrdiff_t count = 0;
+  const auto look = [&](const Rule& rule, std::string_view right,
+                        const std::vector<Pattern>& patterns) {
+    const auto here = std::count_if(patterns.begin(), patterns.end(),
+                                    [](const Pattern& p) { return has_wildcard(p.text()); });
+    if (here <= count) return;
+    count = here;
+    most = key_of(rule.name, right);
+  };
+  for (const Rule& rule : rules) {
+    look(rule, "import_topics", rule.import_topics);
+    look(rule, "import_services", rule.import_services);
+    look(rule, "import_actions", rule.import_actions);
+    const bool own = values.given(key_of(rule.name, "import_parameters"));
+    look(rule, own ? "import_parameters" : "parameters", rule.import_parameters);
+    look(rule, "deny", rule.deny);
+  }
+  return most;
+}
+
+// What may be imported is announced to each peer, and a peer refuses more (docs/protocol.md
+// section 12). It is counted as if all rules were for one peer: groups are known only at the
+// login.
+void check_announced(const CheckedValues& values, std::vector<Rule> rules,
+                     std::vector<Problem>& problems) {
+  const std::string most_wildcards = key_with_most_wildcards(values, rules);
+  for (Rule& rule : rules) {
+    rule.identities.clear();
+    rule.groups.clear();
+  }
+  Accepts all = Policy(std::move(rules)).accepts({});
+  all.message_bytes_max = UINT32_MAX;
+  const auto at_most = [&](std::size_t count, std::size_t max, std::string_view of_what,
+                           const std::string& key = "rules") {
+    if (count > max)
+      problems.push_back(
+          {key, "", fmt::format("at most {} {}; there are {}", max, of_what, count)});
+    return count <= max;
+  };
+  const AcceptsSize size = size_of(all);
+  if (at_most(size.entries, kAcceptEntriesMax,
+              "import patterns, parameters, deny patterns and types in all rules together") &&
+      at_most(size.wildcards, kWildcardsMax,
+              "patterns with * in what all rules import and deny together", most_wildcards) &&
+      at_most(size.wildcard_bytes, kWildcardBytesMax,
+              "characters behind the first * of each pattern, in what all rules import and deny "
+              "together",
+              most_wildcards) &&
+      at_most(all.rules.size(), kAcceptRulesMax, "rules that import something")) {
+    at_most(encode(all).size(), kControlBytesMax,
+            "bytes of import patterns, parameters, deny patterns and types in all rules together");
+  }
+}
+
 }  // namespace
 
 Rule default_rule() {
@@ -112,7 +180,8 @@ Rule default_rule() {
 }
 
 RuleSet read_rules(const CheckedValues& values, bool is_robot, ReadAt moment,
-                   std::vector<Problem>& problems, std::vector<std::string>& warnings) {
+                   const Surroundings& around, std::vector<Problem>& problems,
+                   std::vector<std::string>& warnings) {
   RuleSet set;
   const bool listed = !values.given("rules") || values.valid("rules");
   const std::vector<std::string> names = values.list("rules");
@@ -134,6 +203,8 @@ RuleSet read_rules(const CheckedValues& values, bool is_robot, ReadAt moment,
     set.clock_groups = clock->groups;
     set.rules.push_back(std::move(*clock));
   }
+  for (const Rule& rule : set.rules) check_types(rule, around, problems);
+  check_announced(values, set.rules, problems);
   if (!names.empty() || !values.rules().empty()) return set;
   if (!is_robot) {
     set.rules.push_back(default_rule());

@@ -10,8 +10,6 @@
 
 namespace connect_bridge {
 
-enum class ReadAt : std::uint8_t { kStart, kRunning };
-
 struct RuleSet {
   std::vector<Rule> rules;
   bool defaults = false;  // none were given, and this is not the robot
@@ -19,9 +17,10 @@ struct RuleSet {
   std::vector<std::string> clock_identities, clock_groups;  // whose time
 };
 
-// Adds to problems and warnings; the result is valid only if there are no problems.
+// Adds to problems and warnings; the result is valid only if there are no problems. `around` says
+// which types are installed.
 [[nodiscard]] RuleSet read_rules(const CheckedValues& values, bool is_robot, ReadAt moment,
-                                 std::vector<Problem>& problems,
+                                 const Surroundings& around, std::vector<Problem>& problems,
                                  std::vector<std::string>& warnings);
 
 // The rule of an operator's side that has none. Everything that the robot allows exists there. The

@@ -19,7 +19,7 @@ auto rule_row_adder(Rows& rows, const char* section) {
 
 // What a rule allows.
 void add_rule_rights(Rows& rows) {
-  const auto add = rule_row_adder(rows, "Keys of a rule: what it allows");
+  const auto add = rule_row_adder(rows, kRuleRights);
   const auto patterns = [&](const char* key, const char* help, auto field) {
     add({.key = key, .syntax = check_pattern, .help = help}, field);
   };

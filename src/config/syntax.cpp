@@ -34,18 +34,6 @@ std::optional<unsigned> number(std::string_view text, std::size_t digits_max, un
   return value;
 }
 
-// The part of `rest` before the next separator; `rest` becomes nullopt when there is none.
-std::string_view take(std::optional<std::string_view>& rest, char separator) {
-  const std::size_t at = rest->find(separator);
-  const std::string_view part = rest->substr(0, at);
-  if (at == std::string_view::npos) {
-    rest.reset();
-  } else {
-    rest = rest->substr(at + 1);
-  }
-  return part;
-}
-
 // The bytes of an address as it is sent. No leading zeros, which mean octal to some, and no zone.
 std::optional<Bytes> parse_ip(int family, std::string_view text) {
   Bytes bytes(family == AF_INET ? 4 : 16);
@@ -218,9 +206,9 @@ Duration from_seconds(double seconds) {
 
 std::vector<std::string> listen_addresses(std::string_view text) {
   std::vector<std::string> addresses;
-  std::optional<std::string_view> rest = text;
-  while (rest) {
-    std::string_view part = take(rest, ',');
+  for (std::size_t begin = 0, end = 0; begin <= text.size(); begin = end + 1) {
+    end = std::min(text.find(',', begin), text.size());
+    std::string_view part = text.substr(begin, end - begin);
     while (part.starts_with(' ')) part.remove_prefix(1);
     while (part.ends_with(' ')) part.remove_suffix(1);
     addresses.emplace_back(part);

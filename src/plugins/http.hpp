@@ -1,4 +1,4 @@
-// HTTP requests of the login methods (src/auth) as values: src/net carries them out.
+// HTTP requests of the login methods as values; https.hpp carries them out.
 #pragma once
 
 #include <chrono>

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "config/describe.hpp"
+#include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_changes.hpp"
 #include "ros/parameters/parameter_file.hpp"
@@ -76,7 +76,7 @@ LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Con
 
 ros::ParameterServerOptions LiveParameters::server_options() {
   ros::ParameterServerOptions options;
-  options.entries = describe_parameters(config_);
+  options.entries = [this] { return describe_parameters(config_); };
   options.set = [this](const std::vector<Parameter>& p) { return set(p); };
   options.describe = [this](const std::string& name) {
     return describe_parameter(name, config_.role);

@@ -13,7 +13,7 @@
 
 #include "config/document.hpp"
 #include "config/key_search.hpp"
-#include "ros/node/remaps.hpp"
+#include "ros/node/ros_arguments.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "run/arguments.hpp"

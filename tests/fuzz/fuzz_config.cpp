@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/describe.hpp"
+#include "config/document.hpp"
 #include "config/explain.hpp"
 #include "core/base/check.hpp"
 

@@ -1,9 +1,9 @@
 #include "ros/parameters/parameter_server.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <thread>
 
-#include "ros/parameters/parameter_table.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/ros_fixture.hpp"
 #include "unit/source_text.hpp"
@@ -42,12 +42,24 @@ class RunningServer {
  public:
   explicit RunningServer(Node& node)
       : server(node,
-               {entries(), [this](const std::vector<Parameter>& wanted) { return set(wanted); },
-                describe_rule, [this](bool on) { sim_time = on; }, [this] { alarm.wake(); }}) {}
+               {[this] { return now; },
+                [this](const std::vector<Parameter>& wanted) { return set(wanted); }, describe_rule,
+                [this](bool on) { sim_time = on; }, [this] { alarm.wake(); }}) {}
 
   SetResult set(const std::vector<Parameter>& wanted) {
     for (const Parameter& parameter : wanted) {
       if (parameter.value == ParameterValue{13.0}) return {false, "13 brings bad luck"};
+    }
+    for (const Parameter& parameter : wanted) {
+      const auto is_it = [&](const auto& known) { return known.name == parameter.name; };
+      const auto at = std::find_if(now.begin(), now.end(), is_it);
+      if (!parameter.value) {
+        now.erase(at);
+      } else if (at != now.end()) {
+        at->value = parameter.value;
+      } else {
+        now.push_back(entry(parameter.name, *parameter.value));
+      }
     }
     return {};
   }
@@ -74,6 +86,7 @@ class RunningServer {
 
   Alarm alarm;
   bool sim_time = false;
+  std::vector<ParameterDescriptor> now = entries();
   ParameterServer server;
 };
 
@@ -132,14 +145,13 @@ TEST_F(ParameterServerTest, TellsParameterEvents) {
   EXPECT_EQ(std::string::npos, text.find("no_such"));
 }
 
-TEST(ParameterTableTest, ChangesAllOrNone) {
-  ParameterTable table(entries());
-  ParameterDifferences differences;
-  const auto result =
-      table.apply({{"verbose", true}, {"listen.port", std::int64_t{1}}}, {}, {}, differences);
-  EXPECT_FALSE(result.successful);
-  EXPECT_TRUE(differences.empty());
-  EXPECT_EQ(ParameterValue{false}, *table.find("verbose")->value);
+TEST_F(ParameterServerTest, ChangesAllOrNone) {
+  TestNode node("connect_server");
+  RunningServer server(*node);
+  EXPECT_FALSE(server.server.set({{"verbose", true}, {"listen.port", std::int64_t{1}}}).successful);
+  EXPECT_EQ(ParameterValue{false}, *server.now.back().value);
+  EXPECT_TRUE(server.server.set({{"verbose", true}}).successful);
+  EXPECT_EQ(ParameterValue{true}, *server.now.back().value);
 }
 
 TEST(ParameterTest, ChecksValues) {

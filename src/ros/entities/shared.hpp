@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "core/base/log_limit.hpp"
 #include "core/base/tell_once.hpp"
@@ -69,6 +70,17 @@ struct Shared {
   void report(Input input) {
     reports.push_back(std::move(input));
     ready.wake();
+  }
+  // The message that was taken into `form`, which is reset; or why it cannot be carried.
+  std::variant<Payload, std::string> bytes_of(MessageForm& form, Batch& batch) {
+    auto unwritten = form.write_to(*buffer.prepare());
+    form.reset();
+    if (unwritten) return *std::move(unwritten);
+    Payload payload = buffer.give_away();
+    batch.bytes += payload.size();
+    if (payload.size() <= message_bytes_max) return payload;
+    return "it has " + std::to_string(payload.size()) + " bytes, more than " +
+           std::to_string(message_bytes_max);
   }
   // A request or response that cannot be carried.
   void refuse_call(const std::string& why) {

@@ -18,7 +18,7 @@ namespace {
 struct Nodes {
   std::set<NodeName> plain;
   // Names of more than one node, or of a node and a proxy of ours. The middleware answers for an
-  // arbitrary one of them, so their services are found by their writers, or counted.
+  // arbitrary one of them, so their services are found by their writers, where it tells these.
   std::set<NodeName> shared;
 };
 
@@ -70,50 +70,6 @@ std::string service_type_of(std::string_view response) {
   return type + "/" + std::string{response.substr(middle + kMiddle.size())};
 }
 
-// The services of others, where they can only be counted; nullopt: the middleware failed.
-std::optional<std::map<std::string, CountedService>> count_services(const Node& node) {
-  const NamesAndTypes found(&rcl_get_service_names_and_types, node.handle());
-  if (!found.ok()) return std::nullopt;
-  std::map<std::string, CountedService> counted;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const std::string service = found.name(i);
-    if (service.starts_with(node.facts().full_name + "/")) continue;  // ours, or a namesake's
-    const auto types = found.types(i);
-    counted[service] = {{types.begin(), types.end()},
-                        distro::count_servers(node.handle(), service.c_str(), 0).value_or(0)};
-  }
-  return counted;
-}
-
-// What is counted twice, before and after the services of each node are read. The lower count
-// holds, so a server that comes or goes meanwhile is not taken for one of an unknown node.
-class TwiceCounted {
- public:
-  explicit TwiceCounted(const Node& node)
-      : node_(node), ours_(node.own().servers()), services_(count_services(node)) {}
-
-  // false: the middleware failed.
-  bool add_owners(ServiceOwners& owners, const std::set<NodeName>& shared) {
-    const auto now = count_services(node_);
-    if (!services_ || !now) return false;
-    for (auto& [name, service] : *services_) {
-      const auto found = now->find(name);
-      service.servers = found == now->end() ? 0 : std::min(service.servers, found->second.servers);
-    }
-    for (const auto& [name, count] : node_.own().servers()) {
-      auto& most = ours_[name];
-      most = std::max(most, count);
-    }
-    add_counted_owners(owners, *services_, ours_, shared);
-    return true;
-  }
-
- private:
-  const Node& node_;
-  std::map<std::string, std::size_t> ours_;
-  std::optional<std::map<std::string, CountedService>> services_;
-};
-
 class ServiceReading {
  public:
   ServiceReading(const Node& node, const std::set<std::string>& watched,
@@ -134,16 +90,15 @@ class ServiceReading {
   const std::set<std::string>& watched_;
   const BridgeParticipants& bridges_;
   const std::function<void()>& between_;
-  ServiceOwners services_;
+  // The nodes that own servers, by the service's name and type.
+  std::map<std::pair<std::string, std::string>, std::set<NodeName>> services_;
   std::map<std::string, std::vector<Writer>> writers_;
 };
 
 bool ServiceReading::add_all(const Nodes& nodes) {
-  std::optional<TwiceCounted> counted;
-  if (!nodes.shared.empty() && !middleware().tells_servers()) counted.emplace(node_);
   for (const NodeName& name : nodes.plain) add_services_of(name);
-  if (counted) return counted->add_owners(services_, nodes.shared);
-  return nodes.shared.empty() || add_services_of_shared(nodes.shared);
+  return nodes.shared.empty() || !middleware().tells_servers() ||
+         add_services_of_shared(nodes.shared);
 }
 
 void ServiceReading::add_services_of(const NodeName& of) {
@@ -224,7 +179,7 @@ constexpr std::size_t kUnservedMax = 256;  // services without a server
 // A client writes requests.
 bool is_called(const Node& node, const std::string& service) {
   if (!middleware().tells_servers())
-    return distro::count_clients(node.handle(), service.c_str(), 0).value_or(0) > 0;
+    return distro::count_clients(node.handle(), service.c_str()).value_or(0) > 0;
   const std::string topic = "rq" + service + "Request";
   const TopicEndpoints writers(&rcl_get_publishers_info_by_topic, node.handle(), topic.c_str(),
                                true);
@@ -244,6 +199,10 @@ bool BridgeParticipants::attribute(const Gid& gid, std::string& name_space,
     name = bridge->second.name;
   }
   return true;
+}
+
+std::string full_name(const NodeName& node) {
+  return node.name_space == "/" ? "/" + node.name : node.name_space + "/" + node.name;
 }
 
 std::optional<std::vector<NodeName>> names_of_nodes(const Node& node) {

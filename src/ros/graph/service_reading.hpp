@@ -9,10 +9,17 @@
 #include <vector>
 
 #include "core/ports/ports.hpp"
-#include "ros/graph/counted_servers.hpp"
 #include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {
+
+struct NodeName {
+  std::string name_space, name;
+  auto operator<=>(const NodeName&) const = default;
+};
+
+// "/fleet/talker".
+[[nodiscard]] std::string full_name(const NodeName& node);
 
 // Participants of the graph in which bridges live, by the beginning of their endpoints' ids.
 // All their endpoints belong to the bridge, whatever nodes they have. Empty where ids do not show

@@ -12,7 +12,6 @@
 #include <rcl/publisher.h>
 #include <rcl/remap.h>
 #include <rcl/time.h>
-#include <rcl_interfaces/msg/parameter_event.h>
 #include <rcutils/logging.h>
 #include <rmw/error_handling.h>
 #include <rmw/qos_profiles.h>
@@ -22,9 +21,12 @@
 #include <chrono>
 #include <mutex>
 #include <optional>
+#include <rcl_interfaces/msg/parameter_event.hpp>
+#include <rosidl_typesupport_cpp/message_type_support.hpp>
 
 #include "ros/node/own_endpoints.hpp"
 #include "ros/node/process_log.hpp"
+#include "ros/node/ros_arguments.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/cyclone_publishers.hpp"
 #include "ros/rcl/distro.hpp"
@@ -68,22 +70,6 @@ std::vector<std::string> pick(const NodeOptions& options, int count, rcl_ret_t r
   return texts;
 }
 
-std::vector<std::string> parameter_files_of(const rcl_arguments_t& arguments) {
-  const int count = rcl_arguments_get_param_files_count(&arguments);
-  auto allocator = rcl_get_default_allocator();
-  char** files = nullptr;
-  std::vector<std::string> names;
-  if (count <= 0) return names;
-  require_ok(rcl_arguments_get_param_files(&arguments, allocator, &files),
-             "cannot read the names of the parameter files");
-  for (int i = 0; i < count; ++i) {
-    names.emplace_back(files[i]);
-    allocator.deallocate(files[i], allocator.state);
-  }
-  allocator.deallocate(files, allocator.state);
-  return names;
-}
-
 // What a node of this name will be called, with what remaps it.
 std::string future_name(const rcl_arguments_t& arguments, const std::string& name) {
   auto allocator = rcl_get_default_allocator();
@@ -121,7 +107,6 @@ struct Node::State {
   void open(const NodeOptions& options);
   void open_context(const NodeOptions& options);
   void read_arguments(const NodeOptions& options);
-  void read_parameters();
   std::size_t domain();
   void open_publisher_ids();
   void open_parameter_events();
@@ -161,7 +146,9 @@ void Node::State::open(const NodeOptions& options) {
   open_context(options);
   read_arguments(options);
   facts.full_name = future_name(context.global_arguments, options.name);
-  read_parameters();
+  read_overrides(context.global_arguments, facts.full_name, facts.parameter_overrides,
+                 facts.others_with_parameters);
+  facts.parameter_files = values_behind({"--params-file"}, options.argc, options.argv);
   const bool publishes_images = options.publishes_images && options.publishes_images(facts);
   const FastDdsProfile profile(is_loaded, publishes_images ? FastDdsProfile::kLargeSegment : 0);
   warnings = profile.problems();
@@ -191,12 +178,6 @@ void Node::State::open(const NodeOptions& options) {
   facts.name_space = rcl_node_get_namespace(&node);
   facts.full_name = rcl_node_get_fully_qualified_name(&node);
   own.settle_node(facts.full_name);
-}
-
-void Node::State::read_parameters() {
-  read_overrides(context.global_arguments, facts.full_name, facts.parameter_overrides,
-                 facts.others_with_parameters);
-  facts.parameter_files = parameter_files_of(context.global_arguments);
 }
 
 std::size_t Node::State::domain() {
@@ -233,9 +214,9 @@ std::optional<Gid> Node::State::id_of(const rcl_publisher_t& publisher) {
 void Node::State::open_parameter_events() {
   rcl_publisher_options_t options = rcl_publisher_get_default_options();
   options.qos = rmw_qos_profile_parameter_events;
-  require_ok(rcl_publisher_init(&parameter_events, &node,
-                                ROSIDL_GET_MSG_TYPE_SUPPORT(rcl_interfaces, msg, ParameterEvent),
-                                "/parameter_events", &options),
+  const auto* type = rosidl_typesupport_cpp::get_message_type_support_handle<
+      rcl_interfaces::msg::ParameterEvent>();
+  require_ok(rcl_publisher_init(&parameter_events, &node, type, "/parameter_events", &options),
              "cannot publish on /parameter_events");
   // Without it our own endpoints would be bridged like those of others.
   const auto id = id_of(parameter_events);

@@ -6,13 +6,31 @@
 #include <string_view>
 
 namespace connect_bridge::ros {
+namespace {
 
+// As ROS says it.
 const char* name_of(ParameterType type) {
   constexpr const char* kNames[] = {"not set",      "bool",        "integer",    "double",
                                     "string",       "byte_array",  "bool_array", "integer_array",
                                     "double_array", "string_array"};
   return kNames[static_cast<std::size_t>(type)];
 }
+
+// "/*" stands for one segment of a name, "/**" for any number of them.
+bool matches(std::string_view pattern, std::string_view name) {
+  if (pattern.empty()) return name.empty();
+  const auto pattern_end = std::min(pattern.find('/', 1), pattern.size());
+  const auto head = pattern.substr(0, pattern_end);
+  const auto rest = pattern.substr(pattern_end);
+  if (head == "/**" && matches(rest, name)) return true;
+  if (name.empty()) return false;
+  const auto name_end = std::min(name.find('/', 1), name.size());
+  if (head == "/**") return matches(pattern, name.substr(name_end));
+  if (head != "/*" && head != name.substr(0, name_end)) return false;
+  return matches(rest, name.substr(name_end));
+}
+
+}  // namespace
 
 SetResult check_value(const ParameterDescriptor& entry, ParameterValue& value) {
   switch (fit(entry.type, entry.range, value)) {
@@ -41,24 +59,6 @@ bool is_listed(const std::string& name, const std::vector<std::string>& prefixes
     return name.starts_with(prefix) && shallow(std::string_view{name}.substr(prefix.size() + 1));
   });
 }
-
-namespace {
-
-// "/*" stands for one segment of a name, "/**" for any number of them.
-bool matches(std::string_view pattern, std::string_view name) {
-  if (pattern.empty()) return name.empty();
-  const auto pattern_end = std::min(pattern.find('/', 1), pattern.size());
-  const auto head = pattern.substr(0, pattern_end);
-  const auto rest = pattern.substr(pattern_end);
-  if (head == "/**" && matches(rest, name)) return true;
-  if (name.empty()) return false;
-  const auto name_end = std::min(name.find('/', 1), name.size());
-  if (head == "/**") return matches(pattern, name.substr(name_end));
-  if (head != "/*" && head != name.substr(0, name_end)) return false;
-  return matches(rest, name.substr(name_end));
-}
-
-}  // namespace
 
 bool node_name_matches(const std::string& pattern, const std::string& full_name) {
   return matches(pattern.starts_with('/') ? pattern : "/" + pattern, full_name);

@@ -9,8 +9,6 @@
 
 namespace connect_bridge::ros {
 
-[[nodiscard]] const char* name_of(ParameterType type);  // as ROS says it: "string_array"
-
 struct SetResult {
   bool successful = true;
   std::string reason;

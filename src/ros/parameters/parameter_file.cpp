@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <rcl/allocator.h>
 #include <rcl_yaml_param_parser/parser.h>
-#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cerrno>
@@ -44,117 +43,60 @@ ParameterValue value_of(const rcl_variant_t& value) {
 
 constexpr std::size_t kKeyShown = 100;  // bytes
 
-// Follows the events of a parser and reports keys that are given twice, and those without a value.
-// Keys are compared by their whole names, as rcl joins them: `rule.drive: {...}` and
-// `rule: {drive: {...}}` are the same.
-class KeyCheck : public YAML::EventHandler {
- public:
-  explicit KeyCheck(std::string file) : file_(std::move(file)) {}
-
-  [[nodiscard]] std::vector<std::string> take_twice_given() { return std::move(twice_given_); }
-  // rcl takes no key without a value, and names the line alone.
-  [[nodiscard]] std::vector<std::string> take_without_value() { return std::move(without_value_); }
-
-  void OnDocumentStart(const YAML::Mark&) override {}
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
-    if (!levels_.empty() && levels_.back().is_map && !levels_.back().at_key)
-      without_value_.push_back(at(levels_.back().line) + "\"" + levels_.back().shown +
-                               "\" has no value; a list stands in brackets: [/one, /two]");
-    scalar(mark, "~");
-  }
-  void OnAlias(const YAML::Mark&, YAML::anchor_t) override { end_node(); }
-  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                const std::string& value) override {
-    scalar(mark, value);
-  }
-  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                       YAML::EmitterStyle::value) override {
-    enter(false);
-  }
-  void OnSequenceEnd() override { leave(); }
-  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {
-    enter(true);
-  }
-  void OnMapEnd() override { leave(); }
-
- private:
-  struct Level {
-    bool is_map = false;
-    bool at_key = false;  // in a map: the next node is a key
-    std::string name;     // of the map itself
-    std::string key;      // in a map: the whole name of its present key
-    std::string shown;    // the key as it is written there
-    int line = 0;         // where it is
-  };
-
-  void scalar(const YAML::Mark& mark, const std::string& text) {
-    if (!levels_.empty() && levels_.back().at_key) note_key(levels_.back(), mark, text);
-    end_node();
-  }
-
-  void note_key(Level& level, const YAML::Mark& mark, const std::string& text) {
-    level.key = level.name.empty() ? text : level.name + "." + text;
-    level.shown = to_text(text, kKeyShown);
-    level.line = mark.line + 1;
-    const auto [first, is_new] = lines_.try_emplace(level.key, level.line);
-    if (is_new) return;
-    twice_given_.push_back(at(level.line) + "\"" + level.shown +
-                           "\" is given twice, first in line " + std::to_string(first->second));
-    level.key = unnamed();  // its own keys were told with it
-  }
-
-  [[nodiscard]] std::string at(int line) const { return file_ + ":" + std::to_string(line) + ": "; }
-
-  // What has no key of its own, an entry of a list, gets a name that no other has.
-  void enter(bool is_map) {
-    const bool has_key = !levels_.empty() && levels_.back().is_map && !levels_.back().at_key;
-    std::string name = has_key ? levels_.back().key : "";
-    if (!has_key && !levels_.empty()) name = unnamed();
-    levels_.push_back({is_map, is_map, std::move(name), {}, {}, 0});
-  }
-
-  std::string unnamed() { return "#" + std::to_string(++unnamed_); }
-
-  void leave() {
-    levels_.pop_back();
-    end_node();
-  }
-
-  // In a map keys and values take turns.
-  void end_node() {
-    if (!levels_.empty() && levels_.back().is_map) levels_.back().at_key = !levels_.back().at_key;
-  }
-
-  const std::string file_;
-  std::vector<std::string> twice_given_, without_value_;
-  std::vector<Level> levels_;
-  std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
-  int unnamed_ = 0;
-};
-
 struct YamlProblems {
   std::vector<std::string> certain;
   std::vector<std::string> without_value;  // what is wrong if rcl refuses the file
+};
+
+// Looks for keys that are given twice, and for those without a value: rcl takes none, and names the
+// line alone. Keys are compared by their whole names, as rcl joins them: `rule.drive: {...}` and
+// `rule: {drive: {...}}` are the same.
+class KeyCheck {
+ public:
+  explicit KeyCheck(std::string file) : file_(std::move(file)) {}
+
+  // `name`: of the node itself; empty: the whole document.
+  void look_into(const YAML::Node& node, const std::string& name) {
+    if (!node.IsMap()) return;
+    for (const auto& entry : node) look_at(entry.first, entry.second, name);
+  }
+
+  YamlProblems found;
+
+ private:
+  void look_at(const YAML::Node& key, const YAML::Node& value, const std::string& map) {
+    const std::string text = key.IsScalar() ? key.Scalar() : "~";
+    const std::string name = map.empty() ? text : map + "." + text;
+    const int line = key.Mark().line + 1;
+    const std::string at =
+        file_ + ":" + std::to_string(line) + ": \"" + to_text(text, kKeyShown) + "\" ";
+    const auto [first, is_new] = lines_.try_emplace(name, line);
+    if (!is_new)
+      found.certain.push_back(at + "is given twice, first in line " +
+                              std::to_string(first->second));
+    if (value.IsNull())
+      found.without_value.push_back(at + "has no value; a list stands in brackets: [/one, /two]");
+    // The keys in what is there again were told with it. What stands before its key is an alias,
+    // which rcl does not take, and may contain itself.
+    const bool is_alias = value.Mark().pos < key.Mark().pos;
+    if (is_new && !is_alias) look_into(value, name);
+  }
+
+  const std::string file_;
+  std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
 };
 
 YamlProblems yaml_problems(const std::string& file) {
   std::ifstream text(file);
   if (!text) return {{file + ": cannot be opened: " + std::strerror(errno)}, {}};
   KeyCheck keys(file);
-  std::string problem;
   try {
-    YAML::Parser parser(text);
-    while (parser.HandleNextDocument(keys)) {
-    }
+    for (const YAML::Node& document : YAML::LoadAll(text)) keys.look_into(document, "");
   } catch (const YAML::Exception& error) {
-    problem = file + ":" + std::to_string(error.mark.line + 1) + ":" +
-              std::to_string(error.mark.column + 1) + ": " + error.msg;
+    keys.found.certain.push_back(file + ":" + std::to_string(error.mark.line + 1) + ":" +
+                                 std::to_string(error.mark.column + 1) + ": " + error.msg);
   }
-  YamlProblems found{keys.take_twice_given(), keys.take_without_value()};
-  if (!problem.empty()) found.certain.push_back(std::move(problem));
-  return found;
+  return std::move(keys.found);
 }
 
 // A pipe can be read once only, and rcl has to. A file that is missing is one that can be told.

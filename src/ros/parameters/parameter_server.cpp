@@ -1,270 +1,308 @@
 #include "ros/parameters/parameter_server.hpp"
 
 #include <rcl/publisher.h>
-#include <rcl_interfaces/msg/parameter_event.h>
-#include <rcl_interfaces/msg/set_parameters_result.h>
-#include <rcl_interfaces/srv/describe_parameters.h>
-#include <rcl_interfaces/srv/get_parameter_types.h>
-#include <rcl_interfaces/srv/get_parameters.h>
-#include <rcl_interfaces/srv/list_parameters.h>
-#include <rcl_interfaces/srv/set_parameters.h>
-#include <rcl_interfaces/srv/set_parameters_atomically.h>
+#include <rcl/service.h>
 #include <rmw/qos_profiles.h>
-#include <rosidl_runtime_c/primitives_sequence_functions.h>
 
 #include <algorithm>
+#include <exception>
+#include <rcl_interfaces/msg/parameter_event.hpp>
+#include <rcl_interfaces/srv/describe_parameters.hpp>
+#include <rcl_interfaces/srv/get_parameter_types.hpp>
+#include <rcl_interfaces/srv/get_parameters.hpp>
+#include <rcl_interfaces/srv/list_parameters.hpp>
+#include <rcl_interfaces/srv/set_parameters.hpp>
+#include <rcl_interfaces/srv/set_parameters_atomically.hpp>
+#include <rosidl_typesupport_cpp/service_type_support.hpp>
+#include <set>
+#include <tuple>
+#include <utility>
 
-#include "ros/entities/ready_list.hpp"
-#include "ros/parameters/own_service.hpp"
-#include "ros/parameters/parameter_messages.hpp"
-#include "ros/parameters/parameter_table.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
 namespace {
 
+namespace msg = rcl_interfaces::msg;
+namespace srv = rcl_interfaces::srv;
+
 constexpr char kUseSimTime[] = "use_sim_time";
 constexpr int kStepsPerDrain = 16;
 
-#define CONNECT_SERVICE_TYPE(name)                                                              \
-  struct name {                                                                                 \
-    using Request = rcl_interfaces__srv__##name##_Request;                                      \
-    using Response = rcl_interfaces__srv__##name##_Response;                                    \
-    static constexpr auto* create_request = &rcl_interfaces__srv__##name##_Request__create;     \
-    static constexpr auto* destroy_request = &rcl_interfaces__srv__##name##_Request__destroy;   \
-    static constexpr auto* create_response = &rcl_interfaces__srv__##name##_Response__create;   \
-    static constexpr auto* destroy_response = &rcl_interfaces__srv__##name##_Response__destroy; \
-    static const rosidl_service_type_support_t* type_support() {                                \
-      return ROSIDL_GET_SRV_TYPE_SUPPORT(rcl_interfaces, srv, name);                            \
-    }                                                                                           \
-  }
-CONNECT_SERVICE_TYPE(DescribeParameters);
-CONNECT_SERVICE_TYPE(GetParameterTypes);
-CONNECT_SERVICE_TYPE(GetParameters);
-CONNECT_SERVICE_TYPE(ListParameters);
-CONNECT_SERVICE_TYPE(SetParameters);
-CONNECT_SERVICE_TYPE(SetParametersAtomically);
-#undef CONNECT_SERVICE_TYPE
+// The fields of a value, in the order of ParameterValue.
+auto fields_of(auto& message) {
+  return std::tie(message.bool_value, message.integer_value, message.double_value,
+                  message.string_value, message.byte_array_value, message.bool_array_value,
+                  message.integer_array_value, message.double_array_value,
+                  message.string_array_value);
+}
 
-std::vector<Parameter> parameters_of(const rcl_interfaces__msg__Parameter__Sequence& messages) {
-  std::vector<Parameter> parameters;
-  parameters.reserve(messages.size);
-  for (std::size_t i = 0; i < messages.size; ++i) {
-    parameters.push_back(parameter_of(messages.data[i]));
+// Without a value: PARAMETER_NOT_SET.
+msg::ParameterValue to_message(const std::optional<ParameterValue>& value) {
+  msg::ParameterValue message;
+  if (!value) return message;
+  message.type = static_cast<std::uint8_t>(type_of(*value));
+  std::visit([&]<class Held>(const Held& held) { std::get<Held&>(fields_of(message)) = held; },
+             *value);
+  return message;
+}
+
+Parameter parameter_of(const msg::Parameter& message) {
+  Parameter parameter{message.name, std::nullopt};
+  const auto fields = fields_of(message.value);
+  const auto take = [&]<std::size_t kIndex>() {
+    const bool is_it = message.value.type == kIndex + 1;
+    if (is_it) parameter.value.emplace(std::in_place_index<kIndex>, std::get<kIndex>(fields));
+  };
+  [&]<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+    (take.template operator()<kIndex>(), ...);
   }
+  (std::make_index_sequence<std::variant_size_v<ParameterValue>>());
+  return parameter;
+}
+
+std::vector<Parameter> parameters_of(const std::vector<msg::Parameter>& messages) {
+  std::vector<Parameter> parameters;
+  for (const auto& message : messages) parameters.push_back(parameter_of(message));
   return parameters;
 }
 
-bool fill(rcl_interfaces__msg__SetParametersResult& to, const SetResult& result) {
-  to.successful = result.successful;
-  return assign(to.reason, result.reason);
+msg::ParameterDescriptor to_message(const ParameterDescriptor& entry) {
+  msg::ParameterDescriptor message;
+  message.name = entry.name;
+  message.type = static_cast<std::uint8_t>(entry.type);
+  message.description = entry.description;
+  message.additional_constraints = entry.constraints;
+  message.read_only = entry.read_only;
+  if (entry.range && entry.type == ParameterType::kInteger) {
+    message.integer_range.resize(1);
+    message.integer_range[0].from_value = static_cast<std::int64_t>(entry.range->min);
+    message.integer_range[0].to_value = static_cast<std::int64_t>(entry.range->max);
+  }
+  if (entry.range && entry.type == ParameterType::kDouble) {
+    message.floating_point_range.resize(1);
+    message.floating_point_range[0].from_value = entry.range->min;
+    message.floating_point_range[0].to_value = entry.range->max;
+  }
+  return message;
 }
 
-ParameterDescriptor sim_time_entry(bool on) {
-  ParameterDescriptor entry;
-  entry.name = kUseSimTime;
-  entry.type = ParameterType::kBool;
-  entry.value = on;
-  entry.description = "Whether this node's time follows /clock";
-  return entry;
+msg::SetParametersResult to_message(const SetResult& result) {
+  msg::SetParametersResult message;
+  message.successful = result.successful;
+  message.reason = result.reason;
+  return message;
 }
 
-bool is_on(const ParameterDescriptor* entry) {
-  return entry && entry->value && *entry->value == ParameterValue{true};
+// One service that this process answers itself.
+template <class Service>
+class OwnService final : public Entity {
+ public:
+  using Request = typename Service::Request;
+  using Response = typename Service::Response;
+  using Handler = std::function<void(const Request& request, Response& response)>;
+
+  // Throws RosError.
+  OwnService(ReadyList& ready, Node& node, const std::string& name, Handler handler)
+      : Entity(ready, kReadyMessage), node_(node), handler_(std::move(handler)) {
+    set_name(name);
+    rcl_service_options_t options = rcl_service_get_default_options();
+    options.qos = rmw_qos_profile_parameters;
+    const auto* type = rosidl_typesupport_cpp::get_service_type_support_handle<Service>();
+    const std::string what = "cannot serve " + name;
+    require_ok(rcl_service_init(&service_, node.handle(), type, name.c_str(), &options), what);
+    const rcl_ret_t result =
+        rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());
+    if (result != RCL_RET_OK) {
+      const auto text = error_text(what, result);
+      ignore_error(rcl_service_fini(&service_, node.handle()));
+      throw RosError(text);
+    }
+    ReadyList::mark(slot(), kReadyMessage);
+  }
+  // The callback stays, as in ServiceMirror.
+  ~OwnService() override { ignore_error(rcl_service_fini(&service_, node_.handle())); }
+
+  // Answers one request.
+  std::optional<Input> step(Batch&) override {
+    Request request;
+    rmw_service_info_t info{};
+    const bool more = expects_more();  // one that cannot be read looks like none
+    if (!take(request, info)) {
+      if (!more) done(kReadyMessage);
+      return std::nullopt;
+    }
+    Response response;
+    handler_(request, response);
+    const rcl_ret_t result = rcl_send_response(&service_, &info.request_id, &response);
+    // The client may have left before the answer was sent.
+    if (result != RCL_RET_OK)
+      node_.log(LogLevel::kDebug, error_text("cannot answer a request of " + name(), result));
+    return std::nullopt;
+  }
+
+ private:
+  // False: there is no request.
+  bool take(Request& request, rmw_service_info_t& info) {
+    const std::string what = "cannot take a request of " + name();
+    try {
+      const rcl_ret_t result = rcl_take_request_with_info(&service_, &info, &request);
+      if (result == RCL_RET_OK || result == RCL_RET_SERVICE_TAKE_FAILED)
+        return ignore_error(result);
+      node_.log(LogLevel::kWarn, error_text(what, result));
+    } catch (const std::exception& error) {  // a sequence that claims to be longer than memory
+      node_.log(LogLevel::kWarn, what + ": " + error.what());
+    }
+    return false;
+  }
+
+  Node& node_;
+  const Handler handler_;
+  rcl_service_t service_ = rcl_get_zero_initialized_service();
+};
+
+std::optional<ParameterValue> value_in(const std::map<std::string, ParameterDescriptor>& entries,
+                                       const std::string& name) {
+  const auto found = entries.find(name);
+  return found == entries.end() ? std::nullopt : found->second.value;
 }
 
 }  // namespace
 
-struct ParameterServer::State {
-  State(Node& the_node, ParameterServerOptions the_options);
-  std::vector<ParameterDescriptor> entries();
-
-  template <class Type>
-  void serve(const char* name,
-             bool (State::*handler)(const typename Type::Request&, typename Type::Response&)) {
-    services.push_back(std::make_unique<TypedService<Type>>(
-        ready, node, node.facts().full_name + "/" + name, rmw_qos_profile_parameters,
-        [this, handler](const auto& request, auto& response) {
-          return (this->*handler)(request, response);
-        }));
-  }
-
-  bool describe(const DescribeParameters::Request&, DescribeParameters::Response&);
-  bool get(const GetParameters::Request&, GetParameters::Response&);
-  bool get_types(const GetParameterTypes::Request&, GetParameterTypes::Response&);
-  bool list(const ListParameters::Request&, ListParameters::Response&);
-  bool set(const SetParameters::Request&, SetParameters::Response&);
-  bool set_all(const SetParametersAtomically::Request&, SetParametersAtomically::Response&);
-
-  SetResult apply(std::vector<Parameter> parameters);
-  SetResult ask(const std::vector<Parameter>& parameters);
-  void publish(const ParameterDifferences& differences);
-  void follow_sim_time();
-
-  Node& node;
-  ParameterServerOptions options;
-  ReadyList ready;
-  ParameterTable table;
-  bool sim_time = false;
-  std::vector<std::unique_ptr<OwnService>> services;
-};
-
-ParameterServer::State::State(Node& the_node, ParameterServerOptions the_options)
-    : node(the_node), options(std::move(the_options)), ready(options.wake), table(entries()) {
-  serve<DescribeParameters>("describe_parameters", &State::describe);
-  serve<GetParameterTypes>("get_parameter_types", &State::get_types);
-  serve<GetParameters>("get_parameters", &State::get);
-  serve<ListParameters>("list_parameters", &State::list);
-  serve<SetParameters>("set_parameters", &State::set);
-  serve<SetParametersAtomically>("set_parameters_atomically", &State::set_all);
-  ParameterDifferences declared;
-  for (const auto& entry : table.entries()) declared.added.push_back({entry.name, entry.value});
-  publish(declared);
-  follow_sim_time();
-}
-
-std::vector<ParameterDescriptor> ParameterServer::State::entries() {
-  const auto& given = node.facts().parameter_overrides;
-  const auto wanted = given.find(kUseSimTime);
-  options.entries.push_back(
-      sim_time_entry(wanted != given.end() && wanted->second == ParameterValue{true}));
-  return std::move(options.entries);
-}
-
-void ParameterServer::State::publish(const ParameterDifferences& differences) {
-  if (differences.empty()) return;
-  const std::unique_ptr<rcl_interfaces__msg__ParameterEvent,
-                        decltype(&rcl_interfaces__msg__ParameterEvent__destroy)>
-      event(rcl_interfaces__msg__ParameterEvent__create(),
-            &rcl_interfaces__msg__ParameterEvent__destroy);
-  if (!event) return;
-  const Stamp now = node.ros_now();
-  event->stamp.sec = static_cast<std::int32_t>(now / 1000000000);
-  event->stamp.nanosec = static_cast<std::uint32_t>(now % 1000000000);
-  const bool filled = assign(event->node, node.facts().full_name) &&
-                      ros::fill(event->new_parameters, differences.added) &&
-                      ros::fill(event->changed_parameters, differences.changed) &&
-                      ros::fill(event->deleted_parameters, differences.removed);
-  if (filled) ignore_error(rcl_publish(node.parameter_events(), event.get(), nullptr));
-}
-
-bool ParameterServer::State::describe(const DescribeParameters::Request& request,
-                                      DescribeParameters::Response& response) {
-  const auto names = texts_of(request.names);
-  auto& list = response.descriptors;
-  if (!rcl_interfaces__msg__ParameterDescriptor__Sequence__init(&list, names.size())) return false;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const ParameterDescriptor* entry = table.find(names[i]);
-    ParameterDescriptor unknown;
-    unknown.name = names[i];
-    unknown.type = ParameterType::kNotSet;
-    if (!ros::fill(list.data[i], entry ? *entry : unknown)) return false;
-  }
-  return true;
-}
-
-bool ParameterServer::State::get(const GetParameters::Request& request,
-                                 GetParameters::Response& response) {
-  const auto names = texts_of(request.names);
-  auto& list = response.values;
-  if (!rcl_interfaces__msg__ParameterValue__Sequence__init(&list, names.size())) return false;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const ParameterDescriptor* entry = table.find(names[i]);
-    if (entry && !ros::fill(list.data[i], entry->value)) return false;
-  }
-  return true;
-}
-
-bool ParameterServer::State::get_types(const GetParameterTypes::Request& request,
-                                       GetParameterTypes::Response& response) {
-  const auto names = texts_of(request.names);
-  if (!rosidl_runtime_c__uint8__Sequence__init(&response.types, names.size())) return false;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const ParameterDescriptor* entry = table.find(names[i]);
-    const bool is_set = entry && entry->value;
-    response.types.data[i] =
-        static_cast<std::uint8_t>(is_set ? type_of(*entry->value) : ParameterType::kNotSet);
-  }
-  return true;
-}
-
-bool ParameterServer::State::list(const ListParameters::Request& request,
-                                  ListParameters::Response& response) {
-  const auto prefixes = texts_of(request.prefixes);
-  std::vector<std::string> names, parents;
-  for (const ParameterDescriptor& entry : table.entries()) {
-    // As in rclcpp, a parameter without a value is listed.
-    if (!is_listed(entry.name, prefixes, request.depth)) continue;
-    names.push_back(entry.name);
-    const auto dot = entry.name.rfind('.');
-    if (dot == std::string::npos) continue;
-    const std::string parent = entry.name.substr(0, dot);
-    if (std::find(parents.begin(), parents.end(), parent) == parents.end()) {
-      parents.push_back(parent);
-    }
-  }
-  return assign(response.result.names, names) && assign(response.result.prefixes, parents);
-}
-
-bool ParameterServer::State::set(const SetParameters::Request& request,
-                                 SetParameters::Response& response) {
-  const auto parameters = parameters_of(request.parameters);
-  auto& list = response.results;
-  if (!rcl_interfaces__msg__SetParametersResult__Sequence__init(&list, parameters.size())) {
-    return false;
-  }
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (!fill(list.data[i], apply({parameters[i]}))) return false;
-  }
-  return true;
-}
-
-bool ParameterServer::State::set_all(const SetParametersAtomically::Request& request,
-                                     SetParametersAtomically::Response& response) {
-  return fill(response.result, apply(parameters_of(request.parameters)));
-}
-
-SetResult ParameterServer::State::apply(std::vector<Parameter> parameters) {
-  ParameterDifferences differences;
-  const auto asking = [this](const std::vector<Parameter>& checked) { return ask(checked); };
-  const SetResult result =
-      table.apply(std::move(parameters), asking, options.describe, differences);
-  publish(differences);
-  follow_sim_time();
-  return result;
-}
-
-// use_sim_time is handled here; the owner decides about everything else.
-SetResult ParameterServer::State::ask(const std::vector<Parameter>& parameters) {
-  std::vector<Parameter> others;
-  std::copy_if(parameters.begin(), parameters.end(), std::back_inserter(others),
-               [](const Parameter& parameter) { return parameter.name != kUseSimTime; });
-  if (others.empty() || !options.set) return {};
-  return options.set(others);
-}
-
-void ParameterServer::State::follow_sim_time() {
-  const bool on = is_on(table.find(kUseSimTime));
-  if (on == sim_time) return;
-  sim_time = on;
-  if (options.use_sim_time) options.use_sim_time(on);
+template <class Service, class Handler>
+void ParameterServer::serve(const char* name, Handler handler) {
+  services_.push_back(std::make_unique<OwnService<Service>>(
+      ready_, node_, node_.facts().full_name + "/" + name, std::move(handler)));
 }
 
 ParameterServer::ParameterServer(Node& node, ParameterServerOptions options)
-    : state_(std::make_unique<State>(node, std::move(options))) {}
+    : node_(node), options_(std::move(options)), ready_(options_.wake) {
+  serve<srv::DescribeParameters>("describe_parameters", [this](const auto& asked, auto& answer) {
+    const Entries now = entries();
+    for (const auto& name : asked.names) {
+      const auto found = now.find(name);
+      ParameterDescriptor unknown;
+      unknown.name = name;
+      unknown.type = ParameterType::kNotSet;
+      answer.descriptors.push_back(to_message(found == now.end() ? unknown : found->second));
+    }
+  });
+  serve<srv::GetParameterTypes>("get_parameter_types", [this](const auto& asked, auto& answer) {
+    const Entries now = entries();
+    for (const auto& name : asked.names) {
+      const auto value = value_in(now, name);
+      answer.types.push_back(
+          static_cast<std::uint8_t>(value ? type_of(*value) : ParameterType::kNotSet));
+    }
+  });
+  serve<srv::GetParameters>("get_parameters", [this](const auto& asked, auto& answer) {
+    const Entries now = entries();
+    for (const auto& name : asked.names) answer.values.push_back(to_message(value_in(now, name)));
+  });
+  serve<srv::ListParameters>("list_parameters", [this](const auto& asked, auto& answer) {
+    std::set<std::string> parents;
+    for (const auto& [name, entry] : entries()) {
+      // As in rclcpp, a parameter without a value is listed.
+      if (!is_listed(name, asked.prefixes, asked.depth)) continue;
+      answer.result.names.push_back(name);
+      if (const auto dot = name.rfind('.'); dot != std::string::npos)
+        parents.insert(name.substr(0, dot));
+    }
+    answer.result.prefixes.assign(parents.begin(), parents.end());
+  });
+  serve<srv::SetParameters>("set_parameters", [this](const auto& asked, auto& answer) {
+    for (auto& parameter : parameters_of(asked.parameters))
+      answer.results.push_back(to_message(set({std::move(parameter)})));
+  });
+  serve<srv::SetParametersAtomically>(
+      "set_parameters_atomically", [this](const auto& asked, auto& answer) {
+        answer.result = to_message(set(parameters_of(asked.parameters)));
+      });
+  const auto& given = node_.facts().parameter_overrides;
+  const auto wanted = given.find(kUseSimTime);
+  set_sim_time(wanted != given.end() && wanted->second == ParameterValue{true});
+  std::vector<Parameter> declared;
+  for (const auto& [name, entry] : entries()) declared.push_back({name, entry.value});
+  publish(declared, {});
+}
 
-ParameterServer::~ParameterServer() = default;
+ParameterServer::Entries ParameterServer::entries() const {
+  Entries entries;
+  for (auto& entry : options_.entries()) entries.emplace(entry.name, entry);
+  ParameterDescriptor sim_time;
+  sim_time.name = kUseSimTime;
+  sim_time.type = ParameterType::kBool;
+  sim_time.value = sim_time_;
+  sim_time.description = "Whether this node's time follows /clock";
+  entries.insert_or_assign(kUseSimTime, std::move(sim_time));
+  return entries;
+}
 
+SetResult ParameterServer::check(Parameter& parameter, const Entries& now) const {
+  const std::string& name = parameter.name;
+  const auto known = now.find(name);
+  const auto later = options_.describe(name);
+  if (known == now.end() && (!later || !parameter.value))
+    return {false, "parameter '" + name + "' cannot be set because it was not declared"};
+  const ParameterDescriptor& entry = known == now.end() ? *later : known->second;
+  if (entry.read_only)
+    return {false, "parameter '" + name + "' cannot be set because it is read-only"};
+  if (parameter.value) return check_value(entry, *parameter.value);
+  return later ? SetResult{} : SetResult{false, "parameter '" + name + "' cannot be removed"};
+}
+
+// use_sim_time is handled here; the owner decides about everything else.
 SetResult ParameterServer::set(std::vector<Parameter> parameters) {
-  return state_->apply(std::move(parameters));
+  const Entries before = entries();
+  bool sim_time = sim_time_;
+  std::vector<Parameter> others;
+  for (Parameter& parameter : parameters) {
+    if (SetResult result = check(parameter, before); !result.successful) return result;
+    if (parameter.name == kUseSimTime) {
+      sim_time = std::get<bool>(*parameter.value);
+    } else {
+      others.push_back(parameter);
+    }
+  }
+  if (!others.empty())
+    if (SetResult result = options_.set(others); !result.successful) return result;
+  set_sim_time(sim_time);
+  publish(parameters, before);
+  return {};
+}
+
+void ParameterServer::set_sim_time(bool on) {
+  if (on != std::exchange(sim_time_, on)) options_.use_sim_time(on);
+}
+
+void ParameterServer::publish(const std::vector<Parameter>& parameters,
+                              const Entries& before) const {
+  if (parameters.empty()) return;
+  const Entries now = entries();
+  msg::ParameterEvent event;
+  for (const Parameter& parameter : parameters) {
+    const bool was = before.contains(parameter.name);
+    const bool is = now.contains(parameter.name);
+    if (!was && !is) continue;
+    msg::Parameter& told = (!was ? event.new_parameters
+                            : is ? event.changed_parameters
+                                 : event.deleted_parameters)
+                               .emplace_back();
+    told.name = parameter.name;
+    told.value = to_message(value_in(is ? now : before, parameter.name));
+  }
+  const Stamp time = node_.ros_now();
+  event.stamp.sec = static_cast<std::int32_t>(time / kStampSecond);
+  event.stamp.nanosec = static_cast<std::uint32_t>(time % kStampSecond);
+  event.node = node_.facts().full_name;
+  ignore_error(rcl_publish(node_.parameter_events(), &event, nullptr));
 }
 
 bool ParameterServer::drain() {
-  State& state = *state_;
-  state.ready.collect();
+  ready_.collect();
   Batch batch;
-  while (!state.ready.idle() && batch.steps < kStepsPerDrain) state.ready.step(batch);
-  return !state.ready.idle();
+  while (!ready_.idle() && batch.steps < kStepsPerDrain) ready_.step(batch);
+  return !ready_.idle();
 }
 
 }  // namespace connect_bridge::ros

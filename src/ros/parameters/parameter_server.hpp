@@ -2,23 +2,26 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "ros/entities/entity.hpp"
 #include "ros/node/node.hpp"
 #include "ros/parameters/parameter.hpp"
 
 namespace connect_bridge::ros {
 
 struct ParameterServerOptions {
-  std::vector<ParameterDescriptor> entries;
+  // The parameters as they are now.
+  std::function<std::vector<ParameterDescriptor>()> entries;
   // Called when a client sets parameters, after names, types and ranges were found valid: all of
-  // them or none. The entries change when it agrees.
+  // them or none. When it agrees, the entries show them.
   std::function<SetResult(const std::vector<Parameter>&)> set;
-  // The entry, without a value, of a name that is not in the table but may be set; empty or
-  // nullopt: refused. Such an entry can be removed again (`ros2 param delete`).
+  // The entry of a name that may be set although it is not among the entries; nullopt: refused.
+  // Only such a name can be removed (`ros2 param delete`).
   std::function<std::optional<ParameterDescriptor>(const std::string& name)> describe;
   // Called with the value of use_sim_time, at the start if it is true and whenever it changes. The
   // parameter is always there and not among the entries.
@@ -27,23 +30,37 @@ struct ParameterServerOptions {
   std::function<void()> wake;
 };
 
-// Thread: all calls from the loop's thread. `set` is called inside drain() and set().
+// Thread: all calls from the loop's thread. The options' functions, but `wake`, are called inside
+// the constructor, drain() and set().
 class ParameterServer {
  public:
+  // Throws RosError.
   ParameterServer(Node& node, ParameterServerOptions options);
-  ~ParameterServer();
   ParameterServer(const ParameterServer&) = delete;
   ParameterServer& operator=(const ParameterServer&) = delete;
 
-  // As if a client had set them together: calls `set`, changes the entries, and publishes the
-  // change.
+  // As if a client had set them together: calls `set`, and publishes the change.
   SetResult set(std::vector<Parameter> parameters);
   // Answers waiting requests, a bounded number of them. Returns whether more wait.
   bool drain();
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  using Entries = std::map<std::string, ParameterDescriptor>;
+
+  template <class Service, class Handler>
+  void serve(const char* name, Handler handler);
+  [[nodiscard]] Entries entries() const;
+  // Whether this parameter may be set; its value is converted to the type of its entry.
+  [[nodiscard]] SetResult check(Parameter& parameter, const Entries& now) const;
+  void set_sim_time(bool on);
+  // Publishes what has become of these parameters.
+  void publish(const std::vector<Parameter>& parameters, const Entries& before) const;
+
+  Node& node_;
+  const ParameterServerOptions options_;
+  ReadyList ready_;
+  bool sim_time_ = false;
+  std::vector<std::unique_ptr<Entity>> services_;
 };
 
 }  // namespace connect_bridge::ros

@@ -96,28 +96,20 @@ void set_parts(Service& service, const rosidl_message_type_support_t* requests,
 }
 
 // How many clients, and servers, a service has; nullopt: not known. rcl_count_clients() and
-// rcl_count_services() came after Iron, and no version macro shows it, so a template checks whether
+// rcl_count_services() came after Iron, and no version macro shows it, so templates ask whether
 // they can be called.
 template <class RclNode>
-auto count_clients(const RclNode* node, const char* service, int)
-    -> decltype(rcl_count_clients(node, service, nullptr), std::optional<std::size_t>{}) {
+std::optional<std::size_t> count_clients(const RclNode* node, const char* service) {
   std::size_t count = 0;
-  if (rcl_count_clients(node, service, &count) != RCL_RET_OK) return std::nullopt;
-  return count;
-}
-template <class RclNode>
-std::optional<std::size_t> count_clients(const RclNode*, const char*, long) {
+  if constexpr (requires { rcl_count_clients(node, service, &count); })
+    if (rcl_count_clients(node, service, &count) == RCL_RET_OK) return count;
   return std::nullopt;
 }
 template <class RclNode>
-auto count_servers(const RclNode* node, const char* service, int)
-    -> decltype(rcl_count_services(node, service, nullptr), std::optional<std::size_t>{}) {
+std::optional<std::size_t> count_servers(const RclNode* node, const char* service) {
   std::size_t count = 0;
-  if (rcl_count_services(node, service, &count) != RCL_RET_OK) return std::nullopt;
-  return count;
-}
-template <class RclNode>
-std::optional<std::size_t> count_servers(const RclNode*, const char*, long) {
+  if constexpr (requires { rcl_count_services(node, service, &count); })
+    if (rcl_count_services(node, service, &count) == RCL_RET_OK) return count;
   return std::nullopt;
 }
 

@@ -28,7 +28,6 @@ Middleware middleware_named(std::string_view identifier, bool finds_handles) {
     result.ignoring_local_is_safe = false;
   } else if (identifier == "rmw_cyclonedds_cpp") {
     result.publisher_told = Middleware::PublisherTold::kHandle;
-    result.fills_used_messages = false;
     result.takes_bare_types = result.asks_for_fields = true;
     if (finds_handles) {
       result.participant_bytes = kParticipantBytes;
@@ -88,7 +87,7 @@ std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
   const Middleware& of = middleware();
   std::optional<std::unordered_set<Gid>> callers;
   if (!of.tells_callers()) {
-    if (distro::count_clients(node, service.c_str(), 0) == std::optional<std::size_t>{0})
+    if (distro::count_clients(node, service.c_str()) == std::optional<std::size_t>{0})
       callers.emplace();
   } else {
     callers.emplace();

@@ -75,18 +75,4 @@ rmw_qos_profile_t service_qos() {
   return profile;
 }
 
-std::string policy_name(rmw_qos_policy_kind_t kind) {
-  switch (kind) {
-    case RMW_QOS_POLICY_DURABILITY: return "durability";
-    case RMW_QOS_POLICY_DEADLINE: return "deadline";
-    case RMW_QOS_POLICY_LIVELINESS: return "liveliness";
-    case RMW_QOS_POLICY_RELIABILITY: return "reliability";
-    case RMW_QOS_POLICY_HISTORY: return "history";
-    case RMW_QOS_POLICY_LIFESPAN: return "lifespan";
-    case RMW_QOS_POLICY_DEPTH: return "depth";
-    case RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION: return "liveliness lease duration";
-    default: return "unknown";
-  }
-}
-
 }  // namespace connect_bridge::ros

@@ -1,10 +1,7 @@
 // Quality of service between the core's value and rmw's.
 #pragma once
 
-#include <rmw/qos_policy_kind.h>
 #include <rmw/types.h>
-
-#include <string>
 
 #include "core/base/qos.hpp"
 
@@ -15,6 +12,5 @@ namespace connect_bridge::ros {
 [[nodiscard]] rmw_qos_profile_t to_rmw(const Qos& qos);
 // The QoS of our service servers and clients.
 [[nodiscard]] rmw_qos_profile_t service_qos();
-[[nodiscard]] std::string policy_name(rmw_qos_policy_kind_t kind);  // "reliability"
 
 }  // namespace connect_bridge::ros

@@ -1,8 +1,8 @@
 #include "ros/rcl/qos_event.hpp"
 
 #include <rmw/events_statuses/events_statuses.h>
+#include <rmw/qos_string_conversions.h>
 
-#include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -29,7 +29,8 @@ bool QosEvent::take(void* status) {
 std::optional<std::string> QosEvent::take_policy() {
   rmw_qos_incompatible_event_status_t status{};  // for publishers and subscriptions alike
   if (!take(&status)) return std::nullopt;
-  return policy_name(status.last_policy_kind);
+  const char* const policy = rmw_qos_policy_kind_to_str(status.last_policy_kind);
+  return policy ? policy : "unknown";
 }
 
 }  // namespace connect_bridge::ros

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "core/wire/text.hpp"
-#include "ros/graph/counted_servers.hpp"
+#include "ros/graph/service_reading.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/graph_queries.hpp"
 #include "ros/rcl/middleware.hpp"

@@ -54,17 +54,20 @@ void ServiceClient::send(InvocationId invocation, ByteView bytes) {
   if (result != RCL_RET_OK) {
     return shared_.report(failed(invocation, error_text("cannot call " + create_.service, result)));
   }
-  by_sequence_[sequence] = invocation;
-  invocations_[invocation] = sequence;
+  sent_[sequence] = {invocation, false};
 }
 
 void ServiceClient::drop(InvocationId invocation) {
-  const auto found = invocations_.find(invocation);
-  if (found == invocations_.end()) return;
-  dropped_.emplace_back(found->second, invocation);
-  if (dropped_.size() > kDroppedKept) dropped_.pop_front();
-  by_sequence_.erase(found->second);
-  invocations_.erase(found);
+  const auto found = std::find_if(sent_.begin(), sent_.end(), [&](const auto& entry) {
+    return entry.second.invocation == invocation && !entry.second.dropped;
+  });
+  if (found == sent_.end()) return;
+  found->second.dropped = true;
+  if (++dropped_ <= kDroppedKept) return;
+  const auto oldest = std::find_if(sent_.begin(), sent_.end(),
+                                   [](const auto& entry) { return entry.second.dropped; });
+  sent_.erase(oldest);
+  --dropped_;
 }
 
 std::optional<Input> ServiceClient::step(Batch& batch) {
@@ -83,35 +86,22 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
     ignore_error(result);
     return std::nullopt;
   }
-  const std::int64_t sequence = info.request_id.sequence_number;
-  const auto found = by_sequence_.find(sequence);
-  if (found == by_sequence_.end()) {  // dropped, or another server's answer came first
+  const auto found = sent_.find(info.request_id.sequence_number);
+  if (found == sent_.end()) {  // another server's answer came first
     form.reset();
-    return take_dropped(sequence);
+    return std::nullopt;
   }
-  const InvocationId invocation = found->second;
-  by_sequence_.erase(found);
-  invocations_.erase(invocation);
-  const auto unwritten = form.write_to(*shared_.buffer.prepare());
-  form.reset();
-  if (unwritten) return failed(invocation, "the answer is lost: " + *unwritten);
-  ResponseTaken response{create_.id, invocation, shared_.buffer.give_away()};
-  const std::size_t bytes = response.payload.size();
-  batch.bytes += bytes;
-  if (bytes > shared_.message_bytes_max) {
-    return failed(invocation, "the answer has " + std::to_string(bytes) + " bytes, more than " +
-                                  std::to_string(shared_.message_bytes_max));
+  const auto [invocation, dropped] = found->second;
+  sent_.erase(found);
+  if (dropped) {
+    --dropped_;
+    form.reset();
+    return ResponseTaken{create_.id, invocation, {}};
   }
-  return Input{std::move(response)};
-}
-
-std::optional<Input> ServiceClient::take_dropped(std::int64_t sequence) {
-  const auto found = std::find_if(dropped_.begin(), dropped_.end(),
-                                  [&](const auto& entry) { return entry.first == sequence; });
-  if (found == dropped_.end()) return std::nullopt;
-  const InvocationId invocation = found->second;
-  dropped_.erase(found);
-  return ResponseTaken{create_.id, invocation, {}};
+  auto bytes = shared_.bytes_of(form, batch);
+  if (const auto* why = std::get_if<std::string>(&bytes))
+    return failed(invocation, "the answer is lost: " + *why);
+  return ResponseTaken{create_.id, invocation, std::get<Payload>(std::move(bytes))};
 }
 
 Input ServiceClient::failed(InvocationId invocation, std::string reason) {
@@ -124,7 +114,7 @@ std::optional<ServiceReady> ServiceClient::look_for_server(ServerSight::Time now
   bool reached = false;
   if (!ignore_error(rcl_service_server_is_available(node, &client_, &reached))) reached = false;
   const bool in_graph =
-      reached || distro::count_servers(node, create_.service.c_str(), 0).value_or(0) > 0;
+      reached || distro::count_servers(node, create_.service.c_str()).value_or(0) > 0;
   compare_servers(in_graph);
   if (!server_.look(reached, in_graph, now)) return std::nullopt;
   return ServiceReady{create_.id, server_.is_ready(), type_->hash};

@@ -5,12 +5,10 @@
 
 #include <chrono>
 #include <cstddef>
-#include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_map>
-#include <utility>
 
 #include "ros/entities/entity.hpp"
 #include "ros/entities/shared.hpp"
@@ -39,12 +37,16 @@ class ServiceClient final : public Entity {
   // What the last look found; what is_ready() returns, the core knows.
   [[nodiscard]] const ServerSight& server() const { return server_; }
   [[nodiscard]] const std::string& service() const { return create_.service; }
-  [[nodiscard]] std::size_t invocations() const { return invocations_.size(); }
+  [[nodiscard]] std::size_t invocations() const { return sent_.size() - dropped_; }
 
  private:
+  struct Sent {
+    InvocationId invocation;
+    bool dropped = false;
+  };
+
   // Once for what the graph shows as long as it has a server.
   void compare_servers(bool in_graph);
-  std::optional<Input> take_dropped(std::int64_t sequence);
   Input failed(InvocationId invocation, std::string reason);
 
   Shared& shared_;
@@ -53,10 +55,9 @@ class ServiceClient final : public Entity {
   rcl_client_t client_ = rcl_get_zero_initialized_client();
   bool open_ = false;
   ServerSight server_;
-  bool compared_ = false;  // the definitions of its servers are known
-  std::unordered_map<std::int64_t, InvocationId> by_sequence_;
-  std::unordered_map<InvocationId, std::int64_t> invocations_;
-  std::deque<std::pair<std::int64_t, InvocationId>> dropped_;  // the newest, by sequence
+  bool compared_ = false;              // the definitions of its servers are known
+  std::map<std::int64_t, Sent> sent_;  // without an answer, by sequence
+  std::size_t dropped_ = 0;            // of these
 };
 
 }  // namespace connect_bridge::ros

@@ -66,30 +66,18 @@ std::optional<Input> ServiceMirror::step(Batch& batch) {
     ignore_error(result);
     return std::nullopt;
   }
-  const auto unwritten = form.write_to(*shared_.buffer.prepare());
-  form.reset();
-  if (unwritten) {
-    shared_.refuse_call("a request of " + create_.service + " is lost: " + *unwritten);
+  auto bytes = shared_.bytes_of(form, batch);
+  if (const auto* why = std::get_if<std::string>(&bytes)) {
+    shared_.refuse_call("a request of " + create_.service + " is lost: " + *why);
     return std::nullopt;
   }
-  RequestTaken request{create_.id, {}, shared_.buffer.give_away()};
-  const std::size_t bytes = request.payload.size();
-  batch.bytes += bytes;
-  if (bytes > shared_.message_bytes_max) {
-    shared_.refuse_call("a request of " + create_.service + " is dropped: it has " +
-                        std::to_string(bytes) + " bytes, more than " +
-                        std::to_string(shared_.message_bytes_max));
-    return std::nullopt;
-  }
-  ++last_request_;
-  request.request = RequestId{last_request_};
-  requests_.insert_or_assign(request.request,
-                             Request{info.request_id, std::chrono::steady_clock::now()});
+  const RequestId request{++last_request_};
+  requests_.insert_or_assign(request, Request{info.request_id, std::chrono::steady_clock::now()});
   if (middleware().tells_callers() && !callers_.contains(caller_in_graph(info.request_id))) {
     new_callers_ = true;
     shared_.look_again(Duration::zero());
   }
-  return Input{std::move(request)};
+  return RequestTaken{create_.id, request, std::get<Payload>(std::move(bytes))};
 }
 
 void ServiceMirror::respond(RequestId request, ByteView bytes) {

@@ -27,22 +27,21 @@ struct BareService : ServiceType {
   BareService(const TypeName& of, const TypeHash& the_hash)
       : name_space(of.package + "::" + of.kind), service_name(of.name), support(the_hash) {}
 
-  void connect(const rosidl_message_type_support_t* for_requests,
-               const rosidl_message_type_support_t* for_responses) {
-    callbacks = {name_space.c_str(), service_name.c_str(), for_requests, for_responses};
+  void connect() {
+    callbacks = {name_space.c_str(), service_name.c_str(), requests.get(), responses.get()};
     support.typesupport_identifier = typesupport_identifier;
     support.data = &callbacks;
     support.func = [](const rosidl_service_type_support_t* self, const char* identifier) {
       return std::strcmp(identifier, typesupport_identifier) == 0 ? self : nullptr;
     };
-    distro::set_parts(support, for_requests, for_responses);
+    distro::set_parts(support, requests.get(), responses.get());
     handle = &support;
   }
 
   const std::string name_space, service_name;
   service_type_support_callbacks_t callbacks{};
   Hashed<rosidl_service_type_support_t> support;
-  std::shared_ptr<BareMessageType::Use> request_use, response_use;
+  std::shared_ptr<const rosidl_message_type_support_t> requests, responses;
 };
 
 }  // namespace
@@ -98,15 +97,12 @@ BareMessageType::Handle& BareMessageType::handle_of(const std::string& text, con
   return handles_.insert(std::move(node)).position->second;
 }
 
-BareMessageType::Used BareMessageType::with_hash(const std::string& text, const TypeHash& hash,
-                                                 std::shared_ptr<BareMessageType> self) {
+std::shared_ptr<const rosidl_message_type_support_t> BareMessageType::with_hash(
+    const std::string& text, const TypeHash& hash) {
   Handle& handle = handle_of(text, hash);
   auto use = handle.use.lock();
-  if (!use) {
-    use = std::make_shared<Use>(Use{std::move(self)});
-    handle.use = use;
-  }
-  return {&handle, std::move(use)};
+  if (!use) handle.use = use = std::make_shared<Use>(Use{shared_from_this()});
+  return {std::move(use), &handle};
 }
 
 const rosidl_message_type_support_t* BareMessageType::find(
@@ -132,10 +128,7 @@ std::shared_ptr<BareMessageType> BareTypes::type(const TypeName& name) {
 BareTypes::Message BareTypes::message(const TypeName& name, const std::string& hash) {
   const auto parsed = parse_type_hash(hash);
   if (!parsed) return no_hash(name, hash);
-  auto found = type(name);
-  BareMessageType& made = *found;
-  auto used = made.with_hash(hash, *parsed, std::move(found));
-  return std::shared_ptr<const rosidl_message_type_support_t>(std::move(used.use), used.handle);
+  return type(name)->with_hash(hash, *parsed);
 }
 
 BareTypes::Service BareTypes::service(const TypeName& name, const std::string& hash) {
@@ -148,16 +141,12 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   // without them rmw_fastrtps_cpp writes an error to the terminal.
   const std::string nobodys = nobodys_hash();
   const TypeHash of_part = parse_type_hash(nobodys).value();
-  const auto part = [&](const char* end, std::shared_ptr<BareMessageType::Use>& keep) {
-    auto of = type({name.package, name.kind, name.name + end});
-    BareMessageType& part_type = *of;
-    auto used = part_type.with_hash(nobodys, of_part, std::move(of));
-    keep = std::move(used.use);
-    return used.handle;
+  const auto part = [&](const char* end) {
+    return type({name.package, name.kind, name.name + end})->with_hash(nobodys, of_part);
   };
-  const auto* requests = part("_Request", made->request_use);
-  const auto* responses = part("_Response", made->response_use);
-  made->connect(requests, responses);
+  made->requests = part("_Request");
+  made->responses = part("_Response");
+  made->connect();
   made->request = bare_form(made->name + "_Request");
   made->response = bare_form(made->name + "_Response");
   return Service{std::move(made)};

@@ -21,28 +21,22 @@ namespace connect_bridge::ros {
 // A message type of which only the name is known, and a hash if the peer or the graph gives one.
 // The middleware keeps the first type support that it got for a type's name as long as any endpoint
 // has that type, so there is one of these per name, and it lives as long as any user of it.
-class BareMessageType {
+class BareMessageType : public std::enable_shared_from_this<BareMessageType> {
  public:
   explicit BareMessageType(TypeName name);
   BareMessageType(const BareMessageType&) = delete;
   BareMessageType& operator=(const BareMessageType&) = delete;
 
+  // For rcl. It lives as long as this, and has this hash as long as anybody uses it.
+  std::shared_ptr<const rosidl_message_type_support_t> with_hash(const std::string& text,
+                                                                 const TypeHash& hash);
+
+ private:
   // What the users of one hash share. The last of them may go long before the last user of the
   // name.
   struct Use {
     std::shared_ptr<BareMessageType> type;
   };
-
-  // `handle` is for rcl. It lives as long as this, and has this hash as long as `use`, which is
-  // made with `self` if there is none now.
-  struct Used {
-    const rosidl_message_type_support_t* handle;
-    std::shared_ptr<Use> use;
-  };
-  Used with_hash(const std::string& text, const TypeHash& hash,
-                 std::shared_ptr<BareMessageType> self);
-
- private:
   struct Handle : Hashed<rosidl_message_type_support_t> {
     explicit Handle(const TypeHash& the_hash) : Hashed(the_hash), introspection(the_hash) {}
 

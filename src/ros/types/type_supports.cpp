@@ -77,7 +77,13 @@ std::variant<const MessageType*, Refusal> TypeSupports::installed(const std::str
 TypeSupports::Message TypeSupports::message(const std::string& type, const std::string& hash,
                                             bool any_definition) {
   const auto found = installed(type);
-  if (const auto* refusal = std::get_if<Refusal>(&found)) return bare_message(type, hash, *refusal);
+  if (const auto* refusal = std::get_if<Refusal>(&found)) {
+    const auto name = bare_name(type, hash, false);
+    if (!name) return *refusal;
+    auto made = bare_.message(*name, hash);
+    if (auto* wrong = std::get_if<Refusal>(&made)) return std::move(*wrong);
+    return MessageType{std::move(std::get<0>(made))};
+  }
   MessageType here = *std::get<0>(found);
   if (hash.empty()) return here;
   auto refusal = mismatch(type, distro::type_hash_of(*here.handle), hash);
@@ -101,18 +107,13 @@ bool TypeSupports::has_header(const std::string& type) {
   return here && (*here)->introspection && begins_with_header(*(*here)->introspection);
 }
 
-TypeSupports::Service TypeSupports::installed_service(const std::string& type) {
-  const auto found = services_.find(type);
-  if (found != services_.end()) return found->second;
-  auto loaded = load_service(type);
-  if (auto* refusal = std::get_if<Refusal>(&loaded)) return std::move(*refusal);
-  return services_.emplace(type, std::move(std::get<0>(loaded))).first->second;
-}
-
 TypeSupports::Service TypeSupports::service(const std::string& type, const std::string& hash,
                                             bool any_definition) {
   auto found = installed_service(type);
-  if (const auto* refusal = std::get_if<Refusal>(&found)) return bare_service(type, hash, *refusal);
+  if (const auto* refusal = std::get_if<Refusal>(&found)) {
+    const auto name = bare_name(type, hash, true);
+    return name ? bare_.service(*name, hash) : *refusal;
+  }
   if (any_definition) return found;
   if (auto refusal = mismatch(type, std::get<0>(found)->hash, hash)) return *refusal;
   return found;
@@ -127,23 +128,8 @@ std::optional<TypeName> TypeSupports::bare_name(const std::string& type, const s
   return name;
 }
 
-TypeSupports::Message TypeSupports::bare_message(const std::string& type, const std::string& hash,
-                                                 const Refusal& not_installed) {
-  const auto name = bare_name(type, hash, false);
-  if (!name) return not_installed;
-  auto made = bare_.message(*name, hash);
-  if (auto* refusal = std::get_if<Refusal>(&made)) return std::move(*refusal);
-  return MessageType{std::move(std::get<0>(made))};
-}
-
-TypeSupports::Service TypeSupports::bare_service(const std::string& type, const std::string& hash,
-                                                 const Refusal& not_installed) {
-  const auto name = bare_name(type, hash, true);
-  if (!name) return not_installed;
-  return bare_.service(*name, hash);
-}
-
-TypeSupports::Service TypeSupports::load_service(const std::string& type) {
+TypeSupports::Service TypeSupports::installed_service(const std::string& type) {
+  if (const auto found = services_.find(type); found != services_.end()) return found->second;
   auto loaded = load(type, "service");
   auto request = load(type + "_Request", "message");
   auto response = load(type + "_Response", "message");
@@ -167,7 +153,7 @@ TypeSupports::Service TypeSupports::load_service(const std::string& type) {
                                        " has no rosidl_typesupport_introspection_c: build it "
                                        "with this type support"};
   }
-  return made;
+  return services_.emplace(type, std::move(made)).first->second;
 }
 
 void* TypeSupports::library_of(const std::string& package) {

@@ -61,16 +61,10 @@ class TypeSupports {
   // An installed type, or why there is none.
   std::variant<const MessageType*, Refusal> installed(const std::string& type);
   Service installed_service(const std::string& type);
-  Service load_service(const std::string& type);
   // The name of a type that is not installed and can be made at run time; nullopt: it cannot. The
   // types of an action are made where those of its services can be: half of an action is none.
   [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type, const std::string& hash,
                                                   bool is_service) const;
-  // A type that is not installed, or why it cannot be made.
-  Message bare_message(const std::string& type, const std::string& hash,
-                       const Refusal& not_installed);
-  Service bare_service(const std::string& type, const std::string& hash,
-                       const Refusal& not_installed);
   // The result of a function of the package of `type`; `kind` is "message" or "service".
   std::variant<const void*, Refusal> load(const std::string& type, const std::string& kind);
 

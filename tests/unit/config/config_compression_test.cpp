@@ -24,7 +24,7 @@ rule:
   EXPECT_TRUE(rules[0].treatment.compression == Compression{.automatic = true});
   EXPECT_TRUE(rules[1].treatment.compression == Compression{.automatic = true});
   EXPECT_TRUE(rules[2].treatment.compression == Compression{});
-  EXPECT_THAT(explain(config), HasSubstr("c: the peer may receive /c; not compressed"));
+  EXPECT_THAT(explain(config), HasSubstr("c: the peer may receive /c; compression none"));
 }
 
 TEST(Config, AClientWithoutRulesCompressesAutomatically) {

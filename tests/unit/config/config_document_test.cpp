@@ -1,7 +1,6 @@
 // The table seen from outside: descriptors, manual, examples.
 #include <gmock/gmock.h>
 
-#include "config/describe.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "unit/source_text.hpp"

@@ -315,9 +315,9 @@ rule:
       "login: token, taken from the parameter auth.token\n"
       "rules, the first that allows an interface decides:\n"
       "  drive: the peer may publish to /cmd_vel (geometry_msgs/msg/Twist only), if logged in "
-      "as ops; priority urgent; dropped when older than 300 ms\n"
+      "as ops; priority urgent; max_age 0.3 s\n"
       "  camera: the peer may receive /camera/** and /map; never /camera/x, whatever rules "
-      "allow; priority bulk; at most 15 messages per second; compressed with lz4\n");
+      "allow; priority bulk; compression lz4; max_rate 15.0 Hz\n");
 }
 
 TEST(ConfigExplain, ServicesActionsAndParameters) {
@@ -338,9 +338,8 @@ rule:
           "rules, the first that allows an interface decides:\n"
           "  calls: the peer may call /a (p/srv/A or p/action/C only); the peer may offer the "
           "services /b (p/srv/A or p/action/C only); the peer may use the actions /c (p/srv/A or "
-          "p/action/C only); the peer may offer the actions /d (p/srv/A or p/action/C only); at "
-          "most 8 calls of a service at a time; requests handed to servers at once; calls given up "
-          "after 500 ms\n"
+          "p/action/C only); the peer may offer the actions /d (p/srv/A or p/action/C only); "
+          "calls_max 8 calls; server_queue 0 requests; call_timeout 0.5 s\n"
           "  tune: the peer may read and set parameters of the nodes /e and "
           "/f/**, if logged in as a member of crew; never /**/set_parameters*, if logged in as a "
           "member of crew, whatever rules allow\n"));

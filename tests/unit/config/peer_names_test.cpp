@@ -1,5 +1,4 @@
-#include "config/names_reader.hpp"
-
+// What the peers' names are at this side.
 #include <gmock/gmock.h>
 
 #include "config/explain.hpp"

@@ -1,10 +1,7 @@
-#include "ros/node/remaps.hpp"
+#include "ros/node/ros_arguments.hpp"
 
 #include <algorithm>
 #include <array>
-#include <string_view>
-
-#include "ros/node/ros_arguments.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -18,6 +15,22 @@ bool names_the_node(std::string_view remap) {
 }
 
 }  // namespace
+
+std::vector<std::string> values_behind(std::initializer_list<std::string_view> words, int argc,
+                                       const char* const* argv) {
+  std::vector<std::string> values;
+  bool for_ros = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument(argv[i]);
+    if (argument == "--ros-args" || argument == "--") {
+      for_ros = argument == "--ros-args";
+    } else if (for_ros && i + 1 < argc &&
+               std::find(words.begin(), words.end(), argument) != words.end()) {
+      values.emplace_back(argv[++i]);
+    }
+  }
+  return values;
+}
 
 std::vector<std::string> problems_of_remaps(int argc, const char* const* argv) {
   std::vector<std::string> problems;

@@ -1,4 +1,4 @@
-#include "ros/node/remaps.hpp"
+#include "ros/node/ros_arguments.hpp"
 
 #include <gtest/gtest.h>
 
