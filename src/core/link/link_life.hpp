@@ -6,9 +6,19 @@
 
 #include "core/base/time.hpp"
 #include "core/base/timers.hpp"
-#include "core/link/loss.hpp"
 
 namespace connect_bridge {
+
+// What the end of a connection means for the link that it carried.
+enum class Loss : std::uint8_t {
+  kBreak,    // the link is dead after dead_after of silence, and may return
+  kRestart,  // the same, but the peer will remember nothing
+  kSilence,  // it is dead at once, and may return
+  kEnd,      // it is dead at once, and for ever
+};
+[[nodiscard]] inline bool is_dead(Loss loss) {
+  return loss == Loss::kSilence || loss == Loss::kEnd;
+}
 
 // A link is open on a connection, then lost. A lost one is dead after some silence: its calls and
 // mirrors end. What is kept for the peer's return waits longer, until the link is forgotten. On
