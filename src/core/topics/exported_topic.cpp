@@ -4,10 +4,22 @@
 #include <utility>
 
 #include "core/policy/companion.hpp"
-#include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// Whether a local endpoint has the topic's name with another type.
+bool has_other_type(const GraphView& graph, const TopicKey& topic) {
+  const auto& topics = graph.topics();
+  for (auto it = topics.lower_bound({topic.first, ""});
+       it != topics.end() && it->first.first == topic.first; ++it)
+    if (it->first.second != topic.second) return true;
+  return false;
+}
+
+}  // namespace
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),

@@ -2,9 +2,9 @@
 
 #include "core/link/standing.hpp"
 #include "core/offers/import_right.hpp"
-#include "core/topics/command.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -15,7 +15,7 @@
 #include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/topics/first_messages.hpp"
-#include "core/topics/mirror_qos.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/topics/command.hpp"
 #include "core/topics/exported_topic.hpp"
 #include "core/topics/parameter_event.hpp"
-#include "core/topics/queue_of_topic.hpp"
-#include "core/topics/reader_of_topic.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 
