@@ -6,7 +6,6 @@
 #include "core/base/cdr.hpp"
 #include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
-#include "core/topics/parameter_event.hpp"
 #include "core/topics/peer_topics.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/topics/exported_topic.hpp"
-#include "core/topics/parameter_event.hpp"
+#include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
