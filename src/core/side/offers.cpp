@@ -59,7 +59,7 @@ void offer_to(Link& link, const SideView& side, Exports& topics, ServiceExports&
   if (!link.open() || !link.accepts) return;
   log_lacks(link, side);
   std::vector<ChannelOffer> offers;
-  topics.collect_offers(link, offers);
+  topics.collect_offers(link, offers, now);
   services.collect_offers(link, offers, now);
   if (!link.may_offer())
     side.outputs.log_once(link.account->told, LogLevel::kWarn,

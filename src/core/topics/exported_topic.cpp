@@ -103,11 +103,11 @@ bool ExportedTopic::is_kept(OriginId origin) const {
   return backlogs_.hold(origin) || offers_.hold(origin);
 }
 
-std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
+std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link, const Now& now) {
   if (origins_.empty() || offers_.contains(link.id) || lacks_type_) return std::nullopt;
   TopicOffer& offer = offers_.add(*this, link);
   auto opened = offer.open();
-  const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value());
+  const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value(), now);
   if (opened) opened->resume = resumes;
   return opened;
 }
@@ -207,7 +207,7 @@ bool ExportedTopic::is_wanted() const {
     return !origins_.empty() ||
            (context_.names.are_free(key().first, *this) && !has_other_type(context_.graph, key()));
   return !origins_.empty() && (context_.held.contains(key().first) || offers_.demanded() ||
-                               (backlogs_.want_samples() && may_resume(wanted_qos())));
+                               (!backlogs_.empty() && may_resume(wanted_qos())));
 }
 
 void ExportedTopic::update_subscription(const Now& now) {

@@ -167,7 +167,7 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
 // The same treatment and definition: what was kept was admitted by the rules and rates of then, and
 // the importer knows its bytes by the type of then.
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
-  return is_open() && may_resume() && !backlog.is_over() && backlog.treatment() == treatment() &&
+  return is_open() && may_resume() && backlog.treatment() == treatment() &&
          is_hash_of(backlog.type_hash(), type_hash_);
 }
 
