@@ -100,10 +100,6 @@ bool Outbox::take_back(ChannelId channel, Subject subject) {
   return taken;
 }
 
-void Outbox::forget_base(ChannelId channel, OriginId origin) {
-  if (const auto at = queues_.find(channel); at != queues_.end()) at->second.forget_base(origin);
-}
-
 void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until) {
   const auto at = queues_.find(channel);
   if (at == queues_.end()) return;
@@ -114,11 +110,6 @@ void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint 
     queue.go_on(std::move(left.messages), arrivals_, now, until);
   });
   if (is_over()) keep_data_budget(at->second.priority());
-}
-
-bool Outbox::holds(ChannelId channel, OriginId origin) const {
-  const auto at = queues_.find(channel);
-  return at != queues_.end() && at->second.holds(origin);
 }
 
 Outbox::Unarrived Outbox::take_unarrived(ChannelId channel) {
@@ -316,11 +307,6 @@ bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
     }
   }
   return true;
-}
-
-std::uint64_t Outbox::left_bytes(ChannelId channel) const {
-  const auto at = queues_.find(channel);
-  return at == queues_.end() ? 0 : at->second.left_bytes();
 }
 
 ChannelCounts Outbox::counts(ChannelId channel) const {

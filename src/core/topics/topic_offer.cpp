@@ -108,7 +108,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
     rates_.forget(origin);
-    if (link_.connection()) link_.sending().forget_base(number(), origin);
+    if (queue_) queue_->forget_base(origin);
   }
   link_.send(OriginsChanged{number(), {}, removed});
   configure_queue();
@@ -187,7 +187,7 @@ bool TopicOffer::is_live() const {
 }
 
 bool TopicOffer::holds(OriginId origin) const {
-  return is_open() && link_.connection() && link_.outbox().holds(number(), origin);
+  return queue_ && queue_->holds(origin);
 }
 
 // ---- samples
@@ -315,13 +315,11 @@ OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Pa
 
 double TopicOffer::queue_seconds() const {
   const double rate = path_rate();
-  if (rate == 0) return 0;
-  return static_cast<double>(link_.outbox().left_bytes(number())) / rate;
+  return queue_ && rate > 0 ? static_cast<double>(queue_->left_bytes()) / rate : 0;
 }
 
 bool TopicOffer::drained() const {
-  return held_.empty() && early_.empty() &&
-         (!is_open() || !link_.connection() || link_.outbox().counts(number()).queued == 0);
+  return held_.empty() && early_.empty() && (!queue_ || queue_->counts().queued == 0);
 }
 
 void TopicOffer::add_status(LinkStatus& status) const {
@@ -338,14 +336,14 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.keep = keep_.keep;
   s.keep_because = keep_.why;
   s.dropped = dropped_;
-  if (link_.connection()) {
-    const ChannelCounts counts = link_.outbox().counts(number());
+  if (queue_) {
+    const ChannelCounts& counts = queue_->counts();
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;
     s.queued = counts.queued + held_.size();
-    if (const auto waited = queue_ ? queue_->last_wait() : std::nullopt)
+    if (const auto waited = queue_->last_wait())
       s.latency_ms = std::chrono::duration<double, std::milli>(*waited).count();
-    if (queue_) s.published_for_each_sent = queue_->overload().came_for_each();
+    s.published_for_each_sent = queue_->overload().came_for_each();
     for (std::size_t i = 0; i < kDropReasons; ++i)
       s.dropped.by_reason[i] += counts.dropped.by_reason[i];
   }
