@@ -13,7 +13,7 @@ namespace {
 constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
 // Within this time the graph shows the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
-// By then a graph knows a node's name, if ever; first samples are kept longer (early_samples.cpp).
+// By then a graph knows a node's name, if ever; first samples are kept longer (early_samples.hpp).
 constexpr Duration kNaming = std::chrono::seconds(1);
 // What could not be made, for another reason than its definition, is tried again: its name may have
 // had another type here.
