@@ -16,7 +16,7 @@ TopicOffer::TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
       offer_(context, link, topic.what()),
       parameter_events_(are_parameter_events(link, *topic.what())),
       early_({context.timers, &topic}),
-      held_(link.memory) {}
+      held_(link.memory, {context.timers, &topic}) {}
 
 // ---- whether, and as what
 
@@ -224,21 +224,14 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
     if (const auto older = held_.take(origin)) lose(*older, DropReason::kRate);
     return true;
   }
-  hold(sample, rate.leaves_at());
-  return false;
-}
-
-void TopicOffer::hold(const OutSample& sample, TimePoint at) {
-  if (const auto lost = held_.hold(sample.subject.origin(), sample, sample.raw.size(), at))
+  if (const auto lost = held_.hold(origin, sample, bytes, rate.leaves_at()))
     lose(*lost, DropReason::kRate);
-  if (const auto next = held_.deadline()) held_until_ = context_.timers.set(*next, &topic_);
+  return false;
 }
 
 std::optional<OutSample> TopicOffer::take_held(const Now& now) {
   auto sample = held_.take_due(now.steady);
   if (sample) rates_.of(sample->subject.origin()).leave(sample->raw.size(), now.steady);
-  held_until_.cancel();
-  if (const auto next = held_.deadline()) held_until_ = context_.timers.set(*next, &topic_);
   return sample;
 }
 
