@@ -293,20 +293,22 @@ bool Outbox::window_allows(const ChannelQueue& queue, std::size_t packet_bytes) 
   return !queue.begins_resuming() || resend_bytes_ <= options_.unacknowledged_bytes_max;
 }
 
-bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
-  if (ack.received_bytes > sent_bytes_) return false;  // mutant: false_acknowledgement
-  if (ack.received_bytes <= received_bytes_) return true;
+std::optional<std::vector<Outbox::Delivered>> Outbox::acknowledge(const Arrival& ack,
+                                                                  const Now& now) {
+  if (ack.received_bytes > sent_bytes_) return std::nullopt;  // mutant: false_acknowledgement
+  std::vector<Delivered> delivered;
+  if (ack.received_bytes <= received_bytes_) return delivered;
   pacer_.acknowledged(ack, now.steady);
   received_bytes_ = ack.received_bytes;
   while (const auto arrived = in_flight_.take_arrived(received_bytes_)) {
     const ChannelQueue::Whole& whole = arrived->whole;
     if (!whole.resumes) {
-      delivered_.push_back({arrived->channel, whole.subject});
+      delivered.push_back({arrived->channel, whole.subject});
     } else if (const auto queue = queues_.find(arrived->channel); queue != queues_.end()) {
       change(queue->second, [&](ChannelQueue& sent) { sent.arrived(whole.sequence); });
     }
   }
-  return true;
+  return delivered;
 }
 
 ChannelCounts Outbox::counts(ChannelId channel) const {

@@ -104,15 +104,14 @@ class Outbox {
     schedule_.wake(now.steady);
   }
 
-  // The peer acknowledges what it has received in total. False: more than was sent (kIllegal).
-  [[nodiscard]] bool acknowledge(const Arrival& ack, const Now& now);
-
-  // The tracked messages that the peer has acknowledged since the last call, in the order sent.
+  // The peer acknowledges what it has received in total. Returns the tracked messages that it has
+  // by that, in the order sent. Nullopt: it is more than was sent (kIllegal).
   struct Delivered {
     ChannelId channel;
     Subject subject;
   };
-  std::vector<Delivered> take_delivered() { return std::exchange(delivered_, {}); }
+  [[nodiscard]] std::optional<std::vector<Delivered>> acknowledge(const Arrival& ack,
+                                                                  const Now& now);
 
   [[nodiscard]] ChannelCounts counts(ChannelId channel) const;  // all zero: there is none
   // Bytes of bodies that wait or are partly sent; never more than data_bytes_max. Channels with
@@ -218,7 +217,6 @@ class Outbox {
   std::uint64_t kept_since_ask_ = 0;  // resend_bytes() that came since then
   InFlight in_flight_;                // tracked messages, and those that resume
   std::uint64_t resend_bytes_ = 0;    // of all channels
-  std::vector<Delivered> delivered_;
   Pacer pacer_;
   LinkCap cap_;
   LightBudget light_;
