@@ -88,8 +88,8 @@ deb-root: ## install these packages in a clean root and start them there (as roo
 container: ## the container image from these packages, tried with podman (as root, after deb-root)
 	@$(in_env) tools/setup/container.sh "$(BUILD)-deb"
 
-arm64: ## core tests, SEEDS= of the simulator (20) and the relay for arm64, by a cross compiler and under qemu
-	@tools/setup/arm64.sh "$(BUILD)-arm64" "1..$(or $(SEEDS),20)"
+arm64: ## core tests and SEEDS= of the simulator (20) for arm64, by a cross compiler and under qemu; the relay only starts there
+	@tools/setup/arm64.sh "$(BUILD)-arm64" "1..$(if $(filter file,$(origin SEEDS)),20,$(SEEDS))"
 
 demo: programs = server client
 demo: build ## a robot, an operator, and the bridge between them

@@ -2,7 +2,7 @@
  * yours: `auth.method: plugin`, `auth.plugin: FILE`.
  *
  * The library exports one function, connect_bridge_auth_plugin(), which gives the server the functions below. All of them may block: the
- * server's messages move on another thread. A login that takes longer than `login_timeout` (5 s) is lost, its client dials again; while
+ * server's messages move on another thread. A login that takes longer than 5 s is lost, its client dials again; while
  * `threads` logins hang, nobody else gets in.
  *
  * Threads: open() runs on the thread that starts the server. judge() runs on `threads` threads of the server at once; refresh() runs on one

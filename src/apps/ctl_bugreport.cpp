@@ -5,18 +5,19 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <iterator>
+#include <regex>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/document.hpp"
+#include "config/key_search.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/exit_codes.hpp"
 #include "run/pairing_folder.hpp"
@@ -30,6 +31,7 @@ namespace fs = std::filesystem;
 using connect_bridge::PackedFile;
 using connect_bridge::Scrubber;
 
+constexpr const char* kNodes[] = {"/connect_server", "/connect_client"};
 constexpr std::size_t kLogBytes = 512 << 10;  // the end of each
 constexpr std::size_t kLogsMax = 6;
 constexpr std::size_t kSecretFileBytesMax = 64 << 10;
@@ -48,81 +50,42 @@ Tokens, passwords, private keys, and users and queries in addresses are replaced
 Look through it before it is sent: topics, addresses and names of people are not.
 )";
 
-std::string content_of(const fs::path& file, std::size_t end_bytes) {
-  std::ifstream in(file, std::ios::binary);
-  in.seekg(0, std::ios::end);
-  const auto size = static_cast<std::size_t>(std::max<std::streamoff>(0, in.tellg()));
-  in.seekg(static_cast<std::streamoff>(size > end_bytes ? size - end_bytes : 0));
-  std::ostringstream all;
-  all << in.rdbuf();
-  std::string text = all.str();
-  // A line that is cut could hide a secret from who looks for whole ones.
-  return size > end_bytes ? text.substr(std::min(text.find('\n'), text.size() - 1) + 1) : text;
-}
-
-// Of what has no size, such as the files of a process.
-std::string all_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream all;
-  all << in.rdbuf();
-  return all.str();
-}
-
-// "FOLDER/connect_server-17.status": 17.
-int process_of(const fs::path& socket) {
-  const std::string name = socket.stem();
-  int process = 0;
-  const std::size_t from = name.rfind('-') + 1;
-  std::from_chars(name.data() + from, name.data() + name.size(), process);
-  return process;
-}
-
-struct Program {
-  std::string socket;
-  int process = 0;
-  std::vector<std::string> words;  // its command line
-
-  explicit Program(const std::string& where) : socket(where), process(process_of(where)) {
-    std::istringstream in(all_of(folder() / "cmdline"));
-    for (std::string word; std::getline(in, word, '\0');) words.push_back(word);
-  }
-  [[nodiscard]] fs::path folder() const { return fs::path("/proc") / std::to_string(process); }
-  [[nodiscard]] std::vector<fs::path> parameter_files() const {
-    std::vector<fs::path> files;
-    std::error_code none;
-    const fs::path at = fs::read_symlink(folder() / "cwd", none);
-    for (std::size_t i = 0; i + 1 < words.size(); ++i)
-      if (words[i] == "--params-file") files.push_back(at / words[i + 1]);
-    return files;
-  }
+// A parameter file, and the folders from which its relative names are read: of the programs that
+// use it, or of this one.
+struct ConfigurationFile {
+  fs::path file;
+  std::vector<fs::path> folders;
 };
 
-void add_once(std::vector<fs::path>& files, const fs::path& file) {
+void add_once(std::vector<ConfigurationFile>& files, const fs::path& file, const fs::path& folder) {
   std::error_code none;
-  const fs::path whole = fs::absolute(file, none).lexically_normal();
-  if (fs::is_regular_file(whole, none) &&
-      std::find(files.begin(), files.end(), whole) == files.end())
-    files.push_back(whole);
+  const fs::path whole = fs::absolute(folder / file, none).lexically_normal();
+  if (!fs::is_regular_file(whole, none)) return;
+  const auto known =
+      std::find_if(files.begin(), files.end(), [&](const auto& one) { return one.file == whole; });
+  if (known == files.end()) return files.push_back({whole, {folder}});
+  known->folders.push_back(folder);
 }
 
-std::vector<fs::path> parameter_files(const BugreportOrder& order,
-                                      const std::vector<Program>& programs) {
-  std::vector<fs::path> files;
-  for (const auto& file : order.files) add_once(files, file);
+std::vector<ConfigurationFile> parameter_files(const BugreportOrder& order,
+                                               const std::vector<Program>& programs) {
+  std::vector<ConfigurationFile> files;
+  for (const auto& file : order.files) add_once(files, file, {});
   for (const Program& program : programs)
-    for (const auto& file : program.parameter_files()) add_once(files, file);
-  for (const char* node : {"/connect_server", "/connect_client"})
-    add_once(files, connect_bridge::PairingFolder(node).parameter_file());
+    for (const auto& file : program.parameter_files()) add_once(files, file, program.folder);
+  for (const char* node : kNodes)
+    add_once(files, connect_bridge::PairingFolder(node).parameter_file(), {});
   return files;
 }
 
 // What stands in the files that hold tokens may stand elsewhere by mistake.
-void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& parameters) {
+void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& parameters,
+                 const fs::path& folder) {
   constexpr std::size_t kWordMin = 12;  // shorter ones are names of members
   for (const char* key :
        {"auth.token_file", "auth.jwt_keys", "listen.relay.token_file", "tls.private_key"}) {
     const std::string text =
-        content_of(connect_bridge::string_at(parameters, key), kSecretFileBytesMax);
+        content_of(folder / connect_bridge::string_at(parameters, key), kSecretFileBytesMax);
     for (std::size_t at = 0; at < text.size();) {
       const std::size_t end = std::min(text.find_first_of(" \t\r\n\"',:{}[]", at), text.size());
       if (end - at >= kWordMin) scrubber.learn(std::string_view(text).substr(at, end - at));
@@ -131,17 +94,38 @@ void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& paramet
   }
 }
 
+// A key that is not known here is a mistake in a section of ours, and its value may be a secret; in
+// a section of another program it is that program's.
+bool is_ours(const std::string& section, const std::vector<Program>& programs) {
+  const auto matches = [&](const std::string& node) {
+    return connect_bridge::ros::node_name_matches(section, node);
+  };
+  return std::any_of(std::begin(kNodes), std::end(kNodes), matches) ||
+         std::any_of(programs.begin(), programs.end(),
+                     [&](const Program& program) { return matches(program.node); });
+}
+
 // A file that is not understood is left out: who knows what is in it.
-std::vector<PackedFile> configuration(const std::vector<fs::path>& files, Scrubber& scrubber) {
+std::vector<PackedFile> configuration(const std::vector<ConfigurationFile>& files,
+                                      const std::vector<Program>& programs, Scrubber& scrubber) {
+  for (const Program& program : programs) {
+    scrubber.learn(program.parameters());
+    learn_files(scrubber, program.parameters(), program.folder);
+  }
   std::vector<PackedFile> packed;
-  for (const auto& file : files) {
-    const auto read = connect_bridge::ros::read_parameter_file(file);
+  for (const auto& [file, folders] : files) {
+    auto read = connect_bridge::ros::read_parameter_file(file);
     std::string text = "# " + file.string() + "\n";
     if (!read.problems.empty())
       text += "# it cannot be read as a parameter file: ctl check says why\n";
-    for (const auto& section : read.sections) {
+    for (auto& section : read.sections) {
+      if (read.sections.size() > 1 && !is_ours(section.node, programs))
+        std::erase_if(section.parameters, [](const auto& entry) {
+          return connect_bridge::find_key(entry.first) == nullptr;
+        });
+      if (section.parameters.empty()) continue;
       scrubber.learn(section.parameters);
-      learn_files(scrubber, section.parameters);
+      for (const auto& folder : folders) learn_files(scrubber, section.parameters, folder);
       text += "\n# " + section.node + "\n" + connect_bridge::parameters_to_show(section.parameters);
     }
     packed.push_back({"config/" + std::to_string(packed.size() + 1) + ".yaml", text});
@@ -159,30 +143,53 @@ fs::path log_folder() {
   return fs::path(variable("HOME")) / ".ros" / "log";
 }
 
-bool is_log_of_ours(const std::string& name) {
-  return name.ends_with(".log") && (name.starts_with("server_") || name.starts_with("client_") ||
-                                    name.starts_with("connect_"));
+// "server_PID_TIME.log" is what rcl calls the log of any program with this name.
+bool may_be_our_log(const std::string& name) {
+  static const std::regex form("(server|client)_[0-9]+_[0-9]+[.]log");
+  return std::regex_match(name, form);
 }
 
-std::vector<PackedFile> logs() {
+bool is_log_of(const std::vector<Program>& programs, const std::string& name,
+               const std::string& text) {
+  // Also of one that has ended, in any namespace.
+  const auto logged_by = [&](std::string logger) {
+    std::replace(logger.begin(), logger.end(), '/', '.');
+    return text.find("[" + logger.substr(1) + "]") != std::string::npos ||
+           text.find(logger + "]") != std::string::npos;
+  };
+  return std::any_of(std::begin(kNodes), std::end(kNodes), logged_by) ||
+         std::any_of(programs.begin(), programs.end(), [&](const Program& program) {
+           return logged_by(program.node) ||
+                  name.find("_" + std::to_string(program.process) + "_") != std::string::npos;
+         });
+}
+
+// The tail of a name tells more than its head; with its folder it fits into the archive.
+std::string short_name(const std::string& name) {
+  constexpr std::size_t kBytesMax = 50;
+  return name.substr(name.size() - std::min(name.size(), kBytesMax));
+}
+
+std::vector<PackedFile> logs(const std::vector<Program>& programs) {
   std::vector<std::pair<fs::file_time_type, fs::path>> found;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(log_folder(), none))
-    if (entry.is_regular_file(none) && is_log_of_ours(entry.path().filename()))
+    if (entry.is_regular_file(none) && may_be_our_log(entry.path().filename()))
       found.emplace_back(entry.last_write_time(none), entry.path());
   std::sort(found.rbegin(), found.rend());
-  found.resize(std::min(found.size(), kLogsMax));
   std::vector<PackedFile> packed;
-  for (const auto& [time, file] : found)
-    packed.push_back(
-        {"logs/" + file.filename().string().substr(0, 80), content_of(file, kLogBytes)});
+  for (const auto& [time, file] : found) {
+    const std::string text = content_of(file, kLogBytes);
+    if (packed.size() < kLogsMax && is_log_of(programs, file.filename(), text))
+      packed.push_back({"logs/" + short_name(file.stem()) + ".log", text});
+  }
   return packed;
 }
 
 std::vector<PackedFile> statuses(const std::vector<Program>& programs) {
   std::vector<PackedFile> packed;
   for (const Program& program : programs) {
-    const std::string name = "status/" + fs::path(program.socket).stem().string().substr(0, 80);
+    const std::string name = "status/" + short_name(fs::path(program.socket).stem());
     Asked asked(program.socket, "/api/status");
     if (!asked.problem().empty()) {
       packed.push_back({name + ".txt", asked.problem() + "\n"});
@@ -198,9 +205,7 @@ std::string command_lines(const std::vector<Program>& programs) {
   if (programs.empty()) return "no server or client of this user runs here\n";
   std::string text;
   for (const Program& program : programs) {
-    text += std::to_string(program.process) + ":";
-    for (const auto& word : program.words) text += " " + word;
-    text += "\n";
+    text += std::to_string(program.process) + ": " + program.command_line() + "\n";
   }
   return text;
 }
@@ -248,8 +253,8 @@ int run_bugreport(const BugreportOrder& order) {
                                 {"versions.txt", connect_bridge::version_text() + "\n"},
                                 {"system.txt", connect_bridge::system_facts()},
                                 {"programs.txt", command_lines(programs)}};
-  for (auto&& more :
-       {configuration(parameter_files(order, programs), scrubber), statuses(programs), logs()})
+  for (auto&& more : {configuration(parameter_files(order, programs), programs, scrubber),
+                      statuses(programs), logs(programs)})
     files.insert(files.end(), more.begin(), more.end());
   const std::string folder = time_text(now, "connect-bugreport-%Y%m%d-%H%M%S");
   const std::string output = order.output.empty() ? folder + ".tar.gz" : order.output;

@@ -8,11 +8,10 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/text.hpp"
@@ -20,6 +19,7 @@
 #include "run/check.hpp"
 #include "run/diagnosis.hpp"
 #include "run/exit_codes.hpp"
+#include "run/json_members.hpp"
 #include "run/probe.hpp"
 
 namespace {
@@ -38,11 +38,6 @@ void append(std::vector<Found>& to, std::vector<Found> from, const std::string& 
   }
 }
 
-std::string content_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 ProcessFacts this_process() {
   ProcessFacts facts;
   facts.user = ::geteuid();
@@ -51,11 +46,9 @@ ProcessFacts this_process() {
   return facts;
 }
 
-// Of the program behind "FOLDER/connect_server-17.status"; false: it cannot be known.
-bool process_of(const std::string& socket, ProcessFacts& facts) {
-  const auto dash = socket.rfind('-'), dot = socket.rfind('.');
-  if (dash == std::string::npos || dot == std::string::npos || dot <= dash) return false;
-  const std::string folder = "/proc/" + socket.substr(dash + 1, dot - dash - 1);
+// Of the program behind a socket; false: it cannot be known.
+bool facts_of(const std::string& socket, ProcessFacts& facts) {
+  const std::string folder = "/proc/" + std::to_string(process_of(socket));
   const std::string environment = content_of(folder + "/environ");
   struct stat owner {};
   if (environment.empty() || ::stat(folder.c_str(), &owner) != 0) return false;
@@ -81,17 +74,20 @@ MachineFacts this_machine() {
   return facts;
 }
 
-// By a login of its own, with the client's own code for the way, TLS and the login.
-std::vector<Found> look_through_link(const Config& config) {
+// With the client's own code for the way, TLS and the login.
+std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Assembly assembly = assemble(config, "/ctl_doctor");
-  if (!assembly.parts) return {};  // its problems are told as those of the file
-  Probe probe(std::move(*assembly.parts), {});
-  const std::string failure = probe.open(kPatienceOfDoctor);
-  if (failure.empty()) {
-    probe.close();
-    return {};
-  }
-  return {diagnose_failure(failure)};
+  std::vector<Found> found;
+  for (const std::string& problem : assembly.problems) found.push_back(diagnose_problem(problem));
+  if (!assembly.parts) return found;
+  Probe::Options options;
+  options.logs_in = logs_in;
+  Probe probe(std::move(*assembly.parts), options);
+  if (const std::string failure = probe.open(kPatienceOfDoctor); !failure.empty())
+    return {diagnose_failure(failure)};
+  probe.close();
+  if (!logs_in) found.push_back({"login_not_tried", {}, {}});
+  return found;
 }
 
 std::vector<Found> look_at_file(const DoctorOrder& order) {
@@ -102,32 +98,35 @@ std::vector<Found> look_at_file(const DoctorOrder& order) {
   if (!judged.config) return found;
   append(found, diagnose_config(*judged.config), order.what);
   const bool dials = judged.role == Role::kClient && judged.problems.empty() && !order.offline;
-  if (dials) append(found, look_through_link(*judged.config), judged.config->dial.url.text("ws"));
+  if (dials)
+    append(found, look_through_link(*judged.config, true), judged.config->dial.url.text("ws"));
   return found;
 }
 
 std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string>& wrong) {
   ParameterMap parameters{{"url", order.what}};
-  const bool has_token = !order.token_file.empty();
-  parameters["auth.method"] = std::string(has_token ? "token" : "none");
-  if (has_token) parameters["auth.token_file"] = order.token_file;
+  const Surroundings around = surroundings();
+  const bool logs_in = !order.token_file.empty() || around.token_in_environment;
+  parameters["auth.method"] = std::string(logs_in ? "token" : "none");
+  if (!order.token_file.empty()) parameters["auth.token_file"] = order.token_file;
   if (!order.ca.empty()) parameters["tls.ca"] = order.ca;
   if (!order.pin.empty()) parameters["tls.pin"] = std::vector<std::string>{order.pin};
-  const Parsed parsed = parse_config(parameters, Role::kClient, surroundings());
+  const Parsed parsed = parse_config(parameters, Role::kClient, around);
   for (const auto& problem : parsed.problems) wrong.push_back(to_text(problem));
   std::vector<Found> found;
-  if (parsed.config) append(found, look_through_link(*parsed.config), order.what);
+  if (parsed.config) append(found, look_through_link(*parsed.config, logs_in), order.what);
   return found;
 }
 
-std::vector<Found> look_at_side(const std::string& where, bool& answers) {
+// `role`: of who answers; empty: nobody does.
+std::vector<Found> look_at_side(const std::string& where, std::string& role) {
   Asked asked(where, "/api/status");
-  answers = asked.problem().empty();
-  if (!answers) return {};
+  if (!asked.problem().empty()) return {};
   const Json status = Json::parse(asked.rest(), nullptr, false);
+  role = member<std::string>(status, "role", "unknown");
   std::vector<Found> found = diagnose_status(status);
   ProcessFacts side;
-  if (where.find('/') != std::string::npos && process_of(where, side))
+  if (role != "relay" && where.find('/') != std::string::npos && facts_of(where, side))
     append(found, diagnose_processes(side, this_process()));
   return found;
 }
@@ -137,9 +136,9 @@ std::vector<Found> look_at_what_runs() {
   const auto sockets = status_sockets();
   bool any = false;
   for (const std::string& socket : sockets) {
-    bool answers = false;
-    append(found, look_at_side(socket, answers), sockets.size() > 1 ? socket : "");
-    any = any || answers;
+    std::string role;
+    append(found, look_at_side(socket, role), sockets.size() > 1 ? socket : "");
+    any = any || (!role.empty() && role != "relay");
   }
   if (!any) found.push_back({"nobody_runs", {}, {}});
   append(found, diagnose_machine(this_machine()));
@@ -179,7 +178,9 @@ CLI::App* add_doctor_command(CLI::App& app, DoctorOrder& order) {
                      "user's programs on this machine");
   doctor->add_option("--role", order.role, "For a file: server or client")
       ->check(CLI::IsMember({"server", "client"}));
-  doctor->add_option("--token-file", order.token_file, "For a URL: the file with the token");
+  doctor->add_option("--token-file", order.token_file,
+                     "For a URL: the file with the token. Without it, and without "
+                     "CONNECT_BRIDGE_TOKEN, the way is tried and no login");
   doctor->add_option("--ca", order.ca, "For a URL: the authority of the server's certificate");
   doctor->add_option("--pin", order.pin, "For a URL: the pin of the server's key");
   doctor->add_flag("--offline", order.offline, "Of a client's file: do not dial");
@@ -200,9 +201,9 @@ int run_doctor(const DoctorOrder& order) {
     found = look_at_url(order, wrong);
     if (!wrong.empty()) return no_answers_about(what, wrong.front());
   } else if (is_socket(what) || syntax::parse_status_address(what)) {
-    bool answers = false;
-    found = look_at_side(what, answers);
-    if (!answers) return no_answers_about(what, "nobody answers");
+    std::string role;
+    found = look_at_side(what, role);
+    if (role.empty()) return no_answers_about(what, "nobody answers");
   } else {
     found = look_at_file(order);
   }

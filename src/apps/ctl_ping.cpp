@@ -8,8 +8,8 @@
 #include "config/syntax.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/wire/text.hpp"
-#include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
+#include "run/check.hpp"
 #include "run/exit_codes.hpp"
 #include "run/pairing.hpp"
 #include "run/probe_report.hpp"
@@ -34,15 +34,11 @@ Duration seconds_of(double seconds) {
 
 // What a client would start with.
 Start client_start(const std::string& file) {
-  constexpr char kNode[] = "/connect_client";
-  if (file.empty()) return start_with({}, {}, kNode);
+  if (file.empty()) return start_with({}, {}, "/connect_client");
+  OfNode part = read_for_node(file, "client");
   Start start;
-  const auto read = ros::read_parameter_file(file);
-  start.problems = read.problems;
-  for (const auto& section : read.sections)
-    if (ros::node_name_matches(section.node, kNode) || read.sections.size() == 1)
-      for (const auto& [key, value] : section.parameters)
-        start.parameters.insert_or_assign(key, value);
+  start.parameters = std::move(part.parameters);
+  start.problems = std::move(part.problems);
   return start;
 }
 

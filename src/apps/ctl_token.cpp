@@ -8,7 +8,7 @@
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
 #include "auth/token_table.hpp"
-#include "run/system_now.hpp"
+#include "net/system_now.hpp"
 
 namespace {
 

@@ -17,6 +17,7 @@
 #include "auth/token_table.hpp"
 #include "config/document.hpp"
 #include "config/syntax.hpp"
+#include "net/system_now.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
 #include "relay/relay_site.hpp"
@@ -62,17 +63,13 @@ void each_second(boost::asio::steady_timer& timer, const std::function<void()>& 
   });
 }
 
-Stamp system_time() {
-  return static_cast<Stamp>(std::time(nullptr)) * kStampSecond;
-}
-
 int run(RelaySetup setup, const StatusOptions& status_at) {
-  const std::string started = date_text(system_time());
+  const std::string started = date_text(system_now());
   boost::asio::io_context io(1);
   const auto relay = std::make_shared<Relay>(io, std::move(setup), &log_line);
   const auto status = [&] {
     RelayStatus now = relay->status();
-    now.time = date_text(system_time());
+    now.time = date_text(system_now());
     now.started = started;
     now.version = version_text();
     return now;
@@ -110,8 +107,8 @@ int start(const std::string& name, bool only_checks) {
   if (!read.config) return refuse(read.problems);
   const std::string others = read.config->auth.strict_modes ? who_else_may_change(name) : "";
   if (!others.empty()) return refuse({"this file decides which robots come here: " + others});
-  const AuthOptions login{read.config->auth, std::nullopt};
-  AuthSetup robots = make_authenticator(login, system_time());
+  const AuthOptions login{read.config->auth, std::nullopt, kLineGroup};
+  AuthSetup robots = make_authenticator(login, system_now());
   if (!robots.authenticator) return refuse(robots.problems);
   std::string problem;
   TlsOptions tls = read.config->tls;
@@ -125,10 +122,10 @@ int start(const std::string& name, bool only_checks) {
   setup.tls = tls;
   for (const std::string& range : read.config->listen.trusted_proxies)
     if (const auto parsed = AddressRange::parse(range)) setup.proxies.push_back(*parsed);
-  const auto give = [login](const std::string& robot, const Digest& token, std::string& wrong) {
+  const auto give = [login](const RobotNames::Taking& of, std::string& wrong) {
     AuthSetup next;
-    wrong = hand_over(login.token_file, robot, token, system_time());
-    if (wrong.empty()) next = make_authenticator(login, system_time());
+    wrong = hand_over(login.token_file, of.robot, of.token, of.code, system_now());
+    if (wrong.empty()) next = make_authenticator(login, system_now());
     if (!next.problems.empty()) wrong = next.problems.front();
     return std::move(next.authenticator);
   };
@@ -147,11 +144,11 @@ int print_robot_line(const std::string& file, const std::string& robot) {
   std::string problem = file.empty() ? make_relay_files(folder, *url) : "";
   std::string line;
   if (problem.empty())
-    line = add_robot(file.empty() ? folder + "/relay.yaml" : file, *url, problem);
+    line = add_robot(file.empty() ? folder + "/relay.yaml" : file, *url, system_now(), problem);
   if (!problem.empty()) return refuse({problem});
   std::printf(
-      "\nTo pair a client with %s, start there (this works once; then the name is that "
-      "robot's):\n\n"
+      "\nTo pair a client with %s, start there within 24 hours (this works once; then the name is "
+      "that robot's):\n\n"
       "  ros2 run connect_bridge server --pair --via '%s'\n\n",
       url->robot.c_str(), line.c_str());
   return 0;

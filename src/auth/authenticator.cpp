@@ -29,8 +29,8 @@ void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
         "auth.token_file or auth.token: method 'token' needs at least one token");
   }
   if (!setup.problems.empty()) return;
-  auto login =
-      std::make_unique<TokenLogin>(std::move(table), std::move(watch), options.strict_modes);
+  auto login = std::make_unique<TokenLogin>(std::move(table), std::move(watch),
+                                            options.strict_modes, options.once);
   if (options.pairing) {
     setup.authenticator =
         std::make_unique<PairingLogin>(*options.pairing, options.token_file, std::move(login));

@@ -52,7 +52,8 @@ inline constexpr std::chrono::minutes kPairingTime{10};
 
 // The server pairs with one client for each code that is put into a file (write_invited()).
 struct PairingOptions {
-  std::string file;  // in a folder that only this process's user may write to
+  std::string file;        // in a folder that only this process's user may write to
+  std::string shown = {};  // where the code may stand for a person: goes when it is of no more use
   std::chrono::steady_clock::duration lifetime = kPairingTime;  // of a code
   bool strict_modes = true;                                     // as in LoginOptions
   // Who pairs is a robot: its identity can stand before names (is_prefix_word).
@@ -62,6 +63,8 @@ struct PairingOptions {
 
 struct AuthOptions : LoginOptions {
   std::optional<PairingOptions> pairing;  // with `token_file`, which may be without an entry then
+  // A group whose tokens work once: that they end soon is no warning. Empty: there is none.
+  std::string once = {};
 };
 
 // The method, or its problems, each with the file, line and key. Never both.

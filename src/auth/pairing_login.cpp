@@ -67,6 +67,7 @@ PairingLogin::PairingLogin(PairingOptions options, std::string token_file,
                            std::unique_ptr<TokenLogin> tokens)
     : options_(std::move(options)), token_file_(std::move(token_file)), tokens_(std::move(tokens)) {
   ::unlink(options_.file.c_str());
+  ::unlink(options_.shown.c_str());
 }
 
 void PairingLogin::take_invited() {
@@ -140,6 +141,7 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   Judgement found = tokens_->find(token, now);
   if (found.identity) {
     invited_->paired = token;
+    ::unlink(options_.shown.c_str());
     const auto removed = [this](const std::string& identity) {
       return "ctl token " + identity + " --remove --file '" + token_file_ + "'";
     };
@@ -161,6 +163,7 @@ bool PairingLogin::is_over() const {
 
 void PairingLogin::end(std::string news) {
   invited_.reset();
+  ::unlink(options_.shown.c_str());
   untold_.news.push_back(std::move(news));
 }
 

@@ -8,7 +8,7 @@ std::optional<std::string> TokenEnds::take_line(const TokenTable& table, const s
                                                 Stamp now) {
   // A clock that was set back must not silence it.
   if (told_ && now >= *told_ && now - *told_ < kPeriod) return std::nullopt;
-  const auto ending = table.ending(now, now + kSoon);
+  const auto ending = table.ending(now, now + kSoon, once_);
   if (ending.empty()) return std::nullopt;
   told_ = now;
   const std::size_t named = std::min(ending.size(), kNamedMax);

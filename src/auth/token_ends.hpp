@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "auth/token_table.hpp"
 #include "core/base/time.hpp"
@@ -18,6 +19,9 @@ class TokenEnds {
   static constexpr Stamp kPeriod = 24 * 3600 * kStampSecond;
   static constexpr std::size_t kNamedMax = 10;
 
+  // Tokens of the group `once` end soon by their nature; empty: there are none.
+  explicit TokenEnds(std::string once = {}) : once_(std::move(once)) {}
+
   // The line for the log, once a day while tokens of the table end soon: whose, and when. `source`
   // is what it begins with. To be called once a second.
   [[nodiscard]] std::optional<std::string> take_line(const TokenTable& table,
@@ -26,6 +30,7 @@ class TokenEnds {
   void tell_again() { told_.reset(); }
 
  private:
+  std::string once_;
   std::optional<Stamp> told_;  // when the last line was
 };
 

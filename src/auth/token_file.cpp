@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -44,9 +46,17 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
 
-  // One writer after the other, as long as it is held.
-  void lock() const {
-    if (handle_ >= 0) ::flock(handle_, LOCK_EX);
+  // One writer after the other, as long as it is held. Whoever may open the folder can hold it
+  // without end, so it is waited for only so long. What is wrong, or nothing.
+  [[nodiscard]] std::string lock() const {
+    const auto until = std::chrono::steady_clock::now() + kLockTime;
+    while (handle_ >= 0 && ::flock(handle_, LOCK_EX | LOCK_NB) != 0) {
+      if (errno != EWOULDBLOCK && errno != EINTR) break;  // a file system without locks
+      if (std::chrono::steady_clock::now() >= until)
+        return "another program holds its folder locked: it is being changed";
+      ::poll(nullptr, 0, kLockStepMs);  // no event says that a lock is free
+    }
+    return {};
   }
   // What was renamed in it survives a loss of power. A file system that cannot promise that says
   // EINVAL.
@@ -55,6 +65,9 @@ class Folder {
   }
 
  private:
+  static constexpr std::chrono::milliseconds kLockTime{1000};
+  static constexpr int kLockStepMs = 10;
+
   int handle_ = -1;
 };
 
@@ -108,8 +121,10 @@ std::string without(const std::string& text, const std::string& identity) {
   return fmt::format("{}", fmt::join(lines, ""));
 }
 
-// Of this file. `removed`: how many entries are left out; `problem` is set if it cannot be done.
-std::string text_without(const std::string& file, const std::string& identity, std::size_t& removed,
+// Of this file. `removed`: how many entries are left out; `problem` is set if it cannot be done, or
+// if none of them has this token.
+std::string text_without(const std::string& file, const std::string& identity,
+                         const std::optional<Digest>& token, std::size_t& removed,
                          std::string& problem) {
   const auto text = read_secret_file(file, problem);
   if (!text) return {};
@@ -118,6 +133,11 @@ std::string text_without(const std::string& file, const std::string& identity, s
   before.read(*text, file, Stamp{0}, problems, warnings);
   problem = fmt::format("{}", fmt::join(problems, "\n"));
   removed = before.has_plain() ? 0 : before.of_identity(identity).count;
+  if (problem.empty() && token) {
+    const Judgement whose = before.find(*token, Stamp{0});
+    if (!whose.identity || whose.identity->name != identity)  // mutant: line_once
+      problem = file + ": the entry of " + identity + " that is to be replaced is there no more";
+  }
   if (!problem.empty() || removed == 0) return *text;
   std::string rest = without(*text, identity);
   after.read(trim(rest).empty() ? "# No entries.\n" : rest, file, Stamp{0}, problems, warnings);
@@ -175,7 +195,7 @@ std::string token_entries_problem(const std::string& text, const std::string& na
 std::string append_token_entry(const std::string& named, const TokenEntry& entry) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  folder.lock();
+  if (const std::string held = folder.lock(); !held.empty()) return file + ": " + held;
   std::string text, problem;
   if (::access(file.c_str(), F_OK) == 0) {
     auto before = read_secret_file(file, problem);
@@ -191,13 +211,14 @@ std::string append_token_entry(const std::string& named, const TokenEntry& entry
   return problem.empty() ? write_secret_file(file, text) : problem;
 }
 
-std::string replace_token_entries(const std::string& named, const TokenEntry& entry) {
+std::string replace_token_entries(const std::string& named, const TokenEntry& entry,
+                                  const Digest& former) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  folder.lock();
+  if (const std::string held = folder.lock(); !held.empty()) return file + ": " + held;
   std::size_t removed = 0;
   std::string problem;
-  std::string text = text_without(file, entry.identity, removed, problem);
+  std::string text = text_without(file, entry.identity, former, removed, problem);
   if (!problem.empty()) return problem;
   if (!text.empty() && text.back() != '\n') text += '\n';
   text += to_text(entry);
@@ -209,9 +230,9 @@ std::string remove_token_entries(const std::string& named, const std::string& id
                                  std::size_t& removed) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  folder.lock();
+  if (const std::string held = folder.lock(); !held.empty()) return file + ": " + held;
   std::string problem;
-  std::string rest = text_without(file, identity, removed, problem);
+  std::string rest = text_without(file, identity, std::nullopt, removed, problem);
   if (!problem.empty()) return problem;
   if (removed == 0) return file + ": has no entry of " + identity;
   if (trim(rest).empty()) rest = "# No entries.\n";

@@ -17,8 +17,13 @@ class TokenLogin : public Authenticator {
  public:
   // Without `file` the table stays as it is; otherwise it was read from there, and is read again
   // when that changes: whole, or not at all.
-  TokenLogin(TokenTable table, std::optional<FileWatch> file, bool strict_modes = true)
-      : table_(std::move(table)), file_(std::move(file)), strict_modes_(strict_modes) {}
+  // `once`: as in AuthOptions.
+  TokenLogin(TokenTable table, std::optional<FileWatch> file, bool strict_modes = true,
+             std::string once = {})
+      : table_(std::move(table)),
+        file_(std::move(file)),
+        strict_modes_(strict_modes),
+        ends_(std::move(once)) {}
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
   // Also warns of tokens of the file that end soon.

@@ -248,11 +248,14 @@ TokenTable::Tokens TokenTable::of_identity(const std::string& identity) const {
   return tokens;
 }
 
-std::vector<TokenTable::Ending> TokenTable::ending(Stamp from, Stamp to) const {
+std::vector<TokenTable::Ending> TokenTable::ending(Stamp from, Stamp to,
+                                                   const std::string& but) const {
   std::map<std::string, Stamp> first;
   for (const auto& [digest, identity, plain] : entries_) {
     const Stamp end = identity.expires;
     if (end == 0 || end <= from || end > to) continue;
+    const auto& groups = identity.groups;
+    if (!but.empty() && std::find(groups.begin(), groups.end(), but) != groups.end()) continue;
     const auto known = first.try_emplace(identity.name, end).first;
     known->second = std::min(known->second, end);
   }

@@ -44,12 +44,12 @@ class TokenTable {
   };
   [[nodiscard]] Tokens of_identity(const std::string& identity) const;
   // Each identity with a token that ends after `from` and not after `to`, and when its first such
-  // token ends. Sorted by that time, the earliest first.
+  // token ends. Sorted by that time, the earliest first. Without those of the group `but`, if any.
   struct Ending {
     std::string identity;
     Stamp end = 0;
   };
-  [[nodiscard]] std::vector<Ending> ending(Stamp from, Stamp to) const;
+  [[nodiscard]] std::vector<Ending> ending(Stamp from, Stamp to, const std::string& but = {}) const;
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   // Whether a token itself was given, not its hash.
   [[nodiscard]] bool has_plain() const;

@@ -141,7 +141,7 @@ class ConfigMaker {
 
   void read_dial() {
     if (!values_.given("url")) {
-      add("url", "", "the server to dial, e.g. wss://robot.example/connect");
+      add("url", "", "the server to dial, e.g. wss://robot.example/");
     }
     const auto url = syntax::parse_url(values_.text("url"));
     if (!url) return;

@@ -50,6 +50,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+const std::vector<std::string>& secret_arguments() {
+  static const std::vector<std::string> arguments = [] {
+    std::vector<std::string> made;
+    for (const KeySpec& spec : key_table())
+      if (spec.secret) made.push_back(spec.key + ":=");
+    return made;
+  }();
+  return arguments;
+}
+
 bool is_used_by(const KeySpec& spec, Role role) {
   return spec.used_by == UsedBy::kBoth ||
          (spec.used_by == UsedBy::kServer) == (role == Role::kServer);

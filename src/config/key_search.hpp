@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/key_table.hpp"
 
@@ -13,6 +14,9 @@ namespace connect_bridge {
 
 // The key of a row; of a rule's key with the rule's name: "rule.drive.priority".
 [[nodiscard]] std::string key_of(const KeySpec& spec, std::string_view rule);
+
+// How the secret keys begin on a command line: "auth.token:=".
+[[nodiscard]] const std::vector<std::string>& secret_arguments();
 
 [[nodiscard]] bool is_used_by(const KeySpec& spec, Role role);
 

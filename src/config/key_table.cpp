@@ -199,7 +199,6 @@ void add_operation(Rows& rows) {
       [](Config& c) { return &c.log_level; });
   add({.key = "status_file",
        .syntax = check_not_empty,
-       .changeable = true,
        .help = "File in which this side keeps its status as JSON, once a second (docs/status.md). "
                "Use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
@@ -228,7 +227,6 @@ void add_audit(Rows& rows) {
                "goal and change of rules (docs/security.md)."},
       [](Config& c) { return &c.audit.file; });
   add({.key = "audit.required",
-       .changeable = true,
        .help =
            "A peer's call, goal or change of parameters that cannot be recorded now is refused."},
       [](Config& c) { return &c.audit.required; });

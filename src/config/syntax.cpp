@@ -268,7 +268,7 @@ Complaint check_url(std::string_view text) {
            "of a robot at a relay: a to z, 0 to 9 and -, as in wss://robot7@relay.example/";
   }
   return expect(parse_url(text).has_value(),
-                "a URL that begins with wss:// (or ws://), e.g. wss://robot.example/connect");
+                "a URL that begins with wss:// (or ws://), e.g. wss://robot.example/");
 }
 
 Complaint check_relay_url(std::string_view text) {

@@ -19,22 +19,22 @@
 
 namespace connect_bridge::syntax {
 
-inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
+inline constexpr auto kToldByWords = std::to_array<Word<ToldBy>>({
     {ToldBy::kXForwardedFor, "x_forwarded_for"},
     {ToldBy::kProxyProtocol, "proxy_protocol"},
-}};
+});
 
-inline constexpr std::array<Word<Role>, 2> kRoleWords{{
+inline constexpr auto kRoleWords = std::to_array<Word<Role>>({
     {Role::kServer, "server"},
     {Role::kClient, "client"},
-}};
+});
 
-inline constexpr std::array<Word<LogLevel>, 4> kLogLevelWords{{
+inline constexpr auto kLogLevelWords = std::to_array<Word<LogLevel>>({
     {LogLevel::kDebug, "debug"},
     {LogLevel::kInfo, "info"},
     {LogLevel::kWarn, "warn"},
     {LogLevel::kError, "error"},
-}};
+});
 
 [[nodiscard]] bool is_ip_address(std::string_view text);
 // "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public, which is the safe

@@ -307,6 +307,18 @@ CertificatesMade make_certificates(const CertificateOrder& order) {
   }
 }
 
+std::string make_pinned_certificate(const std::string& folder, const std::string& host) {
+  constexpr int kYears10 = 3650;
+  CertificateOrder order;
+  order.folder = folder;
+  order.hosts = {host};
+  order.days = kYears10;
+  const std::string problem = make_certificates(order).problem;
+  if (problem.empty())
+    for (const char* unused : {"/ca.key", "/ca.crt"}) ::unlink((folder + unused).c_str());
+  return problem;
+}
+
 std::string pin_of_file(const std::string& file, std::string& problem) {
   const OpenSslOwned<BIO> opened{BIO_new_file(file.c_str(), "r")};
   const OpenSslOwned<X509> certificate{

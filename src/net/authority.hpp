@@ -28,6 +28,11 @@ struct CertificatesMade {
 // (P-256), their files readable by the owner alone. No file is overwritten.
 [[nodiscard]] CertificatesMade make_certificates(const CertificateOrder& order);
 
+// A server's, valid for ten years, for peers who go by its pin: server.crt and server.key, and no
+// authority, whose key could sign nothing that they need. What is wrong, or nothing.
+[[nodiscard]] std::string make_pinned_certificate(const std::string& folder,
+                                                  const std::string& host);
+
 // The pin (tls.pin) of the key in a PEM certificate. `problem` is set if there is none.
 [[nodiscard]] std::string pin_of_file(const std::string& file, std::string& problem);
 

@@ -24,7 +24,7 @@ std::string first_line(const std::string& body) {
 
 std::string server_name(const DialOptions& options) {
   if (!options.url.robot.empty()) return options.url.robot;  // mutant: name_through_a_relay
-  return options.tls.server_name.empty() ? options.url.host : options.tls.server_name;
+  return options.url.host;
 }
 
 struct Dialing::Response {

@@ -266,8 +266,10 @@ void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& v
   if (!events_.arrived) return;
   std::shared_ptr<void> place = std::move(accepted.slot);
   if (place && visitor.by_relay)  // it lasts as long as the connection
-    place = {place.get(), [of = place, relay = std::weak_ptr{relay_}](void*) {
-               if (const auto door = relay.lock()) door->look();
+    place = {place.get(),
+             [of = place, relay = std::weak_ptr{relay_}, stranger = std::weak_ptr{slot}](void*) {
+               const auto door = relay.lock();
+               if (door && stranger.expired()) door->look();  // a stranger may end as it likes
              }};
   events_.arrived({std::move(accepted.socket), std::move(visitor.from), slot, std::move(place)});
 }

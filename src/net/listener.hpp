@@ -31,7 +31,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
     std::shared_ptr<WebSocket> socket;
     ConnectionOpened from;  // without its number
     std::shared_ptr<Admission::Pending> pending_slot;
-    std::shared_ptr<void> connection_slot;
+    std::shared_ptr<void> connection_slot;  // given back before that one, if it has had no login
   };
   struct Events {
     std::function<void(Arrival)> arrived;

@@ -165,8 +165,10 @@ void RelayDoor::on_line(std::string_view line) {
   if (word == "refused" && !welcome_) {
     retry_ = kRefusedRetry;
     return fail(
-        "it refuses the token of listen.relay.token_file for this name, or the line was used "
-        "already: 'relay --robot' prints another one there");
+        std::string{
+            "it refuses the token of listen.relay.token_file for this name, or the line was "
+            "used already or is too old: 'relay --robot' prints another one there"} +
+        (options_.code.empty() ? "" : "; a start without --pair has what was before this line"));
   }
   if (word == "welcome" && !welcome_) {
     welcome_ = true;
@@ -174,15 +176,22 @@ void RelayDoor::on_line(std::string_view line) {
     told_.clear();
     limit_.cancel();
     events_.log(LogLevel::kInfo, "reached through the relay: " + options_.url.text("ws"));
+    if (!std::exchange(was_welcome_, true) && options_.keep)
+      if (const std::string wrong = options_.keep(); !wrong.empty())
+        events_.log(LogLevel::kError, "this place is not kept for the next start: " + wrong);
     return after(next_, kRelayPing, &RelayDoor::ping);
   }
-  if (word == "pong" && welcome_) return static_cast<void>(limit_.cancel());
+  if (word == "pong" && welcome_) {
+    asked_ = false;
+    return static_cast<void>(limit_.cancel());
+  }
   if (word == "visitor" && welcome_) return on_visitor(line);
   fail("it says what it must not");
 }
 
 void RelayDoor::ping() {
   if (!welcome_) return;  // its timer had come before fail() could cancel it
+  asked_ = true;
   lines_->say("ping");
   after(limit_, kRelayPong, &RelayDoor::on_silence);
   after(next_, kRelayPing, &RelayDoor::ping);
@@ -190,7 +199,8 @@ void RelayDoor::ping() {
 
 // A NAT that has forgotten the connection, or has another address, says nothing.
 void RelayDoor::look() {
-  if (!welcome_ || !events_.log) return;
+  if (!welcome_ || !events_.log || asked_) return;
+  asked_ = true;
   lines_->say("ping");
   after(limit_, kLookTime, &RelayDoor::on_silence);
 }
@@ -211,6 +221,7 @@ void RelayDoor::fail(const std::string& why) {
   if (lines_) lines_->end();
   lines_.reset();
   limit_.cancel();
+  asked_ = false;
   const bool was_welcome = std::exchange(welcome_, false);
   const std::string text = "the relay " + options_.url.text("ws") + ": " + why;
   if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");

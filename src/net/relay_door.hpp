@@ -38,7 +38,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   [[nodiscard]] std::string open();
   void close();  // no event follows
   // The path to the relay may have changed, as a connection by it has ended: whether the relay is
-  // still there is asked at once.
+  // still there is asked at once, unless it is asked already.
   void look();
 
  private:
@@ -80,7 +80,9 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   std::chrono::milliseconds retry_;
   Pace visitors_;
   bool welcome_ = false;
-  std::string told_;  // the last problem in the log
+  bool was_welcome_ = false;  // ever
+  bool asked_ = false;        // a ping is without an answer
+  std::string told_;          // the last problem in the log
   std::set<TicketPtr> tickets_;
 };
 

@@ -293,8 +293,8 @@ void Socket::cut_off() {
 void Socket::abandon() {
   state_ = State::kEnding;
   forgotten_ = true;
-  setup_.pending_slot.reset();
   setup_.connection_slot.reset();
+  setup_.pending_slot.reset();
   deadline_.cancel();
   read_at_.cancel();
   socket_->next_layer().abort();
@@ -303,8 +303,8 @@ void Socket::abandon() {
 void Socket::forget() {
   if (forgotten_) return;
   forgotten_ = true;
-  setup_.pending_slot.reset();
   setup_.connection_slot.reset();
+  setup_.pending_slot.reset();
   deadline_.cancel();
   read_at_.cancel();
   setup_.gone(setup_.opened.connection);
@@ -312,8 +312,8 @@ void Socket::forget() {
 
 void Socket::give_way() {
   const auto self = shared_from_this();
-  setup_.pending_slot.reset();
   setup_.connection_slot.reset();
+  setup_.pending_slot.reset();
   drop("closed for a newer connection without a login");
 }
 

@@ -31,7 +31,8 @@ struct SocketSetup {
   std::function<void(const std::string& peer)> held;  // it sends more than is read of it
   SocketOptions options;
   std::shared_ptr<Admission::Pending> pending_slot;  // given back by allow()
-  std::shared_ptr<void> connection_slot;             // given back when the TCP connection is gone
+  std::shared_ptr<void> connection_slot;  // given back when the TCP connection is gone, before
+                                          // `pending_slot`, if it has that still
 };
 
 // kOpen -> kClosing (our close frame is on its way) -> kEnding (ConnectionClosed delivered, TCP is

@@ -35,7 +35,8 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
   void limit_lines(std::size_t line_max) { line_max_ = line_max; }
   // Without its end. Who does not read what is said is cut off.
   void say(const std::string& line);
-  // Closes the connection when all lines have left, at the latest after a second.
+  // Closes the connection when all lines are written: at once, where they fit into the socket's
+  // buffer; else there is no limit for it.
   void finish();
   // Closes it at once; no callback is called any more.
   void end();

@@ -255,8 +255,9 @@ void Relay::on_login(const RobotPtr& robot, std::string_view words) {
     judged_at_ = {};  // who had the name before has to go
     log_(LogLevel::kInfo, robot->name + " belongs to who has used its line, from " + robot->peer);
   }
-  if (!problem.empty())
-    log_(LogLevel::kError, robot->name + " cannot be given its name: " + problem);
+  if (const auto times = problem.empty() ? std::nullopt : not_given_.count({steady_now(), 0}))
+    log_(LogLevel::kError, robot->name + " cannot be given its name: " + problem + "; " +
+                               std::to_string(*times) + " since the last line");
   if (!takes && !setup_.names.has(robot->name, token, robot->peer)) {
     count(RelayRefusal::kWrongLogin);
     if (const auto times = refused_.count({steady_now(), 0}))

@@ -132,7 +132,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   RelayUse all_;
   std::uint64_t accepted_ = 0;
   std::array<std::uint64_t, kRelayRefusals> refusals_{};
-  LogLimit refused_;
+  LogLimit refused_, not_given_;
   TimePoint judged_at_{};
 };
 

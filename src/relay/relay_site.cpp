@@ -5,17 +5,6 @@
 #include "auth/runtime_folder.hpp"
 
 namespace connect_bridge {
-namespace {
-
-SharedText shared_text(std::string text) {
-  return std::make_shared<const std::string>(std::move(text));
-}
-
-SharedText event_of(const RelayStatus& status) {
-  return shared_text("data: " + to_json(status, false) + "\n\n");
-}
-
-}  // namespace
 
 RelaySite::RelaySite(asio::io_context& io, std::function<RelayStatus()> status, Log log)
     : status_(std::move(status)), log_(std::move(log)) {
@@ -42,20 +31,42 @@ std::string RelaySite::open(const StatusOptions& at) {
 }
 
 void RelaySite::tell() {
-  if (door_->streams() == 0) return;
-  const SharedText event = event_of(status_());
-  door_->tell(event, event);
+  texts_.clear();
+  now_.reset();
+  if (door_->streams() > 0) door_->tell(event(true), event(false));
 }
 
-StatusAnswer RelaySite::answer(const StatusRequest& request) const {
+const RelayStatus& RelaySite::now() {
+  if (!now_) now_ = status_();
+  return *now_;
+}
+
+SharedText RelaySite::once(Kind kind, bool flag, const std::function<std::string()>& make) {
+  SharedText& text = texts_[{kind, flag}];
+  if (!text) text = std::make_shared<const std::string>(make());
+  return text;
+}
+
+SharedText RelaySite::event(bool names) {
+  return once(Kind::kEvent, names,
+              [&] { return "data: " + to_json(now(), false, names) + "\n\n"; });
+}
+
+StatusAnswer RelaySite::answer(const StatusRequest& request) {
+  const bool names = request.sees_names;
   const std::string& path = request.path;
   if (path == "/healthz") return plain_answer(200, "alive");
   if (path == "/readyz") return plain_answer(200, "ready");
   if (path == "/metrics")
-    return metrics_answer(request, shared_text(to_metrics(status_(), request.open_metrics)));
+    return metrics_answer(request, once(Kind::kMetrics, request.open_metrics,
+                                        [&] { return to_metrics(now(), request.open_metrics); }));
   if (path == "/api/status")
-    return {200, "application/json", shared_text(to_json(status_(), true)), {}, false};
-  if (path == "/api/events") return {200, "text/event-stream", event_of(status_()), {}, true};
+    return {200,
+            "application/json",
+            once(Kind::kStatus, names, [&] { return to_json(now(), true, names); }),
+            {},
+            false};
+  if (path == "/api/events") return {200, "text/event-stream", event(names), {}, true};
   return plain_answer(404, "There are /healthz, /readyz, /metrics, /api/status, /api/events.");
 }
 

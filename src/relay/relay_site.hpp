@@ -2,9 +2,13 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "core/ports/net_options.hpp"
 #include "net/status_door.hpp"
@@ -13,7 +17,9 @@
 namespace connect_bridge {
 
 // At the socket in the runtime folder (this user's `ctl status`), and at status.listen, which is on
-// the loopback. Thread: that of the io_context, which is also the relay's.
+// the loopback, where every local user may ask: without addresses. Whoever asks within a second
+// gets the same text, so that it costs the relay little. Thread: that of the io_context, which is
+// also the relay's.
 class RelaySite {
  public:
   using Log = std::function<void(LogLevel, const std::string&)>;
@@ -27,13 +33,21 @@ class RelaySite {
   // the log.
   [[nodiscard]] std::string open(const StatusOptions& at);
   [[nodiscard]] std::uint16_t port() const { return door_->port(); }
-  // Tells those who follow. Once a second.
+  // Tells those who follow; what is answered is of that moment, or later. Once a second.
   void tell();
 
  private:
-  [[nodiscard]] StatusAnswer answer(const StatusRequest& request) const;
+  enum class Kind : std::uint8_t { kStatus, kEvent, kMetrics };
+
+  [[nodiscard]] StatusAnswer answer(const StatusRequest& request);
+  const RelayStatus& now();
+  // The text of this kind for all who ask until tell() is called.
+  SharedText once(Kind kind, bool flag, const std::function<std::string()>& make);
+  SharedText event(bool names);
 
   const std::function<RelayStatus()> status_;
+  std::optional<RelayStatus> now_;
+  std::map<std::pair<Kind, bool>, SharedText> texts_;
   const Log log_;
   std::shared_ptr<StatusDoor> door_;
 };

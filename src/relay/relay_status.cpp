@@ -35,7 +35,7 @@ std::string_view name_of(RelayRefusal refusal) {
   return "unknown";
 }
 
-std::string to_json(const RelayStatus& status, bool in_lines) {
+std::string to_json(const RelayStatus& status, bool in_lines, bool with_peers) {
   OrderedJson refused = OrderedJson::object();
   for (std::size_t i = 0; i < kRelayRefusals; ++i)
     refused[std::string(name_of(static_cast<RelayRefusal>(i)))] = status.refused[i];
@@ -51,11 +51,10 @@ std::string to_json(const RelayStatus& status, bool in_lines) {
                       {"all", use_of(status.all)},
                       {"robots", OrderedJson::array()}};
   for (const RelayStatus::Robot& robot : status.robots) {
-    OrderedJson one = {
-        {"robot", robot.name},
-        {"peer", robot.peer},
-        {"open", !robot.peer.empty()},
-        {"open_seconds", std::chrono::floor<std::chrono::seconds>(robot.here_for).count()}};
+    OrderedJson one = {{"robot", robot.name}};
+    if (with_peers) one["peer"] = robot.peer;  // mutant: robots_addresses
+    one["open"] = !robot.peer.empty();
+    one["open_seconds"] = std::chrono::floor<std::chrono::seconds>(robot.here_for).count();
     one.update(use_of(robot.use));
     json["robots"].push_back(std::move(one));
   }

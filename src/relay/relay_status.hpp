@@ -54,7 +54,8 @@ struct RelayStatus {
   std::array<std::uint64_t, kRelayRefusals> refused{};
 };
 
-[[nodiscard]] std::string to_json(const RelayStatus& status, bool in_lines);
+// `with_peers`: where the robots are.
+[[nodiscard]] std::string to_json(const RelayStatus& status, bool in_lines, bool with_peers);
 // `open`: OpenMetrics 1.0, else the text format 0.0.4.
 [[nodiscard]] std::string to_metrics(const RelayStatus& status, bool open);
 

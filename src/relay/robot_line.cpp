@@ -19,7 +19,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr int kYears10 = 3650;  // robots check the key's pin
+constexpr Stamp kLineLife = 24 * 3600 * kStampSecond;
 
 bool is_there(const std::string& file) {
   return ::access(file.c_str(), F_OK) == 0;
@@ -34,13 +34,7 @@ std::string relay_folder() {
 
 std::string make_relay_files(const std::string& folder, const Url& url) {
   std::string problem;
-  if (!is_there(folder + "/server.crt")) {
-    CertificateOrder order;
-    order.folder = folder;
-    order.hosts = {url.host};
-    order.days = kYears10;
-    problem = make_certificates(order).problem;
-  }
+  if (!is_there(folder + "/server.crt")) problem = make_pinned_certificate(folder, url.host);
   const std::string robots = folder + "/robots.yaml";
   if (problem.empty() && !is_there(robots))
     problem = write_secret_file(robots, "# The robots of this relay.\n");
@@ -53,7 +47,8 @@ std::string make_relay_files(const std::string& folder, const Url& url) {
   return problem;
 }
 
-std::string add_robot(const std::string& relay_file, const Url& url, std::string& problem) {
+std::string add_robot(const std::string& relay_file, const Url& url, Stamp now,
+                      std::string& problem) {
   std::ifstream file(relay_file);
   std::ostringstream text;
   if (!file || !(text << file.rdbuf())) problem = relay_file + " cannot be read";
@@ -68,6 +63,7 @@ std::string add_robot(const std::string& relay_file, const Url& url, std::string
   TokenEntry entry;
   entry.identity = url.robot;
   entry.groups = {kLineGroup};
+  entry.expires = date_text(now + kLineLife);
   entry.comment = "the code of a line, works once";
   entry.digest = sha256(view_of(line.code));
   if (problem.empty()) problem = append_token_entry(read.config->auth.token_file, entry);
@@ -75,12 +71,12 @@ std::string add_robot(const std::string& relay_file, const Url& url, std::string
 }
 
 std::string hand_over(const std::string& token_file, const std::string& robot, const Digest& token,
-                      Stamp now) {
+                      const Digest& code, Stamp now) {
   TokenEntry entry;
   entry.identity = robot;
   entry.comment = "by its line, " + date_text(now);
   entry.digest = token;
-  return replace_token_entries(token_file, entry);
+  return replace_token_entries(token_file, entry, code);
 }
 
 }  // namespace connect_bridge

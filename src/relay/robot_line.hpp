@@ -16,14 +16,14 @@ namespace connect_bridge {
 // robots' tokens, and relay.yaml, which listens at the URL's port. Empty, or what is wrong.
 [[nodiscard]] std::string make_relay_files(const std::string& folder, const Url& url);
 
-// The line for the robot of this URL at the relay with this file; its code, which works once, is
-// added to the robots' tokens. Empty: `problem` says why.
-[[nodiscard]] std::string add_robot(const std::string& relay_file, const Url& url,
+// The line for the robot of this URL at the relay with this file; its code, which works once and
+// for 24 hours, is added to the robots' tokens. Empty: `problem` says why.
+[[nodiscard]] std::string add_robot(const std::string& relay_file, const Url& url, Stamp now,
                                     std::string& problem);
 
 // The name is from now on that of this token alone: it replaces the robot's entries in the file of
-// tokens, with the codes of its lines. Empty, or what is wrong.
+// tokens, with the codes of its lines, if this code is still one of them. Empty, or what is wrong.
 [[nodiscard]] std::string hand_over(const std::string& token_file, const std::string& robot,
-                                    const Digest& token, Stamp now);
+                                    const Digest& token, const Digest& code, Stamp now);
 
 }  // namespace connect_bridge

@@ -1,18 +1,12 @@
 #include "relay/robot_names.hpp"
 
 #include <algorithm>
-#include <chrono>
 
 #include "auth/secret.hpp"
+#include "net/system_now.hpp"
 
 namespace connect_bridge {
 namespace {
-
-Stamp wall_now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 bool is_line(const Identity& identity) {
   const auto& groups = identity.groups;
@@ -27,25 +21,25 @@ Bytes bytes_of(std::string_view text) {
 
 bool RobotNames::has(const std::string& robot, std::string_view token,
                      const std::string& peer) const {
-  const Judgement judged = robots_->judge({"token", bytes_of(token), peer}, wall_now());
+  const Judgement judged = robots_->judge({"token", bytes_of(token), peer}, system_now());
   const bool may = judged.identity && !is_line(*judged.identity);  // mutant: line_as_login
   return may && judged.identity->name == robot;                    // mutant: name_of_another
 }
 
 bool RobotNames::takes(const std::string& robot, std::string_view token, std::string_view code,
                        const std::string& peer, std::string& problem) {
-  const Judgement judged = robots_->judge({"token", bytes_of(code), peer}, wall_now());
+  const Judgement judged = robots_->judge({"token", bytes_of(code), peer}, system_now());
   if (!judged.identity || judged.identity->name != robot || !is_line(*judged.identity) ||
       !token_problem(token).empty() || !hand_over_)
     return false;
-  auto robots = hand_over_(robot, sha256(view_of(token)), problem);
+  auto robots = hand_over_({robot, sha256(view_of(token)), sha256(view_of(code))}, problem);
   if (!robots) return false;
   robots_ = std::move(robots);
   return true;
 }
 
 Refreshed RobotNames::refresh() {
-  return robots_->refresh(wall_now());
+  return robots_->refresh(system_now());
 }
 
 }  // namespace connect_bridge

@@ -18,10 +18,16 @@ inline constexpr char kLineGroup[] = "line";
 // A name belongs to the token of its entry. Thread: one.
 class RobotNames {
  public:
-  // From now on the name is this token's alone. The robots as they are then; null: `problem` says
-  // why not.
-  using HandOver = std::function<std::unique_ptr<Authenticator>(
-      const std::string& robot, const Digest& token, std::string& problem)>;
+  // Who has shown the code of a line.
+  struct Taking {
+    std::string robot;
+    Digest token;
+    Digest code;
+  };
+  // From now on the name is this token's alone, if the code is still there: other relays, and
+  // people, may have changed the robots. They as they are then; null: `problem` says why not.
+  using HandOver =
+      std::function<std::unique_ptr<Authenticator>(const Taking& taking, std::string& problem)>;
 
   RobotNames() = default;
   // Identities are the robots' names.

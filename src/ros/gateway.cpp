@@ -28,9 +28,7 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   shared_.ready.collect();
   services_.watch_servers();
-  const auto checked = check_.take();  // one: it takes long to publish it
-  if (checked)
-    if (auto* mirror = mirrors_.find(checked->what.mirror)) mirror->on_checked(*checked);
+  const bool checked = publish_checked();
   auto& reports = shared_.reports;
   for (std::size_t n = reports.size(); n > 0; --n) {
     Input input = std::move(reports.front());
@@ -55,6 +53,20 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   return more;
 }
 
+bool Gateway::publish_checked() {
+  for (int steps = 0; steps < options_.steps_per_wake_max; ++steps) {
+    const auto sample = check_.take();
+    if (!sample) return false;
+    on_checked(*sample);
+    if (sample->what.payload.size() > kLargeSample) return true;  // it takes long to publish it
+  }
+  return true;
+}
+
+void Gateway::on_checked(const SampleCheck::Sample& sample) {
+  if (auto* mirror = mirrors_.find(sample.what.mirror)) mirror->on_checked(sample);
+}
+
 void Gateway::add_lacks(GraphChanged& graph) {
   // Nodes have most of their types in common.
   std::map<std::tuple<std::string, std::string, bool>, std::optional<TypeLack>> known;
@@ -74,7 +86,11 @@ void Gateway::add_lacks(GraphChanged& graph) {
 }
 
 void Gateway::apply(const Publish& action) {
-  if (auto* mirror = mirrors_.find(action.mirror)) mirror->publish(action, check_);
+  auto* mirror = mirrors_.find(action.mirror);
+  if (mirror == nullptr) return;
+  if (mirror->is_checked_beside(action))
+    while (const auto sample = check_.make_room(action.payload.size())) on_checked(*sample);
+  mirror->publish(action, check_);
 }
 
 void Gateway::apply(const SendResponse& action) {

@@ -74,6 +74,9 @@ class Gateway {
   [[nodiscard]] GatewayCounters counters() const;
 
  private:
+  // Publishes some of the samples that are checked; returns whether there may be more.
+  bool publish_checked();
+  void on_checked(const SampleCheck::Sample& sample);
   // Says of each topic and service what of its type is lacking.
   void add_lacks(GraphChanged& graph);
 

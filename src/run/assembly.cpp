@@ -6,14 +6,15 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <string_view>
 
 #include "auth/credential.hpp"
 #include "auth/file_trust.hpp"
 #include "auth/pairing_login.hpp"
+#include "config/key_search.hpp"
 #include "core/base/check.hpp"
 #include "net/certified.hpp"
+#include "net/system_now.hpp"
 #include "ros/types/type_supports.hpp"
 #include "run/activation.hpp"
 #include "run/host_check.hpp"
@@ -26,10 +27,6 @@ constexpr Duration kMatching = std::chrono::milliseconds(60);
 
 // Connections without a login, beside those that the core keeps: refusals and ends under way.
 constexpr std::size_t kStrangersSpare = 64;
-
-Stamp wall_clock() {
-  return static_cast<Stamp>(std::time(nullptr)) * kStampSecond;
-}
 
 std::uint64_t secret_random() {
   std::uint64_t random = 0;
@@ -62,6 +59,7 @@ void assemble_login(const Config& config, const Start& start, BridgeParts& parts
   AuthOptions auth{config.auth, std::nullopt};
   if (start.folder) {
     auth.pairing = PairingOptions{.file = start.folder->invited_file(),
+                                  .shown = start.folder->invitation_file(),
                                   .strict_modes = config.auth.strict_modes,
                                   .of_robots = config.robot == Role::kClient};
     for (const auto& entry : config.identity_names) auth.pairing->taken.push_back(entry.second);
@@ -69,7 +67,7 @@ void assemble_login(const Config& config, const Start& start, BridgeParts& parts
   }
   if (auth.token.empty() && auth.token_file.empty())
     if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
-  AuthSetup setup = make_authenticator(auth, wall_clock());
+  AuthSetup setup = make_authenticator(auth, system_now());
   append(assembly.problems, setup.problems);
   append(assembly.warnings, setup.warnings);
   parts.authenticator = std::move(setup.authenticator);
@@ -92,6 +90,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   append(assembly.warnings, token.warnings);
   parts.listen.relay->tls.distrusted = parts.config.tls.distrusted;
   parts.listen.relay->code = start.relay_code;
+  if (!start.relay_code.empty()) parts.listen.relay->keep = start.keep;
   parts.listen.relay->token = [at_relay] {
     const Credential now = client_credential(at_relay);
     return now.problems.empty() ? std::string(now.bytes.begin(), now.bytes.end()) : std::string{};
@@ -169,8 +168,7 @@ Surroundings surroundings() {
 void hide_secrets(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument(argv[i]);
-    for (const std::string_view key :
-         {"auth.token:=", "auth.plugin_options:=", "http_proxy_login:="}) {
+    for (const std::string& key : secret_arguments()) {
       const auto at = argument.find(key);
       if (at != std::string_view::npos)
         std::memset(argv[i] + at + key.size(), 'x', argument.size() - at - key.size());

@@ -9,11 +9,12 @@
 
 #include "core/base/overloaded.hpp"
 #include "net/certified.hpp"
+#include "net/system_now.hpp"
 #include "run/audit_json.hpp"
 #include "run/diagnostics.hpp"
 #include "run/exit_codes.hpp"
 #include "run/status_json.hpp"
-#include "run/system_now.hpp"
+#include "run/worth_telling.hpp"
 #include "version.hpp"
 
 namespace connect_bridge {
@@ -23,7 +24,8 @@ constexpr char kNotRecorded[] = "the call cannot be recorded, and audit.required
 
 // A loop that is held up longer is worth a line: half a second, or less where links end soon.
 double lag_worth_a_line_ms(Duration dead_after) {
-  return std::min(500.0, std::chrono::duration<double, std::milli>(dead_after).count() / 3);
+  return std::min(kLagMsWorthTelling,
+                  std::chrono::duration<double, std::milli>(dead_after).count() / 3);
 }
 
 ros::GatewayOptions gateway_options(const BridgeParts& parts) {
@@ -124,8 +126,7 @@ std::string Bridge::open_audit_log() {
   return {};
 }
 
-// What differs from the configuration before is only what may change while this runs; what is
-// read where it is needed (audit.required, status_file) needs nothing here.
+// What differs from the configuration before is only what may change while this runs.
 void Bridge::apply(const Config& now) {
   loop_.feed(PolicyChanged{now.policy});
   loop_.feed(LimitsChanged{now.limits.outbox.bytes_per_second_max, now.limits.resume_for,

@@ -38,15 +38,6 @@ Given parameters_for(const ros::ParameterFile& file, const std::string& node) {
   return given;
 }
 
-// The part of a file for one of our nodes.
-struct OfNode {
-  Role role = Role::kServer;
-  std::string node;
-  std::string taken_as;  // a line for people: the role, and why this one
-  ParameterMap parameters;
-  std::vector<std::string> problems;  // empty: the rest is valid
-};
-
 // A file for any node ("/**") is a client's if it has a url. Returns false if nothing shows the
 // role.
 bool find_role(const ros::ParameterFile& file, const std::string& asked, OfNode& of_node) {
@@ -83,24 +74,6 @@ int report(const std::string& file, const std::vector<std::string>& problems) {
   return kExitConfiguration;
 }
 
-OfNode read_for_node(const std::string& file, const std::string& asked_role) {
-  OfNode result;
-  const ros::ParameterFile read = ros::read_parameter_file(file);
-  result.problems = read.problems;
-  if (!result.problems.empty()) return result;
-  if (!find_role(read, asked_role, result)) {
-    result.problems = {
-        "no parameters for connect_server or connect_client; for a node with another name give "
-        "--role server or --role client"};
-    return result;
-  }
-  result.node = result.role == Role::kServer ? kServerNode : kClientNode;
-  Given given = parameters_for(read, result.node);
-  if (!given.found && read.sections.size() == 1) given.parameters = read.sections[0].parameters;
-  result.parameters = std::move(given.parameters);
-  return result;
-}
-
 // A token or files that are missing on this machine do not change what the rest means.
 Parsed parse_as_elsewhere(const ParameterMap& parameters, Role role) {
   Surroundings elsewhere;
@@ -129,6 +102,24 @@ Assembled assemble_harmless(Config config, const std::string& node) {
 }
 
 }  // namespace
+
+OfNode read_for_node(const std::string& file, const std::string& asked_role) {
+  OfNode result;
+  const ros::ParameterFile read = ros::read_parameter_file(file);
+  result.problems = read.problems;
+  if (!result.problems.empty()) return result;
+  if (!find_role(read, asked_role, result)) {
+    result.problems = {
+        "no parameters for connect_server or connect_client; for a node with another name give "
+        "--role server or --role client"};
+    return result;
+  }
+  result.node = result.role == Role::kServer ? kServerNode : kClientNode;
+  Given given = parameters_for(read, result.node);
+  if (!given.found && read.sections.size() == 1) given.parameters = read.sections[0].parameters;
+  result.parameters = std::move(given.parameters);
+  return result;
+}
 
 FileJudged judge_file(const std::string& file, const std::string& role) {
   OfNode of_node = read_for_node(file, role);

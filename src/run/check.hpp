@@ -10,6 +10,17 @@
 
 namespace connect_bridge {
 
+// The part of a parameter file for one of our nodes.
+struct OfNode {
+  Role role = Role::kServer;
+  std::string node;      // full name; empty: the file cannot be read, and the rest is not known
+  std::string taken_as;  // a line for people: the role, and why this one
+  ParameterMap parameters;
+  std::vector<std::string> problems;  // empty: the rest is valid
+};
+// `role`: as for check_file().
+[[nodiscard]] OfNode read_for_node(const std::string& file, const std::string& role);
+
 // What a parameter file means for one of our programs, and all that is wrong with it.
 struct FileJudged {
   std::string taken_as;  // a line for people: the role, and why this one

@@ -10,22 +10,20 @@
 #include <utility>
 
 #include "core/wire/text.hpp"
+#include "run/json_members.hpp"
+#include "run/worth_telling.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kTextBytes = 300;
-constexpr std::size_t kOfOneKindMax = 8;  // findings with one id, beyond: counted
-constexpr double kLoopLagMs = 500;
-constexpr double kPathQueueMs = 1000;
-constexpr double kMemoryShare = 0.9;
+constexpr std::size_t kOfOneKindMax = 8;  // findings with one id; further ones are not told
 constexpr double kClockOffsetMs = 1000;
 constexpr double kOpenSeconds = 10;  // until something may be expected of a link
 constexpr double kBreaks = 10;       // in this time, at most
 constexpr double kBreaksSeconds = 600;
 constexpr double kDroppedShare = 0.05;
 constexpr std::uint64_t kSharedMemoryBytes = 64ULL << 20;
-constexpr double kCertificateDaysLeft = 14;
 
 // The first that stands in the text; narrower ones come first.
 struct Sign {
@@ -38,7 +36,6 @@ constexpr auto kFailures = std::to_array<Sign>({
     {"cannot be resolved", "host_unknown"},
     {"connection refused", "port_closed"},
     {"is not in tls.pin", "certificate_pin"},
-    {"which is not in tls.pin", "certificate_pin"},
     {"this is not the server of the invitation", "certificate_pin"},
     {"certificate has expired", "certificate_expired"},
     {"certificate is not valid yet", "clock_or_certificate_early"},
@@ -102,7 +99,7 @@ constexpr auto kProblems = std::to_array<Sign>({
     {"does not belong to the certificate", "certificate_files"},
     {"is not a PEM", "certificate_files"},
     {"has no PEM", "certificate_files"},
-    {"can be changed by", "file_distrusted"},
+    {"belongs to the user", "file_distrusted"},
     {"may change", "file_distrusted"},
     {"may read", "file_distrusted"},
     {"^tls.", "certificate_files"},
@@ -127,25 +124,16 @@ std::string_view sign_in(const std::array<Sign, N>& signs, std::string_view text
   return otherwise;
 }
 
-// ---- a status, of whatever version: what is not there counts as nothing
+// ---- a status
 
 std::string text_in(const Json& of, const char* name) {
-  const auto found = of.find(name);
-  return found != of.end() && found->is_string() ? to_text(found->get<std::string>(), kTextBytes)
-                                                 : std::string{};
+  return member<std::string>(of, name, {}, kTextBytes);
 }
 double number_in(const Json& of, const char* name) {
-  const auto found = of.find(name);
-  return found != of.end() && found->is_number() ? found->get<double>() : 0;
+  return member<double>(of, name);
 }
 bool is_set(const Json& of, const char* name) {
-  const auto found = of.find(name);
-  return found != of.end() && found->is_boolean() && found->get<bool>();
-}
-const Json& part_of(const Json& of, const char* name) {
-  static const Json none = Json::object();
-  const auto found = of.find(name);
-  return found != of.end() && found->is_structured() ? *found : none;
+  return member<bool>(of, name);
 }
 
 // Seconds since 1970 of "2026-01-31T12:00:00.123Z".
@@ -188,7 +176,7 @@ class Doctor {
 
  private:
   void add(std::string_view id, std::string subject = {}, std::string detail = {});
-  void link(const Json& link, double others_clock);
+  void link(const Json& link, double running_seconds);
   void missing(const Json& link);
   void topic(const Json& link, const Json& topic);
   void thin(const Json& link);
@@ -266,7 +254,7 @@ void Doctor::link(const Json& link, double running_seconds) {
   if (connects > kBreaks && running_seconds < connects * kBreaksSeconds)
     add("link_breaks", who, fmt::format("connected {:.0f} times", connects));
   if (!is_set(link, "open")) return;
-  if (number_in(link, "path_queue_ms") >= kPathQueueMs)
+  if (number_in(link, "path_queue_ms") >= kQueueMsWorthTelling)
     add("path_full", who, fmt::format("{:.1f} s", number_in(link, "path_queue_ms") / 1e3));
   missing(link);
   thin(link);
@@ -300,10 +288,10 @@ void Doctor::side(const Json& status) {
   if (!open && !is_client) add("nobody_linked");
   if (const double wrong = number_in(part_of(status, "strangers"), "wrong_logins"); wrong > 0)
     add("wrong_logins", {}, fmt::format("{:.0f} times", wrong));
-  if (const double lag = number_in(status, "loop_lag_ms"); lag >= kLoopLagMs)
+  if (const double lag = number_in(status, "loop_lag_ms"); lag >= kLagMsWorthTelling)
     add("loop_slow", {}, fmt::format("{:.0f} ms", lag));
   const double used = number_in(status, "memory_max_used_bytes");
-  if (used > 0 && used >= kMemoryShare * number_in(status, "memory_max_bytes"))
+  if (used > 0 && used >= kMemoryShareWorthTelling * number_in(status, "memory_max_bytes"))
     add("memory_full", {}, fmt::format("{:.0f} MB", used / 1e6));
   if (const std::string problem = text_in(part_of(status, "audit"), "problem"); !problem.empty())
     add("audit_fails", {}, problem);
@@ -312,7 +300,7 @@ void Doctor::side(const Json& status) {
     constexpr double kDay = 86'400;
     if (*end <= *now)
       add("certificate_expired", {}, "on " + until);
-    else if (*end - *now < kCertificateDaysLeft * kDay)
+    else if (*end - *now < kCertificateDaysWorthTelling * kDay)
       add("certificate_ends_soon", {}, "on " + until);
   }
   for (const Json& one : links) link(one, now && since ? *now - *since : 0);
@@ -353,6 +341,7 @@ std::vector<Found> diagnose_config(const Config& config) {
 }
 
 std::vector<Found> diagnose_status(const Json& status) {
+  if (text_in(status, "role") == "relay") return {};  // it has neither rules nor a graph
   Doctor doctor;
   doctor.side(status);
   return doctor.take();

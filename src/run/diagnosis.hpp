@@ -18,7 +18,7 @@ namespace connect_bridge {
 [[nodiscard]] Found diagnose_problem(const std::string& problem);
 // What is odd in a valid file.
 [[nodiscard]] std::vector<Found> diagnose_config(const Config& config);
-// A running side, by its status (docs/status.md).
+// A running side, by its status (docs/status.md). Of a relay there is nothing to say.
 [[nodiscard]] std::vector<Found> diagnose_status(const Json& status);
 
 // What counts of the environment of a process, by name; and its user.

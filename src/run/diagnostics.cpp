@@ -3,20 +3,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "core/base/cdr.hpp"
+#include "run/diagnosis.hpp"
+#include "run/worth_telling.hpp"
 
 namespace connect_bridge {
 namespace {
 
 using Level = Diagnostic::Level;
 
-constexpr double kLagWorthTelling = 500;  // ms, as the log has it
-constexpr double kMemoryShareWorthTelling = 0.9;
-constexpr Duration kQueueWorthTelling = std::chrono::seconds(1);
 constexpr Stamp kDay = 24 * 3600 * kStampSecond;
-constexpr Stamp kCertificateDays = 30;  // as the log has it (CertificateEnd)
 constexpr Stamp kLoginDays = 7;
+
+double milliseconds_of(Duration time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+
+// What ended the last connection has addresses in it: of it the kind of cause alone.
+std::string cause_of(const std::string& failure) {
+  const Finding* const finding =
+      failure.empty() ? nullptr : finding_of(diagnose_failure(failure).id);
+  return finding == nullptr ? "" : ": " + std::string(finding->cause);
+}
 
 std::string shown_value(const OrderedJson& value) {
   return value.is_string() ? value.get<std::string>() : value.dump();
@@ -56,7 +66,7 @@ Diagnostic of_side(const StatusPicture& picture, Stamp now) {
   OrderedJson facts = facts_of(picture, Names::kHidden);
   facts.erase("last_failure");
   add_values(made, facts);
-  if (run.loop_lag_ms > kLagWorthTelling)
+  if (run.loop_lag_ms > kLagMsWorthTelling)
     made.add(Level::kWarn, fmt::format("this process was held up for {:.0f} ms", run.loop_lag_ms));
   const auto used = static_cast<double>(side.shared_bytes);
   if (used > kMemoryShareWorthTelling * static_cast<double>(side.shared_bytes_max))
@@ -64,14 +74,12 @@ Diagnostic of_side(const StatusPicture& picture, Stamp now) {
   if (run.audit && !run.audit->problem.empty())
     made.add(Level::kError, "the audit log cannot be written: " + run.audit->problem);
   if (run.certificate_end != 0)
-    add_end(made, "certificate", run.certificate_end, kCertificateDays, now);
+    add_end(made, "certificate", run.certificate_end, kCertificateDaysWorthTelling, now);
   const auto& links = side.links;
   const bool linked =
       std::any_of(links.begin(), links.end(), [](const LinkStatus& link) { return link.open; });
   if (run.role == Role::kClient && !linked)
-    made.add(Level::kError,
-             "no link to the server" +
-                 (side.last_failure.empty() ? std::string{} : ": " + side.last_failure));
+    made.add(Level::kError, "no link to the server" + cause_of(side.last_failure));
   if (made.message.empty()) made.message = "runs";
   return made;
 }
@@ -86,9 +94,9 @@ Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, std::si
   if (link.login_end != 0) add_end(made, "login", link.login_end, kLoginDays, now);
   if (!link.open) {
     made.add(Level::kWarn, "lost, may return");
-  } else if (link.path_queue > kQueueWorthTelling) {
-    made.add(Level::kWarn, fmt::format("packets wait {:.1f} s on the path",
-                                       std::chrono::duration<double>(link.path_queue).count()));
+  } else if (const double queue_ms = milliseconds_of(link.path_queue);
+             queue_ms > kQueueMsWorthTelling) {
+    made.add(Level::kWarn, fmt::format("packets wait {:.1f} s on the path", queue_ms / 1e3));
   }
   if (made.message.empty()) made.message = "open";
   return made;

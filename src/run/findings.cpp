@@ -63,6 +63,8 @@ constexpr Finding kFindings[] = {
      "install the same version at both sides"},
     {"login_refused", kFault, "the server refuses the login",
      "check the token: is its entry in the server's token file, has it expired (`ctl token`)?"},
+    {"login_not_tried", kHint, "the way to the server is fine; no login was tried",
+     "--token-file FILE, or CONNECT_BRIDGE_TOKEN, tries it"},
     {"login_expired", kFault, "the login has ended: the token or certificate has expired",
      "make a new one (`ctl token`, `ctl certs`)"},
     {"login_withdrawn", kFault, "the credential was withdrawn at the server",
@@ -94,10 +96,6 @@ constexpr Finding kFindings[] = {
     {"max_age_and_latched", kHint,
      "a rule with `max_age` has a latched topic: late subscribers get nothing",
      "no `max_age` on rules with /tf_static, /map or /robot_description"},
-    {"hidden_name", kHint,
-     "a name with a token that begins with _ crosses only where a rule spells "
-     "that token out",
-     "spell it out in the rule, or choose another name"},
 
     // ---- a running side
     {"nobody_runs", kFault, "no server or client of this user runs here",
@@ -107,11 +105,11 @@ constexpr Finding kFindings[] = {
      "start a client; `ctl doctor FILE` there says what is in its way"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "look at the server's log; make a token for who is to come (`ctl token`)"},
-    {"no_rule", kFault, "no rule of this side allows a name that a node here uses",
+    {"no_rule", kHint, "no rule of this side allows a name that a node here uses",
      "add the name to a rule of this side"},
-    {"other_peer", kFault, "a rule of this side allows it, and not to this peer",
+    {"other_peer", kHint, "a rule of this side allows it, and not to this peer",
      "add the peer's identity or group to the rule, or log in as another one"},
-    {"denied", kFault, "a rule of this side denies it", "change `deny` of this rule"},
+    {"denied", kHint, "a rule of this side denies it", "change `deny` of this rule"},
     {"rule_type", kFault, "the rule of this side is for another type",
      "use the type of the rule (Twist is not TwistStamped), or change `types`"},
     {"not_taken", kFault, "the rules of the peer do not let it in, for this login or this type",
@@ -133,9 +131,9 @@ constexpr Finding kFindings[] = {
      "messages are lost in the middleware before the bridge gets them: the publisher's shared "
      "memory is too small for them",
      "give the publishing node config/fastdds_large_data.xml (docs/troubles.md, \"Large images\")"},
-    {"nothing_arrives", kFault,
-     "the topic is published and demanded, and no message reaches the bridge",
-     "run the bridge as the user of the nodes (Fast DDS's shared memory), or with "
+    {"nothing_arrives", kHint,
+     "it has a publisher and is demanded, and no message has reached the bridge yet",
+     "if it publishes: run the bridge as the user of the nodes (Fast DDS's shared memory), or with "
      "FASTDDS_BUILTIN_TRANSPORTS=UDPv4"},
     {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
      "subscribe there"},

@@ -13,8 +13,8 @@
 
 #include "auth/file_trust.hpp"
 #include "net/certificate_end.hpp"
+#include "net/system_now.hpp"
 #include "net/tls.hpp"
-#include "run/system_now.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -1,5 +1,7 @@
 #include "run/invitation_text.hpp"
 
+#include <unistd.h>
+
 #include "auth/authenticator.hpp"
 #include "auth/token_file.hpp"
 
@@ -33,6 +35,7 @@ std::string invitation_to_print(const Invitation& invitation, std::uint16_t port
                                 const std::string& file, std::string& problem) {
   const std::string text = invitation_text(invitation, port);
   if (terminal) return text;
+  ::unlink(file.c_str());  // whoever may read one that is there may not read this
   if (const std::string wrong = write_secret_file(file, text); !wrong.empty()) {
     problem = "--pair: the invitation cannot be written: " + wrong;
     return {};

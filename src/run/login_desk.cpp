@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "run/system_now.hpp"
+#include "net/system_now.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -23,7 +23,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr int kCertificateDays = 3650;  // long, as the client checks the key's pin
 constexpr std::int64_t kPort = 9090;
 
 std::string host_name() {
@@ -109,15 +108,8 @@ std::string certified_name() {
 
 std::string make_server_files(const PairingFolder& folder) {
   std::string problem = folder.make();
-  if (problem.empty() && !folder.has("server.crt")) {
-    CertificateOrder order;
-    order.folder = folder.path();
-    order.hosts = {certified_name()};
-    order.days = kCertificateDays;
-    problem = make_certificates(order).problem;
-    // Clients go by the pin: whoever had its key could sign nothing that they need.
-    for (const char* unused : {"ca.key", "ca.crt"}) ::unlink(folder.file(unused).c_str());
-  }
+  if (problem.empty() && !folder.has("server.crt"))
+    problem = make_pinned_certificate(folder.path(), certified_name());
   if (problem.empty() && !folder.has("tokens.yaml"))
     problem = write_secret_file(folder.file("tokens.yaml"),
                                 "# Clients that have paired with this server.\n");
@@ -335,13 +327,19 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
             : "its operator may receive topics, and do nothing here (--operate allows the rest)");
 }
 
+PairingFolder folder_of(const std::string& node, const ParameterMap& given) {
+  // Not by what stands in the folder itself.
+  const auto strict = given.find("strict_modes");
+  return PairingFolder(node, strict == given.end() || strict->second != ParameterValue{false});
+}
+
 }  // namespace
 
 Role robot_end(const ParameterMap& given, const Arguments& arguments, const std::string& node) {
   if (arguments.pairs || !arguments.invitation.empty()) return arguments.robot;
   std::string unread;
   const ParameterMap all =
-      goes_by_pairing(given) ? filled(given, PairingFolder(node).parameters(unread)) : given;
+      goes_by_pairing(given) ? filled(given, folder_of(node, given).parameters(unread)) : given;
   return string_at(all, "robot") == "client" ? Role::kClient : Role::kServer;
 }
 
@@ -350,10 +348,7 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   start.problems = arguments.problems;
   start.parameters = given;
   if (!start.problems.empty()) return start;
-  // Not by what stands in the folder itself.
-  const auto strict = given.find("strict_modes");
-  const PairingFolder folder(node,
-                             strict == given.end() || strict->second != ParameterValue{false});
+  const PairingFolder folder = folder_of(node, given);
   std::string problem;
   if (arguments.pairs) {
     start.folder = folder;

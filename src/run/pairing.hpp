@@ -32,8 +32,8 @@ struct Start {
   ParameterMap parameters;
   // Where further parameters come from, now or after the first login.
   std::optional<PairingFolder> folder;
-  // Server: stores the parameters for the next start, after this one has succeeded; returns what is
-  // wrong, or nothing.
+  // Server: stores the parameters for the next start, after this one has succeeded: where it
+  // listens, or with a relay's line where that has let it in. Returns what is wrong, or nothing.
   std::function<std::string()> keep;
   std::optional<Invitation> invitation;  // server: to be printed; its URL may have no port
   std::vector<std::string> groups;       // of the client that is invited

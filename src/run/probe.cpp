@@ -9,7 +9,7 @@
 #include "core/base/overloaded.hpp"
 #include "core/wire/control.hpp"
 #include "net/steady_now.hpp"
-#include "run/system_now.hpp"
+#include "net/system_now.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -63,6 +63,7 @@ Probe::Probe(BridgeParts parts, Options options)
           parts_.sockets),
       timer_(io_),
       pulls_(io_),
+      logs_in_(options.logs_in),
       workers_(1, [this](JobDone done) {
         boost::asio::post(io_, [this, done = std::move(done)]() mutable {
           workers_.handled(done);
@@ -81,8 +82,8 @@ void Probe::run_for(Duration time, Done done) {
 
 std::string Probe::open(Duration patience) {
   handle(GraphChanged{});  // nobody is here
-  run_for(patience, [this] { return open_ || !why_not_.empty(); });
-  if (open_) return {};
+  run_for(patience, [this] { return open_ || reached_ || !why_not_.empty(); });
+  if (open_ || reached_) return {};
   return why_not_.empty() ? "no answer" : why_not_;
 }
 
@@ -109,6 +110,10 @@ void Probe::close() {
 }
 
 void Probe::handle(Input&& input) {
+  if (!logs_in_ && std::holds_alternative<ConnectionOpened>(input)) {
+    reached_ = true;  // the side would say hello and log in
+    return;
+  }
   const bool is_packet = std::holds_alternative<PacketReceived>(input);
   if (const auto* const failed = std::get_if<DialFailed>(&input)) note_end(failed->reason);
   if (const auto* const closed = std::get_if<ConnectionClosed>(&input)) {

@@ -40,6 +40,7 @@ class Probe {
   struct Options {
     Duration interval = std::chrono::milliseconds(200);  // of time requests
     std::vector<Pattern> topics = {};                    // that may be received
+    bool logs_in = true;  // false: only the way to the server, up to its WebSocket, is tried
   };
   // What this side does beside asking for the time.
   struct Load {
@@ -50,7 +51,7 @@ class Probe {
   // `parts`: of a client.
   Probe(BridgeParts parts, Options options);
 
-  // Dials and logs in. Why it cannot, within this time; empty: it is linked.
+  // Dials and, if it is to, logs in. Why it cannot, within this time; empty: it can.
   [[nodiscard]] std::string open(Duration patience);
   // `each`: called with every sample, as it comes; may be empty.
   [[nodiscard]] ProbeSpan measure(Duration time, const Load& load,
@@ -95,7 +96,9 @@ class Probe {
   std::function<void(const ProbeSpan::Sample&)> each_;
   std::uint64_t samples_seen_ = 0;
   std::uint64_t repeated_ = 0;
+  const bool logs_in_;
   bool open_ = false;
+  bool reached_ = false;  // the server; only if it does not log in
   std::string why_not_;
   Workers workers_;  // last: its threads post to io_
 };

@@ -160,7 +160,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   const BeginsLastSteps at_the_end{last_steps};
   std::string problem = bridge.open();
   if (!problem.empty()) return refuse({problem}, arguments.pairs ? kNoServerOfOurs : "");
-  if (start.keep) problem = start.keep();
+  if (start.keep && start.relay_code.empty()) problem = start.keep();
   if (problem.empty() && start.invitation) problem = invite(start);
   if (!problem.empty()) return refuse({problem});
   std::optional<RunningMark> mark;

@@ -80,38 +80,65 @@ std::optional<Span> word_behind(std::string_view text, std::size_t at, std::stri
   return Span{at + mark.size(), word_end(text, at + mark.size())};
 }
 
-// Of an address what is before its host, and behind its path. What is before a host may contain
-// any sign, and the last @ before a slash ends it.
-void scrub_address(std::string& text, std::size_t& at) {
-  std::size_t end = word_end(text, at);
-  const std::size_t host_end = std::min(text.find('/', at), end);
-  if (const auto user = std::string_view(text).substr(0, host_end).rfind('@');
-      user != std::string::npos && user >= at) {
-    text.replace(at, user - at, kGone);
-    end = word_end(text, at);
-  }
-  if (const auto more = text.find_first_of("?#", at); more < end) {
-    text.replace(more + 1, end - more - 1, kGone);
-    end = more + 1 + kGone.size();
-  }
-  at = end;
+// Where the host of an address begins that has its "://" before `at`: what is before may contain
+// any sign but those that cannot stand in one, and the last @ before a slash ends it.
+std::size_t host_of(std::string_view text, std::size_t at) {
+  constexpr std::string_view kNeverInOne = "/\"'<>`";
+  std::size_t host = at;
+  for (; at < text.size() && std::isspace(static_cast<unsigned char>(text[at])) == 0 &&
+         kNeverInOne.find(text[at]) == std::string_view::npos;
+       ++at)
+    if (text[at] == '@') host = at + 1;
+  return host;
 }
 
 std::optional<Span> secret_at(std::string_view text, std::size_t at) {
-  for (const std::string_view mark : {"Bearer ", "Basic ", "CONNECT_BRIDGE_TOKEN=", "auth.token:=",
-                                      "auth.plugin_options:=", "http_proxy_login:="})
+  for (const std::string_view mark : {"Bearer ", "Basic ", "CONNECT_BRIDGE_TOKEN="})
+    if (auto found = word_behind(text, at, mark)) return found;
+  for (const std::string& mark : secret_arguments())
     if (auto found = word_behind(text, at, mark)) return found;
   if (auto found = pem_at(text, at)) return found;
   return jwt_at(text, at);
 }
 
+// Copies a text without its spans, which come in their order.
+class Copy {
+ public:
+  explicit Copy(std::string_view text) : text_(text) {}
+
+  void without(const Span& span) {
+    made_.append(text_.substr(at_, span.from - at_)).append(kGone);
+    at_ = span.to;
+  }
+  [[nodiscard]] std::string take() {
+    made_.append(text_.substr(at_));
+    return std::move(made_);
+  }
+
+ private:
+  std::string_view text_;
+  std::string made_;
+  std::size_t at_ = 0;
+};
+
+// Of an address what is before its host, and behind its path. Where it ends.
+std::size_t scrub_address(std::string_view text, std::size_t at, Copy& copy) {
+  const std::size_t host = host_of(text, at);
+  if (host > at) copy.without({at, host - 1});
+  const std::size_t end = word_end(text, host);
+  const std::size_t more = text.substr(0, end).find_first_of("?#", host);
+  if (more != std::string_view::npos) copy.without({more + 1, end});
+  return end;
+}
+
 }  // namespace
 
+bool Scrubber::LongestFirst::operator()(const std::string& a, const std::string& b) const {
+  return a.size() != b.size() ? a.size() > b.size() : a < b;
+}
+
 void Scrubber::learn(std::string_view secret) {
-  if (secret.size() < kLeast) return;
-  known_.emplace_back(secret);
-  std::stable_sort(known_.begin(), known_.end(),
-                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  if (secret.size() >= kLeast) known_.emplace(secret);
 }
 
 void Scrubber::learn_address(std::string_view address) {
@@ -134,7 +161,7 @@ void Scrubber::learn(const ParameterMap& parameters) {
   for (const auto& [key, value] : parameters) {
     const auto* text = std::get_if<std::string>(&value);
     const KeySpec* spec = find_key(key);
-    if (text == nullptr) continue;
+    if (text == nullptr || is_ros_key(key)) continue;
     learn_address(*text);
     if (spec != nullptr && !spec->secret) continue;
     learn(*text);
@@ -145,22 +172,26 @@ void Scrubber::learn(const ParameterMap& parameters) {
 
 std::string Scrubber::scrubbed(std::string_view given) const {
   std::string text{given};
-  for (const auto& secret : known_)
-    for (auto at = text.find(secret); at != std::string::npos;
-         at = text.find(secret, at + kGone.size()))
-      text.replace(at, secret.size(), kGone);
+  for (const auto& secret : known_) {
+    Copy copy(text);
+    std::size_t at = text.find(secret);
+    if (at == std::string::npos) continue;
+    for (; at != std::string::npos; at = text.find(secret, at + secret.size()))
+      copy.without({at, at + secret.size()});
+    text = copy.take();
+  }
+  Copy copy(text);
   for (std::size_t at = 0; at < text.size();) {
     if (begins(text, at, "://")) {
-      at += 3;
-      scrub_address(text, at);
+      at = scrub_address(text, at + 3, copy);
     } else if (const auto span = secret_at(text, at)) {
-      text.replace(span->from, span->to - span->from, kGone);
-      at = span->from + kGone.size();
+      copy.without(*span);
+      at = span->to;
     } else {
       ++at;
     }
   }
-  return text;
+  return copy.take();
 }
 
 std::string parameters_to_show(const ParameterMap& parameters) {

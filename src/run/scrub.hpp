@@ -1,9 +1,9 @@
 // Takes secrets out of texts that are given to others.
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/base/parameter.hpp"
 
@@ -14,7 +14,8 @@ namespace connect_bridge {
 // hashes of types and names of people stay.
 class Scrubber {
  public:
-  // Secrets that these parameters hold: of secret keys, and in addresses.
+  // Secrets that these parameters hold: of secret keys and of those that are not known here, but
+  // for ROS's own, and in addresses.
   void learn(const ParameterMap& parameters);
   // Shorter ones than kLeast would also take what is none.
   void learn(std::string_view secret);
@@ -27,7 +28,11 @@ class Scrubber {
   // The password and the parts of the query.
   void learn_address(std::string_view address);
 
-  std::vector<std::string> known_;  // the longest first
+  struct LongestFirst {
+    [[nodiscard]] bool operator()(const std::string& a, const std::string& b) const;
+  };
+
+  std::set<std::string, LongestFirst> known_;
 };
 
 // The parameters as YAML for others, one a line. Values of secret keys and of keys that are not

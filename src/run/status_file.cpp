@@ -20,10 +20,12 @@ bool is_kept(std::FILE* file) {
 
 constexpr mode_t kOwnerOnly = S_IRUSR | S_IWUSR;
 
-// It names people and addresses: for its owner alone, unless the owner has let others read it.
+// It names people and addresses: for its owner alone, unless the owner has let others read it. The
+// mode of somebody else's file is that user's choice.
 mode_t mode_of(const std::string& file) {
   struct stat found {};
-  const bool replaces = ::lstat(file.c_str(), &found) == 0 && S_ISREG(found.st_mode);
+  const bool replaces =
+      ::lstat(file.c_str(), &found) == 0 && S_ISREG(found.st_mode) && found.st_uid == ::geteuid();
   return replaces ? found.st_mode & 0777 : kOwnerOnly;
 }
 

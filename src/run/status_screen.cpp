@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/wire/text.hpp"
+#include "run/json_members.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -37,25 +38,6 @@ std::string shown_span(std::int64_t s) {
   if (s < 120) return fmt::format("{} s", s);
   if (s < 7200) return fmt::format("{} min", s / 60);
   return s < 172'800 ? fmt::format("{} h", s / 3600) : fmt::format("{} days", s / 86'400);
-}
-
-// Of a member that may be missing: another program, or another version, may answer.
-template <class T>
-T member(const Json& of, const char* name, T otherwise = {}) {
-  const auto found = of.find(name);
-  if (found == of.end()) return otherwise;
-  if constexpr (std::is_same_v<T, std::string>)
-    return found->is_string() ? to_text(found->template get<std::string>(), kCellBytes) : otherwise;
-  else if constexpr (std::is_same_v<T, bool>)
-    return found->is_boolean() ? found->template get<bool>() : otherwise;
-  else
-    return found->is_number() ? found->template get<T>() : otherwise;
-}
-
-const Json& list_of(const Json& of, const char* name) {
-  static const Json none = Json::array();
-  const auto found = of.find(name);
-  return found != of.end() && found->is_structured() ? *found : none;
 }
 
 // Milliseconds of "2026-01-31T12:00:00.123Z".
@@ -135,16 +117,16 @@ std::string topic_key(const Json& link, const Json& topic) {
 
 StatusTable topic_table(const Json& now, const Json& before) {
   std::map<std::string, std::pair<double, double>> had;
-  for (const Json& link : list_of(before, "links"))
-    for (const Json& topic : list_of(link, "topics"))
+  for (const Json& link : part_of(before, "links"))
+    for (const Json& topic : part_of(link, "topics"))
       had[topic_key(link, topic)] = {member<double>(topic, "messages"),
                                      member<double>(topic, "bytes")};
   const auto then = time_of(before), at = time_of(now);
   const double seconds = then && at ? (*at - *then) / 1e3 : 0;
   StatusTable table(
       {"TOPIC", "DIRECTION", "LINK", "MESSAGES/S", "BYTES/S", "AGE", "QUEUED", "DROPPED", "STATE"});
-  for (const Json& link : list_of(now, "links"))
-    for (const Json& topic : list_of(link, "topics")) {
+  for (const Json& link : part_of(now, "links"))
+    for (const Json& topic : part_of(link, "topics")) {
       const auto old = had.find(topic_key(link, topic));
       const bool known = old != had.end() && seconds > 0;
       const auto rate = [&](const char* name, double was) {
@@ -159,7 +141,7 @@ StatusTable topic_table(const Json& now, const Json& before) {
                  known ? shown_bytes(bytes) : "",
                  topic.contains("latency_ms") ? shown_ms(member<double>(topic, "latency_ms")) : "",
                  std::to_string(member<std::uint64_t>(topic, "queued")),
-                 joined_counts(list_of(topic, "dropped")), topic_state(topic)});
+                 joined_counts(part_of(topic, "dropped")), topic_state(topic)});
     }
   return table;
 }
@@ -167,8 +149,8 @@ StatusTable topic_table(const Json& now, const Json& before) {
 StatusTable call_table(const Json& now) {
   StatusTable table({"SERVICE OR ACTION", "DIRECTION", "LINK", "UNDER WAY", "CALLS", "ANSWERED",
                      "FAILED", "STATE"});
-  for (const Json& link : list_of(now, "links"))
-    for (const Json& service : list_of(link, "services")) {
+  for (const Json& link : part_of(now, "links"))
+    for (const Json& service : part_of(link, "services")) {
       auto name = member<std::string>(service, "service");
       if (name.ends_with(kGoal)) name = name.substr(0, name.size() - kGoal.size()) + " (goals)";
       Json failed = Json::object();
@@ -191,8 +173,8 @@ StatusTable call_table(const Json& now) {
 
 StatusTable missing_table(const Json& now) {
   StatusTable table({"DOES NOT CROSS", "KIND", "DIRECTION", "LINK", "WHY"});
-  for (const Json& link : list_of(now, "links"))
-    for (const Json& missing : list_of(link, "missing"))
+  for (const Json& link : part_of(now, "links"))
+    for (const Json& missing : part_of(link, "missing"))
       table.add(0, {member<std::string>(missing, "name"), member<std::string>(missing, "kind"),
                     member<std::string>(missing, "direction"),
                     std::to_string(member<std::uint64_t>(link, "link")),
@@ -225,7 +207,7 @@ std::string link_lines(const Json& link) {
 // Of a relay (src/relay/relay_status.hpp).
 std::string relay_screen(const Json& now, std::size_t rows) {
   StatusTable robots({"ROBOT", "FROM", "HERE", "VISITORS", "ALL VISITORS", "SENT", "RECEIVED"});
-  for (const Json& robot : list_of(now, "robots"))
+  for (const Json& robot : part_of(now, "robots"))
     robots.add(
         member<double>(robot, "sent_bytes") + member<double>(robot, "received_bytes"),
         {member<std::string>(robot, "robot"), member<std::string>(robot, "peer"),
@@ -238,8 +220,8 @@ std::string relay_screen(const Json& now, std::size_t rows) {
   std::string text =
       fmt::format("relay  {} robots\nversion {}, since {}\n", robots.size(),
                   member<std::string>(now, "version"), member<std::string>(now, "started"));
-  text += "who came: " + joined_counts(list_of(now, "strangers")) + "\n";
-  if (const auto refused = joined_counts(list_of(now, "refused")); !refused.empty())
+  text += "who came: " + joined_counts(part_of(now, "strangers")) + "\n";
+  if (const auto refused = joined_counts(part_of(now, "refused")); !refused.empty())
     text += "refused: " + refused + "\n";
   if (robots.size() > 0) text += "\n" + robots.text(rows);
   return text;
@@ -249,7 +231,7 @@ std::string relay_screen(const Json& now, std::size_t rows) {
 
 std::string status_screen(const Json& now, const Json& before, std::size_t rows) {
   if (member<std::string>(now, "role") == "relay") return relay_screen(now, rows);
-  const Json& links = list_of(now, "links");
+  const Json& links = part_of(now, "links");
   const auto open = std::count_if(links.begin(), links.end(),
                                   [](const Json& link) { return member<bool>(link, "open"); });
   std::string text =
@@ -262,7 +244,7 @@ std::string status_screen(const Json& now, const Json& before, std::size_t rows)
                   shown_bytes(member<double>(now, "memory_max_bytes")));
   if (const auto failure = member<std::string>(now, "last_failure"); !failure.empty())
     text += "last failure: " + failure + "\n";
-  if (const auto refused = joined_counts(list_of(now, "strangers")); !refused.empty())
+  if (const auto refused = joined_counts(part_of(now, "strangers")); !refused.empty())
     text += "who came: " + refused + "\n";
   for (const Json& link : links) text += link_lines(link);
   StatusTable topics = topic_table(now, before), calls = call_table(now),

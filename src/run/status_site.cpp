@@ -11,7 +11,7 @@
 #include "core/base/base64.hpp"
 #include "core/base/json.hpp"
 #include "core/base/sha256.hpp"
-#include "run/system_now.hpp"
+#include "net/system_now.hpp"
 #include "status_page.hpp"
 
 namespace connect_bridge {

@@ -21,32 +21,37 @@ class StepCost {
   // A part begins.
   void begin() {
     wall_ = read(CLOCK_MONOTONIC);
-    processor_ = read(CLOCK_THREAD_CPUTIME_ID);
-    waits_ = waits();
+    if (looked_long_ago()) look();
   }
   // What our own code took since the last call.
-  Duration own() { return computed(passed()); }
+  Duration own() { return part(false); }
   // What the middleware took since the last call.
-  Duration inside() {
-    const Duration wall = passed();
-    return wall < kShort || waits() != waits_ ? wall : computed(wall);
-  }
+  Duration inside() { return part(true); }
 
   // As of the last call.
   [[nodiscard]] TimePoint now() const { return TimePoint(Duration(wall_)); }
 
  private:
+  // To ask for the processor time and the waits takes longer than a short part does: that is done
+  // once in this time at most, and so much a part may pay for what was before it.
   static constexpr Duration kShort = std::chrono::microseconds(100);
 
-  // Wall time since the last call.
-  Duration passed() {
+  Duration part(bool waits_count) {
     const std::int64_t now = read(CLOCK_MONOTONIC);
-    return Duration(now - std::exchange(wall_, now));
+    const Duration wall(now - std::exchange(wall_, now));
+    if (!looked_long_ago()) return wall;
+    const long waits_before = waits_;
+    const Duration computed = look();
+    if (wall < kShort || (waits_count && waits_ != waits_before)) return wall;
+    return std::min(wall, computed);
   }
-  // To ask for the processor time costs more than a short step takes.
-  [[nodiscard]] Duration computed(Duration wall) const {
-    return wall < kShort ? wall
-                         : std::min(wall, Duration(read(CLOCK_THREAD_CPUTIME_ID) - processor_));
+  [[nodiscard]] bool looked_long_ago() const { return Duration(wall_ - looked_at_) >= kShort; }
+  // What this thread has computed since the last look.
+  Duration look() {
+    looked_at_ = wall_;
+    waits_ = waits();
+    const std::int64_t now = read(CLOCK_THREAD_CPUTIME_ID);
+    return Duration(now - std::exchange(processor_, now));
   }
   // How often this thread gave the processor up.
   static long waits() {
@@ -62,8 +67,10 @@ class StepCost {
   }
 
   std::int64_t wall_ = 0;
-  std::int64_t processor_ = 0;  // as of begin()
-  long waits_ = 0;              // the same
+  // As of the last look:
+  std::int64_t looked_at_ = 0;
+  std::int64_t processor_ = 0;
+  long waits_ = 0;
 };
 
 }  // namespace connect_bridge

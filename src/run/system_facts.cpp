@@ -68,6 +68,13 @@ std::string fact(std::string_view name, std::string_view value) {
   return fmt::format("{}: {}\n", name, value.empty() ? "(not known)" : value);
 }
 
+// Of a variable. A configuration that stands in it may hold a password: then only that it does.
+std::string of_variable(const std::string& name) {
+  const char* const given = std::getenv(name.c_str());
+  const std::string_view value = given != nullptr ? given : "(not set)";
+  return fact(name, value.find('<') == std::string_view::npos ? value : "(set, inline)");
+}
+
 std::string of_limit(const char* name, int which) {
   rlimit limit{};
   if (::getrlimit(static_cast<__rlimit_resource>(which), &limit) != 0) return fact(name, "");
@@ -123,10 +130,7 @@ std::string system_facts() {
   for (const char* setting : kSettings)
     text += fact(setting, first_line(std::filesystem::path("/proc/sys") / setting));
   text += of_interfaces();
-  for (const char* name : kVariables) {
-    const char* const value = std::getenv(name);
-    text += fact(name, value != nullptr ? value : "(not set)");
-  }
+  for (const char* name : kVariables) text += of_variable(name);
   return text;
 }
 

@@ -4,6 +4,8 @@
 #include <boost/crc.hpp>
 #include <cstdio>
 
+#include "core/base/check.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -16,7 +18,8 @@ std::string octal(std::size_t value, int digits) {
 }
 
 std::string header(const PackedFile& file, std::time_t time) {
-  std::string block = file.name.substr(0, 99);
+  CONNECT_CHECK(file.name.size() <= 99);
+  std::string block = file.name;
   block.resize(100);
   block += octal(0600, 7) + octal(0, 7) + octal(0, 7) + octal(file.text.size(), 11) +
            octal(static_cast<std::size_t>(time), 11);
@@ -50,6 +53,7 @@ std::string deflated(const std::string& text) {
   params.avail_out = out.size();
   boost::system::error_code ended;
   stream.write(params, zlib::Flush::finish, ended);
+  CONNECT_CHECK(ended == zlib::error::end_of_stream);  // there is room for all of it
   out.resize(params.total_out);
   return out;
 }

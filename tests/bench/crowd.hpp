@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/processor_time.hpp"
+#include "bench/side_step.hpp"
 #include "core/side/side.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/frame.hpp"
@@ -100,13 +101,6 @@ class Crowd {
 
   static std::string up(std::uint32_t i) { return "/up" + std::to_string(i); }
   static std::string down(std::uint32_t i) { return "/down" + std::to_string(i); }
-  static Gid gid(std::uint32_t i, std::uint8_t kind) {
-    Gid gid;
-    gid.bytes[0] = kind;
-    for (std::size_t byte = 0; byte < 4; ++byte)
-      gid.bytes[byte + 1] = static_cast<std::uint8_t>(i >> (8 * byte));
-    return gid;
-  }
   static Endpoint endpoint(std::uint32_t i, std::uint8_t kind) {
     return {gid(i, kind), "/", "node" + std::to_string(i), {}};
   }
@@ -200,23 +194,10 @@ class Crowd {
 
   // One step of the loop.
   void give(Input&& input) {
-    std::vector<Action> actions;
-    std::vector<std::pair<std::uint32_t, Packet>> packets;
-    const double began = processor_seconds();
-    side_.handle(std::move(input), now_);
-    while (auto action = side_.next_action()) actions.push_back(*std::move(action));
-    while (const auto ready = side_.take_ready()) {
-      bool more = true;
-      while (more) {
-        auto packet = side_.next_packet(*ready, now_);
-        more = packet && packet->more;
-        if (packet) packets.emplace_back(ready->value - 1, *std::move(packet));
-      }
-    }
-    static_cast<void>(side_.next_deadline());
-    seconds_ += processor_seconds() - began;
-    for (const Action& action : actions) look_at(action);
-    for (const auto& [i, packet] : packets) look_at(i, packet);
+    const SideStep step = step_of(side_, std::move(input), now_);
+    seconds_ += step.seconds;
+    for (const Action& action : step.actions) look_at(action);
+    for (const auto& [to, packet] : step.packets) look_at(to.value - 1, packet);
   }
 
   void look_at(const Action& action) {
@@ -234,10 +215,7 @@ class Crowd {
       sent += packet.size() > body_.size();
       return;
     }
-    std::string text;
-    for (const Payload& piece : packet.pieces)
-      text.append(piece.view().begin(), piece.view().end());
-    const auto control = decode_control(text);
+    const auto control = decode_control(text_of(packet));
     if (!control) return;
     if (const auto* demand = std::get_if<Demand>(&control.value()))
       peers_[i].demand = demand->number;

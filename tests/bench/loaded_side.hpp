@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "bench/processor_time.hpp"
+#include "bench/side_step.hpp"
 #include "core/side/side.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/frame.hpp"
@@ -88,13 +88,6 @@ class LoadedSide {
   static constexpr ConnectionId kConnection{1};
   static constexpr char kType[] = "p/msg/T";
 
-  static Gid gid(std::uint32_t i, std::uint8_t kind) {
-    Gid gid;
-    gid.bytes[0] = kind;
-    for (std::size_t byte = 0; byte < 4; ++byte)
-      gid.bytes[byte + 1] = static_cast<std::uint8_t>(i >> (8 * byte));
-    return gid;
-  }
   static Endpoint endpoint(std::uint32_t i) {
     return {gid(i, 2), "/", "node" + std::to_string(i % 100), {}};
   }
@@ -155,24 +148,11 @@ class LoadedSide {
 
   // One step of the loop.
   void give(Input&& input) {
-    std::vector<Action> actions;
-    std::vector<Packet> packets;
-    const double began = processor_seconds();
-    side_.handle(std::move(input), now_);
-    while (auto action = side_.next_action()) actions.push_back(*std::move(action));
-    while (const auto ready = side_.take_ready()) {
-      bool more = true;
-      while (more) {
-        auto packet = side_.next_packet(*ready, now_);
-        more = packet && packet->more;
-        if (packet) packets.push_back(*std::move(packet));
-      }
-    }
-    static_cast<void>(side_.next_deadline());
-    longest_ = std::max(longest_, processor_seconds() - began);
-    for (const Action& action : actions)
+    const SideStep step = step_of(side_, std::move(input), now_);
+    longest_ = std::max(longest_, step.seconds);
+    for (const Action& action : step.actions)
       closed_ = closed_ || std::holds_alternative<CloseConnection>(action);
-    for (const Packet& packet : packets) look_at(packet);
+    for (const auto& [to, packet] : step.packets) look_at(packet);
   }
 
   void look_at(const Packet& packet) {
@@ -180,10 +160,7 @@ class LoadedSide {
       if (std::exchange(welcomed_, true)) received_ += packet.size();  // the record does not count
       return;
     }
-    std::string text;
-    for (const Payload& piece : packet.pieces)
-      text.append(piece.view().begin(), piece.view().end());
-    const auto control = decode_control(text);
+    const auto control = decode_control(text_of(packet));
     if (!control) return;
     if (const auto* offer = std::get_if<Offer>(&control.value()))
       told_ += static_cast<std::uint32_t>(offer->channels.size());

@@ -60,27 +60,29 @@ def test_dead_after_3_s_and_back_within_2_s(relayed, how):
     pair, relay = relayed()
     down, received = pair.opened(String, "/t/down", String(data="x"))
     up, arrived = pair.opened(String, "/o/up", String(data="x"), backward=True)
-    getattr(relay, how)()
-    times = [0.0, 0.0]
-    threads = []
-    for i, (graph, topic) in enumerate([(pair.operator, "/t/down"), (pair.robot, "/o/up")]):
+    # What one break leaves behind does not hinder the next one.
+    for _ in range(2 if how == "cut" else 1):
+        getattr(relay, how)()
+        times = [0.0, 0.0]
+        threads = []
+        for i, (graph, topic) in enumerate([(pair.operator, "/t/down"), (pair.robot, "/o/up")]):
 
-        def measure(i=i, graph=graph, topic=topic):
-            times[i] = gone_after(graph, topic)
+            def measure(i=i, graph=graph, topic=topic):
+                times[i] = gone_after(graph, topic)
 
-        threads.append(threading.Thread(target=measure))
-        threads[-1].start()
-    for thread in threads:
-        thread.join()
-    assert all(2.0 < t < 4.5 for t in times), f"mirrors vanished after {times} s"
-    relay.heal()
-    begin = time.monotonic()
-    pair.operator.wait_publishers("/t/down", 1)
-    pair.robot.wait_publishers("/o/up", 1)
-    mirrored = time.monotonic() - begin
-    assert mirrored < 2.0, f"mirrors were back after {mirrored:.2f} s"
-    connect(down, received, String(data="x"))
-    connect(up, arrived, String(data="x"))
+            threads.append(threading.Thread(target=measure))
+            threads[-1].start()
+        for thread in threads:
+            thread.join()
+        assert all(2.0 < t < 4.5 for t in times), f"mirrors vanished after {times} s"
+        relay.heal()
+        begin = time.monotonic()
+        pair.operator.wait_publishers("/t/down", 1)
+        pair.robot.wait_publishers("/o/up", 1)
+        mirrored = time.monotonic() - begin
+        assert mirrored < 2.0, f"mirrors were back after {mirrored:.2f} s"
+        connect(down, received, String(data="x"))
+        connect(up, arrived, String(data="x"))
 
 
 def test_a_short_silence_is_survived(relayed):

@@ -11,6 +11,7 @@ import ssl
 import subprocess
 import tempfile
 import threading
+import time
 
 import pytest
 from geometry_msgs.msg import Twist, TwistStamped
@@ -47,10 +48,15 @@ def ids(*words, env=None):
 class Fake:
     """Something that listens in place of the server, and gives every connection to `answer`."""
 
-    def __init__(self, answer, context=None):
+    def __init__(self, answer, context=None, at=None):
         self.answer, self.context = answer, context
-        self.socket = socket.create_server(("127.0.0.1", 0))
-        self.port = self.socket.getsockname()[1]
+        if at:
+            self.socket = socket.socket(socket.AF_UNIX)
+            self.socket.bind(str(at))
+            self.socket.listen()
+        else:
+            self.socket = socket.create_server(("127.0.0.1", 0))
+        self.port = None if at else self.socket.getsockname()[1]
         threading.Thread(target=self.serve, daemon=True).start()
 
     def serve(self):
@@ -76,8 +82,8 @@ class Fake:
 def fake():
     made = []
 
-    def make(answer, context=None):
-        made.append(Fake(answer, context))
+    def make(answer, context=None, at=None):
+        made.append(Fake(answer, context, at))
         return made[-1].port
 
     yield make
@@ -134,7 +140,8 @@ def test_tls_and_plain_are_mixed_up(fake, authority):
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(authority / "server.pem", authority / "server.key")
     secure = fake(http("200 OK"), context)
-    assert ids(f"ws://localhost:{secure}") <= {"plain_to_tls_port", "not_this_program"}
+    mixed = ids(f"ws://localhost:{secure}")
+    assert mixed and mixed <= {"plain_to_tls_port", "not_this_program"}
     plain = fake(http("400 Bad Request"))
     assert ids(f"wss://localhost:{plain}") == {"tls_to_plain_port"}
 
@@ -286,12 +293,36 @@ def test_a_shell_in_another_domain(pair):
     assert ("discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE") in found
 
 
-def test_the_login(pair):
-    assert ids(f"ws://127.0.0.1:{pair.bridge.port}") == {"login_refused"}
+def test_the_login(pair, tmp_path):
+    url = f"ws://127.0.0.1:{pair.bridge.port}"
+
+    def wrong_logins():
+        return pair.server.status()["strangers"]["wrong_logins"]
+
+    assert ids(url) == {"login_not_tried"}
+    file = tmp_path / "a.token"
+    file.write_text("", encoding="ascii")
+    file.chmod(0o600)
+    assert ids(url, "--token-file", file) == {"token_missing"}
+    time.sleep(2)  # the status is of a second before
+    assert wrong_logins() == 0
+    file.write_text("another-token-than-theirs-0123", encoding="ascii")
+    assert ids(url, "--token-file", file) == {"login_refused"}
+    variable = {**os.environ, "CONNECT_BRIDGE_TOKEN": "another-token-than-theirs-0123"}
+    assert ids(url, env=variable) == {"login_refused"}
+    until(lambda: wrong_logins() == 2, "the wrong logins in the status", timeout=20)
 
 
-def test_nobody_runs(tmp_path):
+def test_nobody_runs(tmp_path, fake):
     env = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)}
     env.pop("RUNTIME_DIRECTORY", None)
+    nobody = {"nobody_runs", "no_bbr", "shared_memory_small"}
     found = ids(env=env)
-    assert found <= {"nobody_runs", "no_bbr", "shared_memory_small"} and found
+    assert found <= nobody and "nobody_runs" in found
+    # A relay has its socket in the same folder, and is neither server nor client.
+    with tempfile.TemporaryDirectory(prefix="cb") as runtime:
+        folder = pathlib.Path(runtime) / "connect_bridge"
+        folder.mkdir(0o700)
+        answer = http("200 OK", json.dumps({"role": "relay", "robots": []}))
+        fake(answer, at=folder / f"relay-{os.getpid()}.status")
+        assert ids(env={**env, "XDG_RUNTIME_DIR": runtime}) == found

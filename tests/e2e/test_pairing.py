@@ -2,6 +2,7 @@
 
 import os
 import re
+import select
 import stat
 import subprocess
 import time
@@ -132,7 +133,9 @@ def test_a_terminal_shows_the_invitation(world):
     )
     os.close(its)
     seen = ""
+    end = time.monotonic() + 20
     while not LINE.search(seen):
+        assert select.select([ours], [], [], max(0.0, end - time.monotonic()))[0], seen
         seen += os.read(ours, 4096).decode()
     server.terminate()
     assert server.wait(20) == 0

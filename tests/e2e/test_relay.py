@@ -244,6 +244,8 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         thief = world.run("server", "thief", "--pair", "--via", line, *port)
         thief.wait_for("it refuses the token .* or the line was used already")
         thief.stop()
+        # What the thief started with before stays.
+        assert not list(world.home("thief").rglob("params.yaml"))
         words = (pathlib.Path("/proc") / str(server.pid) / "cmdline").read_text()
         assert token not in words and token not in server.text() + relay.text()
         client.stop()

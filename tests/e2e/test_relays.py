@@ -59,7 +59,8 @@ def test_two_relays_behind_one_address(joined, relay, tmp_path, topic):
     relay.dialled = free_port()
     text = (ROOT / "config" / "haproxy_relays.cfg").read_text()
     for old, new in (
-        ("maxconn 20000", "maxconn 200"),  # what a test may have
+        ("maxconn 20000", "maxconn 200\n    log stdout format raw local0"),  # what a test may have
+        ("defaults\n", "defaults\n    log global\n"),
         ("bind :443", f"bind 127.0.0.1:{relay.dialled}"),
         ("192.0.2.11:443", f"127.0.0.1:{ports[0]}"),
         ("192.0.2.12:443", f"127.0.0.1:{ports[1]}"),
@@ -85,8 +86,9 @@ def test_two_relays_behind_one_address(joined, relay, tmp_path, topic):
         print(f"by the other relay after {time.monotonic() - began:.1f} s")
         publisher.publish(Blob(sequence=7))
         until(lambda: any(m.sequence == 7 for m in collector.messages), "a message by the other")
+        haproxy.wait_for(rf"relays/relay{here + 1} is DOWN")
         programs[here].start().wait_for("listens on port")
-        time.sleep(2)  # HAProxy has seen it
+        haproxy.wait_for(rf"relays/relay{here + 1} is UP")
         pair.client.stop()
         pair.client.start().wait_linked()
         assert f"{ROBOT} is here" not in programs[here].text()

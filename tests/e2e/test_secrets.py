@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import os
 import pathlib
 import re
 import ssl
@@ -58,11 +59,11 @@ class Case:
         return write(self.folder / "given" / name, text)
 
     def jwt(self):
-        """With TLS, and a client that has a certificate of its own."""
+        """With TLS, a client that has a certificate of its own, and files below this folder."""
         key = {"kty": "oct", "kid": "1", "k": base64url(SECRET)}
         self.server["auth"] = {
             "method": "jwt",
-            "jwt_keys": self.given("keys.json", json.dumps({"keys": [key]})),
+            "jwt_keys": os.path.relpath(self.given("keys.json", json.dumps({"keys": [key]}))),
             "jwt_issuer": "tests",
             "jwt_audience": "robot",
         }
@@ -73,8 +74,11 @@ class Case:
         self.client = {
             "url": f"wss://localhost:{self.port}/?key={QUERY}",
             "tls": {"ca": str(self.authority / "ca.pem"), **tls},
-            "auth": {"method": "jwt", "token_file": self.given("anna.jwt", token)},
+            "auth": {"method": "jwt"},
         }
+        self.more["client"] = argument(
+            "auth.token_file", os.path.relpath(self.given("anna.jwt", token))
+        )
         self.secrets += [token, SECRET.decode(), base64url(SECRET)]
         self.secrets += key_lines(self.authority / "server.key")
 
@@ -178,23 +182,37 @@ def of_report(folder, sides, case):
         for secret in case.secrets
         if secret in home or " " not in secret
     )
-    (logs / "server_1_1.log").write_text(f"a line\n{planted}\nthe last line\n")
+    ours, foreign, ended = (logs / f"server_{n}_{n}.log" for n in (1, 2, 3))
+    ours.write_text(f"[INFO] [1.2] [connect_server]: a line\n{planted}\nframe_of_others\n"
+                    "the last line\n")
+    foreign.write_text("[INFO] [1.2] [somebody_else]: of another program\n")
+    ended.write_text("[INFO] [1.2] [robot1.connect_server]: of one that has ended\n")
+    pipe, shared = logs / "pipe", logs / "shared.yaml"
+    os.mkfifo(pipe)
+    mine = {"auth": {"token_file": str(pipe)}, "qos_overrides": {"/t": {"history": "the last"}}}
+    sections = {"connect_client": mine, "camera": {"frame_id": "frame_of_others"}}
+    shared.write_text(json.dumps({node: {"ros__parameters": p} for node, p in sections.items()}))
     report = folder / "report.tar.gz"
-    env = {**sides["client"].env, "ROS_LOG_DIR": str(logs)}
-    subprocess.run([build_dir() / "ctl", "bugreport", "--output", report], env=env, check=True,
-                   capture_output=True, timeout=60)
+    dds = "file:///a.xml,<CycloneDDS><Domain><Security>a-word-of-dds"
+    env = {**sides["client"].env, "ROS_LOG_DIR": str(logs), "CYCLONEDDS_URI": dds}
+    subprocess.run([build_dir() / "ctl", "bugreport", "--output", report, "--config", shared],
+                   env=env, check=True, capture_output=True, timeout=60, cwd="/")
     assert report.stat().st_mode & 0o777 == 0o600
     with tarfile.open(report) as packed:
         found = {f"report/{name.partition('/')[2]}": packed.extractfile(name).read().decode()
                  for name in packed.getnames()}
     report.unlink()
-    (logs / "server_1_1.log").unlink()
-    assert "the last line" in found["report/logs/server_1_1.log"]
+    for file in (ours, foreign, ended, pipe, shared):
+        file.unlink()
+    assert "frame_of_others\nthe last line" in found["report/logs/server_1_1.log"]
+    assert "report/logs/server_2_2.log" not in found
+    assert "report/logs/server_3_3.log" in found
     configurations = "".join(text for name, text in found.items() if "/config/" in name)
     for side in sides.values():
         assert str(side.parameters_file) in configurations
         assert f"report/status/{side.node}-{side.pid}.json" in found
     assert "net/core/rmem_max" in found["report/system.txt"]
+    assert "CYCLONEDDS_URI: (set, inline)" in found["report/system.txt"]
     return found
 
 

@@ -72,6 +72,7 @@ MUTANTS = [
            swap(" && judged.identity->name == robot", "")),
     Mutant("line_as_login", "the code of a robot's line is a login at a relay",
            swap(" && !is_line(*judged.identity)", "")),
+    Mutant("line_once", "a line works once at each relay of a file", never),
     Mutant("visitors_of_robot", "visitors at a relay without a limit", never),
     Mutant("control_handshakes", "control handshakes without a limit", never),
     # what a file of parameters allows
@@ -94,6 +95,7 @@ MUTANTS = [
     Mutant("status_token", "any token reads the status", always),
     Mutant("names_of_people", "every local user sees who is linked",
            swap("transport_.tls()", "true")),
+    Mutant("robots_addresses", "every local user sees where the robots of a relay are", always),
     # the core: rights, order, at most once, limits, urgency, breaks
     Mutant("deny", "what a rule denies is allowed", gone),
     Mutant("hidden_names", "hidden names match wildcards", value("false")),
@@ -108,7 +110,7 @@ MUTANTS = [
     Mutant("login_withdrawn", "a withdrawn login goes on", gone),
     Mutant("renewal_identity", "a renewal as somebody else", never),
     Mutant("renewals_pace", "renewals without end", never),
-    Mutant("groups_change", "changed groups change nothing", swap("true", "false")),
+    Mutant("groups_change", "changed groups change nothing", gone),
     Mutant("wrong_logins", "wrong logins without limit", always),
     Mutant("offences", "who offends logs in at once", gone),
     Mutant("sequence", "sequence unchecked", never),

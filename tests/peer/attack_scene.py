@@ -47,6 +47,7 @@ LEGAL = ("large", "never_reads", "texts", "listeners", "mirrors", "frames")
 WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "toggles")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
+LATE_SECONDS = 30.0  # what has not arrived so long after the attack is lost
 LOG_BYTES_PER_HOUR = 1 << 20
 # The log lines that many logins at once may write before they are limited.
 LOG_BYTES_AT_ONCE = 16 << 10
@@ -261,7 +262,7 @@ class Scene:
 
     def _seen(self, watched, log_begin, done):
         sent = watched.sent
-        end = time.monotonic() + 3
+        end = time.monotonic() + LATE_SECONDS
         while len(self._collector.messages) < len(sent) and time.monotonic() < end:
             time.sleep(0.02)
         numbers = [m.data for m in self._collector.messages]

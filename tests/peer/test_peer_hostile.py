@@ -115,6 +115,29 @@ def test_a_bomb_is_decompressed_now_and_then(world, served, peer):
     collector.close()
 
 
+def test_publishers_of_a_topic_have_a_limit(world, served, peer):
+    origins = [
+        {"origin": n, "gid": (b"many" + n.to_bytes(2, "big")).ljust(24, b"\0").hex(), "qos": {}}
+        for n in range(1, 601)
+    ]
+    mine = peer()
+    mine.until(lambda: mine.complete, "the first round")
+    mine.offer("/o/many", STRING, origins=origins)
+    until(lambda: len(world.graph.publishers("/o/many")) >= 256, "the mirrors")
+    mine.offer("/o/after", STRING)
+    until(lambda: world.graph.publishers("/o/after"), "what was offered after them")
+    assert len(world.graph.publishers("/o/many")) == 256
+
+
+def test_a_topic_is_offered_once(world, peer):
+    mine = peer()
+    mine.until(lambda: mine.complete, "the first round")
+    mine.offer("/o/twice", STRING)
+    second = mine.offer("/o/twice", STRING)
+    mine.until(lambda: second in mine.declined, "decline")
+    assert mine.declined[second][0] == "limit"
+
+
 @pytest.mark.alone
 def test_a_server_that_stood_still_misses_nobody(tmp_path):
     """A sign of life, however large, is read before a peer counts as silent."""

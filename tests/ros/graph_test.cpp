@@ -1,6 +1,7 @@
 #include "ros/graph/graph_reading.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "ros/ros_fixture.hpp"
 
@@ -81,6 +82,57 @@ TEST_F(GraphTest, TellsTheTopicsOfAllNodesOfAName) {
   EXPECT_TRUE(side.topic_state(topic("a"), has_publisher));
   EXPECT_TRUE(side.topic_state(topic("b"), has_publisher));
   EXPECT_FALSE(side.find_topic(topic("ours1")));
+}
+
+// One of two nodes of a name has topics that no node is said to have.
+TEST_F(GraphTest, OfTheRestWhatIsNewIsReadFirst) {
+  TestNode robot("robot"), namesake("robot");
+  TestSide side("connect_server");
+  for (std::uint32_t n = 1; n <= 50; ++n)
+    side.gateway.apply(
+        CreateMirror{MirrorId{n}, topic("ours" + std::to_string(n)), kString, "", qos_of_depth(1)});
+  RawPublisher one(robot, topic("one"));
+  RawPublisher other(namesake, topic("other"));
+  ASSERT_TRUE(side.topic_state(topic("one"), has_publisher));
+  ASSERT_TRUE(side.topic_state(topic("other"), has_publisher));
+  GraphReading reading(*side.node, Duration::zero());
+  const auto read = [&](bool changed) {
+    const auto graph = reading.read({}, changed);
+    std::set<std::string> names;
+    if (graph)
+      for (const TopicState& state : graph->topics) names.insert(state.name);
+    return names;
+  };
+  int readings = 0;
+  const auto read_all = [&] {
+    auto names = read(true);
+    for (readings = 1; reading.unfinished(); ++readings) names = read(false);
+    return names;
+  };
+  read_all();
+  EXPECT_GE(readings, 50) << "each has one topic of the rest";
+  auto a = std::make_unique<RawPublisher>(robot, topic("a"));
+  auto b = std::make_unique<RawPublisher>(namesake, topic("b"));
+  const auto counted = [&](const std::string& name) {
+    std::size_t count = 0;
+    EXPECT_EQ(RCL_RET_OK, rcl_count_publishers(side.node->handle(), name.c_str(), &count));
+    return count;
+  };
+  ASSERT_TRUE(side.until([&] { return counted(topic("a")) + counted(topic("b")) == 2; }));
+  read(true);
+  auto names = read(false);  // the first of the two is not known to be of a node yet, perhaps
+  EXPECT_TRUE(names.contains(topic("a")));
+  EXPECT_TRUE(names.contains(topic("b")));
+  EXPECT_TRUE(reading.unfinished());
+  // Their ends are seen at once, and what is left of the rest is read in the end.
+  a = nullptr;
+  b = nullptr;
+  ASSERT_TRUE(side.until([&] { return counted(topic("a")) + counted(topic("b")) == 0; }));
+  names = read(true);
+  EXPECT_FALSE(names.contains(topic("a")));
+  EXPECT_FALSE(names.contains(topic("b")));
+  read_all();
+  EXPECT_FALSE(read(false).contains(topic("ours1")));
 }
 
 TEST_F(GraphTest, SeesAPublisherReplacedUnderTheSameName) {

@@ -32,6 +32,9 @@ TEST_F(KeyedTest, SamplesOfEachKeyAreKeptApart) {
   for (std::uint32_t sensor : {1, 2, 3, 2})
     side.gateway.apply(
         Publish{kMirror, Payload::adopt(Cdr{}.u32(sensor).u32(0).u64(sensor).bytes())});
+  Bytes large = Cdr{}.u32(4).u32(0).u64(4).bytes();
+  large.resize(2 << 20);  // what is behind the last field is nobody's
+  side.gateway.apply(Publish{kMirror, Payload::adopt(std::move(large))});
   side.gateway.apply(Publish{kMirror, Payload::adopt(Cdr{}.u32(1).bytes())});
   const auto failed = side.next<PublishFailed>();
   ASSERT_TRUE(failed);
@@ -42,9 +45,9 @@ TEST_F(KeyedTest, SamplesOfEachKeyAreKeptApart) {
   std::multiset<std::uint8_t> sensors;
   side.until([&] {
     while (const auto taken = subscription.take()) sensors.insert(taken->at(kCdrHeaderSize));
-    return sensors.size() >= 3;
+    return sensors.size() >= 4;
   });
-  EXPECT_EQ((std::multiset<std::uint8_t>{1, 2, 3}), sensors);
+  EXPECT_EQ((std::multiset<std::uint8_t>{1, 2, 3, 4}), sensors);
 }
 
 }  // namespace

@@ -80,6 +80,21 @@ TEST_F(MessageSizeTest, AMirrorMayEndWhileALargeOneIsChecked) {
   EXPECT_FALSE(side.next<PublishFailed>(0ms));
 }
 
+// Small ones behind a large one wait for it: so many, and not one more.
+TEST_F(MessageSizeTest, OnlySoManyWaitBehindALargeOne) {
+  TestSide side("connect_server");
+  side.gateway.apply(CreateMirror{kMirror, topic("chatter"), kString, "", qos_of_depth(1)});
+  const Payload tiny = Payload::adopt(string_message("tiny"));
+  constexpr std::uint64_t kTiny = 100000;
+  constexpr std::uint64_t kWaiting = SampleCheck::kBytesMax / SampleCheck::kSampleCost;
+  side.gateway.apply(Publish{kMirror, Payload::adopt(string_message(std::string(2 << 20, 'x')))});
+  for (std::uint64_t n = 0; n < kTiny; ++n) side.gateway.apply(Publish{kMirror, tiny});
+  const auto published = [&] { return side.gateway.counters().published; };
+  EXPECT_GE(published(), kTiny - kWaiting);
+  EXPECT_LT(published(), kTiny) << "none waits: this shows nothing";
+  EXPECT_TRUE(side.until([&] { return published() == kTiny + 1; }));
+}
+
 // However small messages must be: bridges that do not hear each other's claims feed the same.
 TEST_F(MessageSizeTest, TakesAClaimOfAnySize) {
   TestNode bridge("bridge");

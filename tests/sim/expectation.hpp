@@ -81,7 +81,7 @@ class Expectation {
   [[nodiscard]] const std::vector<ExpectedMirror>& mirrors() const { return mirrors_; }
 
  private:
-  // Somebody listens, and nobody in the same graph publishes.
+  // Somebody listens, and nobody in the same graph publishes, nor does a bridge there.
   [[nodiscard]] bool is_wanted_alone(const Reader& reader) const;
   void check_missing(const Host& host, const Ledger::Peer& peer, const MissingName& missing) const;
   struct Counts {

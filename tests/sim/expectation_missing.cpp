@@ -27,10 +27,9 @@ const Ledger::Peer* peer_of(const std::vector<Ledger::Peer>& peers, const LinkSt
 bool Expectation::is_wanted_alone(const Reader& reader) const {
   if (!reader.alive || reader.spec.host >= 0 || !is_ordinary(reader.spec.topic)) return false;
   if (reader.spec.topic.find("/_") != std::string::npos) return false;  // hidden
-  const auto& writers = crowd_.writers();
-  return std::none_of(writers.begin(), writers.end(), [&](int id) {
-    const EndpointSpec& spec = middleware_.writer(id).spec;
-    return spec.graph == reader.spec.graph && spec.topic == reader.spec.topic &&
+  return !middleware_.writers().any([&](const Writer& writer) {
+    const EndpointSpec& spec = writer.spec;
+    return writer.alive && spec.graph == reader.spec.graph && spec.topic == reader.spec.topic &&
            spec.type == reader.spec.type;
   });
 }

@@ -1,6 +1,7 @@
 #include "sim/thin.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -76,22 +77,15 @@ std::string ThinPlan::text() const {
 }
 
 Thin::Thin(const ThinPlan& plan, bool verbose)
-    : plan_(plan),
-      rng_(plan.seed ^ 0x7817ULL),
-      middleware_(schedule_, {quick_graph(), quick_graph()}, rng_.fork(), *this),
-      services_(schedule_, middleware_, rng_.fork(), *this),
-      network_(schedule_, rng_.fork()),
-      checker_(schedule_, middleware_, network_, false) {
-  build_host(Role::kServer, 0, verbose);
-  build_host(Role::kClient, 1, verbose);
+    : SmallWorld(plan.seed ^ 0x7817ULL, quick_graph(), false), plan_(plan) {
+  build_bridge(Role::kServer, 0, verbose);
+  build_bridge(Role::kClient, 1, verbose);
   // As the program sets it: what the path carries in a twelfth of a round trip, three segments at
   // the least (docs/flow.md section 3).
   const double twelfth = 2 * seconds(plan.path.delay) / 12;
   plan_.path.send_buffer = static_cast<std::size_t>(
       std::clamp(twelfth * static_cast<double>(plan.path.bytes_per_second), 4344.0, 16384.0));
-  path_ = network_.add_path(*hosts_[1], *hosts_[0], plan_.path);
-  hosts_[1]->set_path(path_);
-  checker_.ledger().add_pair({hosts_[1].get(), hosts_[0].get(), path_, {}, true});
+  path_ = build_path(1, 0, plan_.path);
   for (std::size_t i = 0; i < plan_.flows.size(); ++i) add_flow(i);
   if (plan_.call_takes > 0s) make_call();
   if (plan_.break_for == 0s) return;
@@ -103,31 +97,18 @@ Thin::Thin(const ThinPlan& plan, bool verbose)
                   [this] { network_.path(path_).refuses = false; });
 }
 
-void Thin::build_host(Role role, int graph, bool verbose) {
-  HostPlan plan;
-  plan.graph = graph;
+void Thin::build_bridge(Role role, int graph, bool verbose) {
+  HostPlan plan = plan_of(role, graph);
   plan.graph_delay_max = 10ms;
-  plan.job_delay_max = 1ms;
-  plan.options.role = role;
   plan.options.node = "/connect" + std::to_string(graph);
-  plan.options.dead_after = 3s;
   plan.options.resume_for = 60s;
-  plan.options.audits = true;
-  plan.options.retry_min = 100ms;
-  plan.options.retry_max = 500ms;
   const bool is_robot = role == Role::kServer;
   plan.options.resumes_exported = is_robot;
   plan.options.resumes_imported = !is_robot;
-  Rule rule;
-  rule.name = "all";
-  rule.export_topics = {std::move(Pattern::parse("/**")).value()};
-  rule.import_topics = rule.export_services = rule.import_services = rule.export_topics;
+  Rule rule = everything();
   rule.treatment = plan_.treatment;
   plan.options.policy = Policy{{rule}};
-  const Host::World around{schedule_, middleware_, services_, network_,
-                           checker_,  accounts_,   digest_,   verbose};
-  hosts_.push_back(std::make_unique<Host>(graph, plan, around, rng_.fork()));
-  schedule_.after(0s, [&host = *hosts_.back()] { host.start(); });
+  build_host(plan, verbose);
 }
 
 void Thin::add_flow(std::size_t index) {
@@ -162,69 +143,20 @@ void Thin::publish(std::size_t index) {
   schedule_.after(flow.period, [this, index] { publish(index); });
 }
 
-void Thin::on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) {
-  if (reader.spec.host >= 0)
-    return hosts_[static_cast<std::size_t>(reader.spec.host)]->on_sample(reader, writer, sample);
-  checker_.on_delivery(reader, writer, sample);
-  const auto label = read_label(sample.payload.view());
-  const int origin = static_cast<int>(label->writer);
+void Thin::on_heard(const Reader&, const Label& label) {
+  const int origin = static_cast<int>(label.writer);
   const TimePoint now = schedule_.now();
-  const Duration age = now - checker_.ledger().published_at(origin, label->counter);
-  streams_[of_writer_.at(origin)].heard.push_back({label->counter, now, age});
+  const Duration age = now - checker_.ledger().published_at(origin, label.counter);
+  streams_[of_writer_.at(origin)].heard.push_back({label.counter, now, age});
 }
-
-void Thin::on_graph_change(int graph) {
-  for (auto& host : hosts_)
-    if (host->graph() == graph) host->on_graph_change();
-}
-
-// ---- the call
 
 void Thin::make_call() {
-  EndpointSpec spec;
-  spec.topic = "/change_state";
-  spec.type = "lifecycle_msgs/srv/ChangeState";
-  spec.node_namespace = "/";
-  spec.node_name = "worker";
-  services_.create_servant(spec);
-  spec.graph = 1;
-  spec.node_name = "caller";
-  caller_ = services_.create_caller(spec);
-  schedule_.after(4s, [this] {
-    if (!services_.is_ready(caller_)) violated("the service did not come");
-    checker_.calls().on_call(caller_);
-    const std::uint32_t number = checker_.calls().called(caller_);
-    const Label label{kCallerLabels + static_cast<std::uint32_t>(caller_), number};
-    services_.call({caller_, number}, Payload::adopt(make_message(label, 64, false)));
+  const int caller =
+      build_service("/change_state", "lifecycle_msgs/srv/ChangeState", plan_.call_takes);
+  schedule_.after(4s, [this, caller] {
+    if (!services_.is_ready(caller)) violated("the service did not come");
+    call(caller);
   });
-}
-
-void Thin::on_request(const Servant& servant, RequestKey key, const Payload& payload) {
-  if (servant.spec.host >= 0)
-    return hosts_[static_cast<std::size_t>(servant.spec.host)]->on_request(servant, key, payload);
-  const Label label = checker_.calls().on_executed(services_, servant, key, payload);
-  schedule_.after(plan_.call_takes, [this, id = servant.id, &servant, key, label] {
-    const auto answer = Payload::adopt(make_message(label, 64, false));
-    checker_.calls().on_answered(servant, label, answer);
-    services_.answer(id, key, answer);
-  });
-}
-
-void Thin::on_response(const Caller& caller, const Servant& servant, RequestKey key,
-                       const Payload& payload) {
-  if (caller.spec.host >= 0)
-    return hosts_[static_cast<std::size_t>(caller.spec.host)]->on_response(caller, key, payload);
-  checker_.calls().on_response(caller, servant, key, payload);
-  ++answers_;
-}
-
-void Thin::on_found(const Caller& caller) {
-  if (caller.spec.host >= 0) hosts_[static_cast<std::size_t>(caller.spec.host)]->on_found(caller);
-}
-
-void Thin::on_caller_gone(const Caller& caller) {
-  for (auto& host : hosts_)
-    if (host->graph() == caller.spec.graph) host->on_caller_gone(caller);
 }
 
 // ---- what is right

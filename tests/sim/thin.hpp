@@ -3,15 +3,12 @@
 // that is older than the path explains.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "sim/checker.hpp"
-#include "sim/host.hpp"
+#include "sim/small_world.hpp"
 
 namespace connect_bridge::sim {
 
@@ -40,7 +37,7 @@ struct ThinPlan {
 // One to ten publishers of states of one size, which publish 0.7 to 10 times what the path carries.
 ThinPlan make_thin(std::uint64_t seed);
 
-class Thin final : Middleware::Listener, Services::Listener {
+class Thin final : public SmallWorld {
  public:
   explicit Thin(const ThinPlan& plan, bool verbose = false);
 
@@ -63,41 +60,24 @@ class Thin final : Middleware::Listener, Services::Listener {
   [[nodiscard]] const std::vector<Stream>& streams() const { return streams_; }
   [[nodiscard]] const Coverage& coverage() const { return checker_.ledger().coverage(); }
   [[nodiscard]] int answers() const { return answers_; }
-  [[nodiscard]] std::uint64_t digest() const { return digest_.value(); }
   // 1.5 times what two messages take on a share of the path, and the way, and 100 ms.
   [[nodiscard]] Duration age_max(std::size_t bytes, std::size_t sharing) const;
   // Of what arrived from then on.
   [[nodiscard]] static Duration age_p99(const Stream& stream, TimePoint from);
 
  private:
-  void build_host(Role role, int graph, bool verbose);
+  void build_bridge(Role role, int graph, bool verbose);
   void add_flow(std::size_t index);
   void publish(std::size_t stream);
   void make_call();
 
-  void on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) override;
-  void on_graph_change(int graph) override;
-  void on_request(const Servant& servant, RequestKey key, const Payload& payload) override;
-  void on_response(const Caller& caller, const Servant& servant, RequestKey key,
-                   const Payload& payload) override;
-  void on_found(const Caller& caller) override;
-  void on_caller_gone(const Caller& caller) override;
-  void on_services_change(int graph) override { on_graph_change(graph); }
+  void on_heard(const Reader& reader, const Label& label) override;
+  void on_answer(RequestKey) override { ++answers_; }
 
   ThinPlan plan_;
-  Schedule schedule_;
-  Rng rng_;
-  Middleware middleware_;
-  Services services_;
-  Network network_;
-  Checker checker_;
-  Accounts accounts_;
-  Digest digest_;
-  std::vector<std::unique_ptr<Host>> hosts_;
   int path_ = 0;
   std::vector<Stream> streams_;
   std::map<int, std::size_t> of_writer_;  // its stream
-  int caller_ = -1;
   int answers_ = 0;
 };
 

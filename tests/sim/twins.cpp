@@ -1,6 +1,7 @@
 #include "sim/twins.hpp"
 
 #include <algorithm>
+#include <array>
 #include <sstream>
 
 #include "sim/label.hpp"
@@ -39,14 +40,6 @@ GraphPlan graph_of(const TwinPlan& plan) {
   graph.tells_origins = plan.tells_origins;
   graph.block_max = plan.block_max;
   return graph;
-}
-
-Policy everything() {
-  Rule rule;
-  rule.name = "all";
-  rule.export_topics = {std::move(Pattern::parse("/**")).value()};
-  rule.import_topics = rule.export_services = rule.import_services = rule.export_topics;
-  return Policy{{rule}};
 }
 
 // How long nothing may come after the one that feeds has ended. `back`: to the robots' graph, which
@@ -106,58 +99,39 @@ std::string TwinPlan::text() const {
 }
 
 Twins::Twins(const TwinPlan& plan, bool verbose)
-    : plan_(plan),
-      rng_(plan.seed ^ 0x7715ULL),
-      middleware_(schedule_, {graph_of(plan), graph_of(plan)}, rng_.fork(), *this),
-      services_(schedule_, middleware_, rng_.fork(), *this),
-      network_(schedule_, rng_.fork()),
-      checker_(schedule_, middleware_, network_, true) {
-  build_host(Role::kServer, 0, 0s, verbose);
-  if (plan_.two_servers) build_host(Role::kServer, 0, 0s, verbose);
+    : SmallWorld(plan.seed ^ 0x7715ULL, graph_of(plan), true), plan_(plan) {
+  build_bridge(Role::kServer, 0, 0s, verbose);
+  if (plan_.two_servers) build_bridge(Role::kServer, 0, 0s, verbose);
   const int first = static_cast<int>(hosts_.size());
-  build_host(Role::kClient, 1, kFirstStart, verbose);
-  build_host(Role::kClient, 1, kFirstStart + plan_.second_start, verbose);
-  build_path(first, 0);
-  build_path(first + 1, first - 1);
+  build_bridge(Role::kClient, 1, kFirstStart, verbose);
+  build_bridge(Role::kClient, 1, kFirstStart + plan_.second_start, verbose);
+  build_quick_path(first, 0);
+  build_quick_path(first + 1, first - 1);
   middleware_.meet(first, first + 1,
                    TimePoint{} + kFirstStart + plan_.second_start + plan_.meeting);
   streams_.push_back(make_stream("/out", 0));
   streams_.push_back(make_stream("/back", 1));
-  make_calls();
+  calls_.caller = build_service("/work", kTwinService);
   schedule_.after(kPeriod, [this] { publish(); });
-  schedule_.after(kPeriod, [this] { call(); });
+  schedule_.after(kPeriod, [this] { make_call(); });
 }
 
-void Twins::build_host(Role role, int graph, Duration start, bool verbose) {
-  HostPlan plan;
-  plan.graph = graph;
+void Twins::build_bridge(Role role, int graph, Duration start, bool verbose) {
+  HostPlan plan = plan_of(role, graph);
   plan.start = start;
   plan.graph_delay_max = 20ms;
-  plan.job_delay_max = 1ms;
-  plan.options.role = role;
   plan.options.node = "/connect" + std::to_string(hosts_.size());
-  plan.options.policy = everything();
-  plan.options.audits = true;
+  plan.options.policy = Policy{{everything()}};
   plan.options.dead_after = kDeadAfter;
   plan.options.proxy_nodes = plan_.proxies;
   plan.options.resume_for = 30s;
-  plan.options.retry_min = 100ms;
-  plan.options.retry_max = 500ms;
-  const Host::World around{schedule_, middleware_, services_, network_,
-                           checker_,  accounts_,   digest_,   verbose};
-  const int index = static_cast<int>(hosts_.size());
-  hosts_.push_back(std::make_unique<Host>(index, plan, around, rng_.fork()));
-  schedule_.after(start, [&host = *hosts_.back()] { host.start(); });
+  build_host(plan, verbose);
 }
 
-void Twins::build_path(int client, int server) {
-  Host& from = *hosts_[static_cast<std::size_t>(client)];
-  Host& to = *hosts_[static_cast<std::size_t>(server)];
+void Twins::build_quick_path(int client, int server) {
   PathPlan quick;
   quick.delay = 2ms;
-  path_of_[client] = network_.add_path(from, to, quick);
-  from.set_path(path_of_[client]);
-  checker_.ledger().add_pair({&from, &to, path_of_[client], {}, true});
+  path_of_[client] = build_path(client, server, quick);
 }
 
 Twins::Stream Twins::make_stream(const std::string& topic, int from) {
@@ -178,53 +152,14 @@ Twins::Stream Twins::make_stream(const std::string& topic, int from) {
   return stream;
 }
 
-void Twins::make_calls() {
-  EndpointSpec spec;
-  spec.topic = "/work";
-  spec.type = kTwinService;
-  spec.node_namespace = "/";
-  spec.node_name = "worker";
-  calls_.servant = services_.create_servant(spec);
-  spec.graph = 1;
-  spec.node_name = "caller";
-  calls_.caller = services_.create_caller(spec);
+void Twins::make_call() {
+  schedule_.after(kPeriod, [this] { make_call(); });
+  if (services_.is_ready(calls_.caller)) calls_.open[call(calls_.caller)] = schedule_.now();
 }
 
-void Twins::call() {
-  schedule_.after(kPeriod, [this] { call(); });
-  if (!services_.is_ready(calls_.caller)) return;
-  checker_.calls().on_call(calls_.caller);
-  const std::uint32_t number = checker_.calls().called(calls_.caller);
-  calls_.open[number] = schedule_.now();
-  const Label label{kCallerLabels + static_cast<std::uint32_t>(calls_.caller), number};
-  services_.call({calls_.caller, number}, Payload::adopt(make_message(label, 64, false)));
-}
-
-void Twins::on_request(const Servant& servant, RequestKey key, const Payload& payload) {
-  if (servant.spec.host >= 0)
-    return hosts_[static_cast<std::size_t>(servant.spec.host)]->on_request(servant, key, payload);
-  const Label label = checker_.calls().on_executed(services_, servant, key, payload);
-  const auto answer = Payload::adopt(make_message(label, 64, false));
-  checker_.calls().on_answered(servant, label, answer);
-  services_.answer(servant.id, key, answer);
-}
-
-void Twins::on_response(const Caller& caller, const Servant& servant, RequestKey key,
-                        const Payload& payload) {
-  if (caller.spec.host >= 0)
-    return hosts_[static_cast<std::size_t>(caller.spec.host)]->on_response(caller, key, payload);
-  checker_.calls().on_response(caller, servant, key, payload);
+void Twins::on_answer(RequestKey key) {
   if (calls_.first_answer == TimePoint{}) calls_.first_answer = schedule_.now();
   calls_.open.erase(static_cast<std::uint32_t>(key.number));
-}
-
-void Twins::on_found(const Caller& caller) {
-  if (caller.spec.host >= 0) hosts_[static_cast<std::size_t>(caller.spec.host)]->on_found(caller);
-}
-
-void Twins::on_caller_gone(const Caller& caller) {
-  for (auto& host : hosts_)
-    if (host->graph() == caller.spec.graph) host->on_caller_gone(caller);
 }
 
 TimePoint Twins::second_start() const {
@@ -248,14 +183,11 @@ void Twins::publish() {
   schedule_.after(kPeriod, [this] { publish(); });
 }
 
-void Twins::on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) {
-  if (reader.spec.host >= 0)
-    return hosts_[static_cast<std::size_t>(reader.spec.host)]->on_sample(reader, writer, sample);
-  checker_.on_delivery(reader, writer, sample);
+void Twins::on_heard(const Reader& reader, const Label& label) {
   for (Stream& stream : streams_) {
     if (stream.reader != reader.id) continue;
     if (stream.heard.empty()) stream.first_heard = schedule_.now();
-    const std::uint64_t counter = read_label(sample.payload.view())->counter;
+    const std::uint64_t counter = label.counter;
     const auto at = std::lower_bound(stream.heard.begin(), stream.heard.end(), counter);
     if (at == stream.heard.end() || *at != counter) {
       stream.heard.insert(at, counter);
@@ -263,11 +195,6 @@ void Twins::on_delivery(const Reader& reader, const Writer& writer, const Sample
       violated("message " + std::to_string(counter) + " of " + reader.spec.topic + " comes twice");
     }
   }
-}
-
-void Twins::on_graph_change(int graph) {
-  for (auto& host : hosts_)
-    if (host->graph() == graph) host->on_graph_change();
 }
 
 // The client that mirrors what the robots' graph publishes.

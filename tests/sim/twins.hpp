@@ -5,15 +5,12 @@
 // published.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "sim/checker.hpp"
-#include "sim/host.hpp"
+#include "sim/small_world.hpp"
 
 namespace connect_bridge::sim {
 
@@ -37,13 +34,12 @@ struct TwinPlan {
 };
 TwinPlan make_twins(std::uint64_t seed);
 
-class Twins final : Middleware::Listener, Services::Listener {
+class Twins final : public SmallWorld {
  public:
   Twins(const TwinPlan& plan, bool verbose);
 
   // Throws a Violation.
   void run();
-  [[nodiscard]] std::uint64_t digest() const { return digest_.value(); }
 
  private:
   // One publisher and one subscriber in the other graph.
@@ -55,17 +51,16 @@ class Twins final : Middleware::Listener, Services::Listener {
   };
   // A service of the robots' graph, called from the operators'.
   struct Calls {
-    int servant = 0, caller = 0;
+    int caller = 0;
     std::map<std::uint32_t, TimePoint> open;  // since when
     TimePoint first_answer{};
   };
 
-  void build_host(Role role, int graph, Duration start, bool verbose);
-  void build_path(int client, int server);
+  void build_bridge(Role role, int graph, Duration start, bool verbose);
+  void build_quick_path(int client, int server);
   Stream make_stream(const std::string& topic, int from);
-  void make_calls();
   void publish();
-  void call();
+  void make_call();
   void end_feeder();
   [[nodiscard]] TimePoint second_start() const;
   // What is published at this moment may be fed by both.
@@ -75,25 +70,10 @@ class Twins final : Middleware::Listener, Services::Listener {
   void check_calls(TimePoint from) const;
   [[nodiscard]] Host& feeder();
 
-  void on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) override;
-  void on_graph_change(int graph) override;
-  void on_request(const Servant& servant, RequestKey key, const Payload& payload) override;
-  void on_response(const Caller& caller, const Servant& servant, RequestKey key,
-                   const Payload& payload) override;
-  void on_found(const Caller& caller) override;
-  void on_caller_gone(const Caller& caller) override;
-  void on_services_change(int graph) override { on_graph_change(graph); }
+  void on_heard(const Reader& reader, const Label& label) override;
+  void on_answer(RequestKey key) override;
 
   TwinPlan plan_;
-  Schedule schedule_;
-  Rng rng_;
-  Middleware middleware_;
-  Services services_;
-  Network network_;
-  Checker checker_;
-  Accounts accounts_;
-  Digest digest_;
-  std::vector<std::unique_ptr<Host>> hosts_;
   std::map<int, int> path_of_;  // by client
   std::vector<Stream> streams_;
   Calls calls_;

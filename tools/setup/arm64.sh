@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # arm64.sh <folder> <seeds>: the core's unit tests and the simulator, compiled for arm64 by the cross compiler and run under
-# qemu. Neither needs ROS. The libraries are those of Debian's arm64 packages, unpacked into the folder and not installed.
+# qemu, and the relay's --version. None needs ROS. The libraries are those of Debian's arm64 packages, unpacked into the folder and
+# not installed. On Debian 12 only: the names of the packages are of that.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 . "$root/tools/setup/common.sh"
+(. /etc/os-release && [ "$ID $VERSION_ID" = "debian 12" ]) || die "this works on Debian 12 only: it takes the arm64 packages of that"
 for tool in aarch64-linux-gnu-g++ qemu-aarch64-static; do
   command -v "$tool" >/dev/null || die "there is no $tool: apt-get install g++-aarch64-linux-gnu qemu-user-static"
 done
@@ -15,7 +17,7 @@ libraries=(libboost1.74-dev nlohmann-json3-dev libcli11-dev googletest libssl-de
   libgtest-dev libgmock-dev libc6 libstdc++6 libgcc-s1)
 
 if ! stamp_is_fresh "$sysroot/stamp" "${libraries[*]}"; then
-  rm -rf "$sysroot"
+  rm -rf "$sysroot" "$folder/archives"
   mkdir -p "$folder/lists/partial" "$folder/archives/partial" "$sysroot"
   # Lists of their own: the system does not get another architecture.
   apt=(apt-get -q -o APT::Architecture=arm64 -o APT::Architectures=arm64 -o Dir::State::lists="$folder/lists"

@@ -55,8 +55,8 @@ std::optional<DropReason> ChannelQueue::refused(const OutMessage& message, const
   return std::nullopt;
 }
 
-bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now) const {
-  const auto bytes = waiting_bytes_ - replay_.bytes() + body_bytes;
+bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now, std::size_t gone) const {
+  const auto bytes = waiting_bytes_ - replay_.bytes() - gone + body_bytes;
   const auto first = replay_.count();  // that is limited
   if (waiting_.size() == first || bytes <= options_.queue_bytes_max) return true;
   // A burst has more room while the link moves: when its oldest has waited for kStalled the link
@@ -78,7 +78,7 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
     rejoin(apart_.size(), now);  // the order of the channel stays
     return place(std::move(message), arrival, now);
   }
-  apart_.push_back({std::move(message), arrival, now.steady});
+  apart_.push_back({std::move(message), arrival, now.steady, now.steady});
   settle(now);
   if (apart_.size() > kApartMost) rejoin(1, now);
 }
@@ -103,24 +103,34 @@ bool ChannelQueue::make_room(OutMessage& message, const Now& now) {
   if (empty()) overload_.over();       // mutant: stand_ends
   if (waiting_.size() > first) overload_.came(waiting_[first].since, now.steady);
   if (overload_.stands()) {
-    if (message.state && replace(message)) return true;  // mutant: states_replaced
-    // What is no state is not replaced; but what has waited so long is not waited for any more.
-    while (!message.state && waiting_.size() > first &&
-           now.steady - waiting_[first].since > kWaitMax)
-      drop_waiting_at(first, DropReason::kQueueTime);
+    if (message.state && replace(message, now)) return true;  // mutant: states_replaced
+    if (!message.state) drop_overdue(now);
   }
   while (options_.depth > 0 && waiting_.size() - first >= options_.depth) {
-    if (displace(message)) return true;               // mutant: turns_at_depth
+    if (displace(message, now)) return true;          // mutant: turns_at_depth
     drop_waiting_at(first, DropReason::kQueueDepth);  // mutant: depth
   }
   while (!has_room(message.body.size(), now)) drop_waiting_at(first, DropReason::kQueueBytes);
   return false;
 }
 
+// What is no state is not replaced; but what has waited so long is not waited for any more. What is
+// in a place came no earlier than the place.
+void ChannelQueue::drop_overdue(const Now& now) {
+  for (auto i = replay_.count();
+       i < waiting_.size() && now.steady - waiting_[i].since > kWaitMax;) {
+    if (now.steady - waiting_[i].came > kWaitMax) {
+      drop_waiting_at(i, DropReason::kQueueTime);
+    } else {
+      ++i;
+    }
+  }
+}
+
 // Where the link does not carry what is published, only the newest of each state waits behind the
 // message under way (docs/flow.md section 4): as many arrive, and each of them sooner. It has the
 // place of the oldest, so that publishers of one topic take turns.
-bool ChannelQueue::replace(OutMessage& message) {
+bool ChannelQueue::replace(OutMessage& message, const Now& now) {
   const auto is_older = [&](const Waiting& waiting) {
     return waiting.message.subject == message.subject && waiting.message.state == message.state;
   };
@@ -130,37 +140,37 @@ bool ChannelQueue::replace(OutMessage& message) {
     overload_.replaced();
     const bool oldest = std::none_of(waiting_.begin() + static_cast<std::ptrdiff_t>(first),
                                      waiting_.begin() + static_cast<std::ptrdiff_t>(i), is_older);
-    if (!oldest) {
+    const std::size_t gone = waiting_[i].message.body.size();
+    if (!oldest || !has_room(message.body.size(), now, gone)) {
       drop_waiting_at(i, DropReason::kNewerAvailable);
       continue;
     }
     count_dropped(waiting_[i].message, DropReason::kNewerAvailable);
-    waiting_bytes_ += message.body.size() - waiting_[i].message.body.size();
+    waiting_bytes_ += message.body.size() - gone;
     if (i == 0) front_.reset();
-    waiting_[i].message = std::move(message);
+    waiting_[i].put(std::move(message), now.steady);
     return true;
   }
   return false;
 }
 
-bool ChannelQueue::displace(OutMessage& message) {
+bool ChannelQueue::displace(OutMessage& message, const Now& now) {
   const auto is_other = [&](const Waiting& w) { return w.message.subject != message.subject; };
   const auto first = waiting_.begin() + static_cast<std::ptrdiff_t>(replay_.count());
-  if (std::none_of(first, waiting_.end(), is_other)) return false;
-  OutMessage* place = nullptr;
-  for (auto own = first; own != waiting_.end(); ++own) {
-    if (is_other(*own)) continue;
-    if (place) {
-      *place = std::move(own->message);
-    } else {
-      count_dropped(own->message, DropReason::kQueueDepth);
-      waiting_bytes_ += message.body.size() - own->message.body.size();
-      if (own == waiting_.begin()) front_.reset();
-    }
-    place = &own->message;
+  auto own = std::find_if_not(first, waiting_.end(), is_other);
+  if (own == waiting_.end() || std::none_of(first, waiting_.end(), is_other)) return false;
+  const std::size_t gone = own->message.body.size();
+  if (!has_room(message.body.size(), now, gone)) return false;
+  count_dropped(own->message, DropReason::kQueueDepth);
+  waiting_bytes_ += message.body.size() - gone;
+  if (own == waiting_.begin()) front_.reset();
+  for (auto next = own + 1; next != waiting_.end(); ++next) {
+    if (is_other(*next)) continue;
+    own->put(std::move(next->message), next->came);
+    own = next;
   }
-  if (place) *place = std::move(message);
-  return place != nullptr;
+  own->put(std::move(message), now.steady);
+  return true;
 }
 
 void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,
@@ -272,7 +282,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
 ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   auto front = std::exchange(front_, std::nullopt);
   overload_.began(waiting_.front().since, now.steady);
-  last_wait_ = now.steady - waiting_.front().since;
+  last_wait_ = now.steady - waiting_.front().came;
   Open next{take_waiting(0), 0, now.steady, {}, {}};
   replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;
@@ -312,12 +322,6 @@ OutMessage ChannelQueue::unprepared(Open open) {
   return std::move(open.message);
 }
 
-std::optional<std::uint64_t> ChannelQueue::oldest_waiting() const {
-  if (!waiting_.empty()) return waiting_.front().arrival;
-  if (!apart_.empty()) return apart_.front().arrival;
-  return std::nullopt;
-}
-
 void ChannelQueue::drop_oldest_waiting(DropReason reason) {
   if (!waiting_.empty()) return drop_waiting_at(0, reason);
   count_dropped(apart_.front().message, reason);
@@ -333,10 +337,6 @@ OutMessage ChannelQueue::take_waiting(std::size_t index) {
   return message;
 }
 
-void ChannelQueue::drop_waiting_at(std::size_t index, DropReason reason) {
-  count_dropped(take_waiting(index), reason);
-}
-
 bool ChannelQueue::take_back(Subject subject) {
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
     if (waiting_[i].message.subject != subject) continue;
@@ -349,10 +349,8 @@ bool ChannelQueue::take_back(Subject subject) {
 // Its sequence number is used up all the same, and no base has changed: an aborted message counts
 // as one that began and never ended (docs/protocol.md section 6).
 bool ChannelQueue::drop_open(DropReason reason) {
-  if (!open_) return false;
-  count_dropped(open_->message, reason);
-  open_.reset();
-  return true;
+  if (open_) count_dropped(open_->message, reason);
+  return std::exchange(open_, std::nullopt).has_value();
 }
 
 void ChannelQueue::count_dropped(const OutMessage& message, DropReason reason) {

@@ -100,7 +100,11 @@ class ChannelQueue {
                                  const Now& now);
 
   // Arrival number of the oldest message that is not yet started.
-  [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
+  [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const {
+    if (!waiting_.empty()) return waiting_.front().arrival;
+    if (!apart_.empty()) return apart_.front().arrival;
+    return std::nullopt;
+  }
   void drop_oldest_waiting(DropReason reason);
   void drop_waiting(DropReason reason) {
     while (oldest_waiting()) drop_oldest_waiting(reason);
@@ -190,7 +194,13 @@ class ChannelQueue {
   struct Waiting {
     OutMessage message;
     std::uint64_t arrival = 0;
-    TimePoint since{};
+    TimePoint since{};  // of the place: something has waited in it
+    TimePoint came{};   // the message itself, which may have displaced an older one
+
+    void put(OutMessage other, TimePoint at) {
+      message = std::move(other);
+      came = at;
+    }
   };
   struct Open {
     OutMessage message;
@@ -211,14 +221,16 @@ class ChannelQueue {
   }
   // What keeps the message out of the queue whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
-  [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
+  // `gone`: bytes of what would give way.
+  [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now, std::size_t gone = 0) const;
   // Drops what the message displaces where depth limits the channel. Whether it has taken the place
   // of an older one, and waits there now.
   bool make_room(OutMessage& message, const Now& now);
-  bool replace(OutMessage& message);
+  bool replace(OutMessage& message, const Now& now);
+  void drop_overdue(const Now& now);
   // Where others wait, too, its publisher's own oldest gives way, and its others move up: so
-  // publishers of one topic take turns. False: it has none.
-  bool displace(OutMessage& message);
+  // publishers of one topic take turns. False: it has none, or that leaves too little room.
+  bool displace(OutMessage& message, const Now& now);
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin(const Now& now);
   // All of it was handed out.
@@ -232,12 +244,14 @@ class ChannelQueue {
   void rejoin(std::size_t count, const Now& now);
   // Puts a message that is counted where it waits for its turn.
   void place(OutMessage message, std::uint64_t arrival, const Now& now);
-  void drop_waiting_at(std::size_t index, DropReason reason);
+  void drop_waiting_at(std::size_t index, DropReason reason) {
+    count_dropped(take_waiting(index), reason);
+  }
   // Takes the message at `index` out of what waits.
   OutMessage take_waiting(std::size_t index);
   void enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {
     waiting_bytes_ += message.body.size();
-    waiting_.push_back({std::move(message), arrival, now.steady});
+    waiting_.push_back({std::move(message), arrival, now.steady, now.steady});
   }
   void count_queued(const OutMessage& message) {
     ++counts_.queued;

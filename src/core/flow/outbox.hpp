@@ -128,7 +128,10 @@ class Outbox {
   // Estimated bytes per second that path and cap let pass; 0: not known.
   [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
   // In place of OutboxOptions::bytes_per_second_max.
-  void set_cap(std::uint64_t bytes_per_second) { cap_ = LinkCap(bytes_per_second); }
+  void set_cap(std::uint64_t bytes_per_second) {
+    const LinkCap cap(bytes_per_second);
+    if (cap.rate() != cap_.rate()) cap_ = cap;
+  }
   // A packet has arrived: its acknowledgements count against the cap.
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 

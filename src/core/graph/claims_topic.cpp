@@ -48,12 +48,15 @@ Duration ClaimsTopic::period_of(std::size_t bytes) const {
   return shortest * static_cast<std::int64_t>(1 + bytes / kPeriodBytes);
 }
 
+bool ClaimsTopic::is_due(const Now& now) const {
+  return (changed_ && changes_at() <= now.steady) ||
+         repeat_at() <= now.steady;  // mutant: claims_repeat
+}
+
 bool ClaimsTopic::take_due(const Now& now) {
   // A change that comes too soon after many others is not lost: `changed_` stays until the pace
   // allows a claim, which then names all changes (docs/protocol.md section 14, rule 2).
-  const bool due = (changed_ && changes_at() <= now.steady) ||
-                   repeat_at() <= now.steady;  // mutant: claims_repeat
-  if (!due || !pace_.take(now.steady)) return false;
+  if (!is_due(now) || !pace_.take(now.steady)) return false;
   changed_ = false;
   return true;
 }

@@ -19,8 +19,10 @@ class ClaimsTopic {
 
   // What this side mirrors has changed.
   void change() { changed_ = true; }
-  // Whether a claim is due, because of a change or as a sign of life: then the caller publishes it.
-  // A claim names all that is mirrored, so many changes are published together.
+  // Whether a claim is due, because of a change or as a sign of life.
+  [[nodiscard]] bool is_due(const Now& now) const;
+  // The same, and it is at the pace that is allowed: then the caller publishes it. A claim names
+  // all that is mirrored, so many changes are published together.
   [[nodiscard]] bool take_due(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
   // This process stood still for longer than its last claim was good for, beside another bridge:

@@ -41,8 +41,11 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
     if (topic.name == kClaimsTopic) continue;
     if (!bridges.empty()) {
       const auto of_bridge = [&](const Endpoint& e) { return bridges.own(e); };
-      for (const auto& publisher : topic.publishers)
-        if (of_bridge(publisher)) bridge_publishers_.insert(publisher.gid);
+      for (const auto& publisher : topic.publishers) {
+        if (!of_bridge(publisher)) continue;
+        bridge_publishers_.insert(publisher.gid);
+        brought_.insert({topic.name, topic.type});
+      }
       std::erase_if(topic.publishers, of_bridge);
       std::erase_if(topic.subscribers, of_bridge);
     }
@@ -80,6 +83,10 @@ bool GraphView::hide(const std::unordered_set<Gid>& mirrors) {
   if (!any) return false;
   for (const Gid& gid : mirrors)
     if (publishers_.contains(gid)) bridge_publishers_.insert(gid);
+  for (const auto& [key, topic] : topics_)
+    if (std::any_of(topic.publishers.begin(), topic.publishers.end(),
+                    [&](const Endpoint& e) { return mirrors.contains(e.gid); }))
+      brought_.insert(key);
   remove(mirrors);
   return true;
 }

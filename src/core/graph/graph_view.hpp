@@ -70,6 +70,8 @@ class GraphView {
   [[nodiscard]] const std::unordered_set<Gid>& bridge_publishers() const {
     return bridge_publishers_;
   }
+  // Another bridge publishes this topic: it brings it from another graph.
+  [[nodiscard]] bool is_brought(const TopicKey& key) const { return brought_.contains(key); }
   // Publishers of the claims topic: the other bridges in this graph.
   [[nodiscard]] const std::unordered_set<Gid>& bridges() const { return bridges_; }
 
@@ -79,6 +81,7 @@ class GraphView {
   std::vector<CalledService> called_;
   std::unordered_set<Gid> publishers_;
   std::unordered_set<Gid> bridge_publishers_;
+  std::set<TopicKey> brought_;
   std::unordered_set<Gid> bridges_;
 };
 

@@ -115,6 +115,7 @@ struct Account {
   InflationPace inflation{1};
   // `accepts` of all links together; after a restart many links come at once.
   Pace accepts{160, std::chrono::seconds(1)};
+  Pace asks{64, std::chrono::milliseconds(100)};  // that are answered, of all links together
   Pace withdrawals;   // of one link: each has a copy of it, as it is at the start
   Pace attaches;      // those that create a client, which takes the middleware about a millisecond
   Pace demands;       // that ended

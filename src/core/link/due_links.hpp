@@ -30,13 +30,17 @@ class DueLinks {
     ready_.erase(connection);
     later_.erase(connection);
   }
-  // What it has to send waits for what others do: it is ready again after the next input. Since
-  // when it waits.
+  // What it has to send waits for what others do: it is ready again with the next look_again().
+  // Since when it waits.
   TimePoint later(ConnectionId connection, TimePoint now) {
     return later_.try_emplace(connection, now).first->second;
   }
   void not_later(ConnectionId connection) { later_.erase(connection); }
-  void look_again() {
+  // After each input. `others`: others still do something; then it is not done each time, because
+  // an input is short, and this costs as much as many wait.
+  void look_again(bool others, TimePoint now) {
+    if (others && now < looked_again_ + kLookAgain) return;
+    looked_again_ = now;
     for (const auto& [connection, since] : later_) ready_.insert(connection);
   }
   std::optional<ConnectionId> take_ready() { return take(ready_); }
@@ -52,6 +56,8 @@ class DueLinks {
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
 
  private:
+  static constexpr Duration kLookAgain = std::chrono::milliseconds(1);
+
   template <class Id>
   static std::optional<Id> take(std::set<Id>& from) {
     if (from.empty()) return std::nullopt;
@@ -61,6 +67,7 @@ class DueLinks {
   std::set<LinkId> marked_;
   std::set<ConnectionId> ready_;
   std::map<ConnectionId, TimePoint> later_;
+  TimePoint looked_again_{};
   Timers<LinkId> timers_;
 };
 

@@ -29,7 +29,8 @@ class LinkLife {
  public:
   // `resume_for`: how long what a lost connection loses is kept; zero: not at all.
   explicit LinkLife(Duration resume_for) : resume_for_(resume_for) {}
-  // For breaks that begin from now on.
+  // For breaks that begin from now on, and for what has come back from one; at zero nothing goes on
+  // any more after the break under way.
   void set_resume_for(Duration resume_for) { resume_for_ = resume_for; }
 
   // ---- transitions

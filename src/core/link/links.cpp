@@ -213,7 +213,8 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
     user_.on_link_forgotten(link, now);
   carrying_.emplace(connection->id(), &link);
   link.opened(std::move(connection), now);
-  link.mark();
+  // The limit may have changed while it logged in.
+  link.sending().set_cap(options_.outbox.bytes_per_second_max);
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection()->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
   const std::string& name = link.login.identity().name;
@@ -281,7 +282,7 @@ void Links::on(NetworkChanged& changed, const Now& now) {
 
 bool Links::settle(const Now& now) {
   bool any = false;
-  due_.look_again();
+  due_.look_again(!turns_.empty(), now.steady);
   while (const auto id = due_.take_marked()) {
     const auto found = links_.find(*id);
     if (found == links_.end()) continue;  // it was forgotten

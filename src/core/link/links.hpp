@@ -110,7 +110,7 @@ class Links {
   void end(Link& link, const Now& now);  // it is dead
   void close_failed(Link& link, const Now& now);
   // Whether what the link has to send waits for packets that have come from those who have used
-  // less of the loop's time. It is ready again after the next input.
+  // less of the loop's time. It is ready again soon.
   [[nodiscard]] bool sends_later(const Connection& connection, const LoopTime& payer,
                                  const Now& now) {
     if (connection.may_wait() &&  // mutant: packets_later

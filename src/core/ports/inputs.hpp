@@ -237,8 +237,9 @@ struct PolicyChanged {
 // Of links that there are, too.
 struct LimitsChanged {
   std::uint64_t link_bytes_per_second_max = 0;  // OutboxOptions::bytes_per_second_max
-  Duration resume_for{};                        // of a break that begins from now on
-  std::uint64_t resume_bytes_max = 0;           // the same
+  // Of a break that begins from now on. At zero nothing goes on after the one under way, either.
+  Duration resume_for{};
+  std::uint64_t resume_bytes_max = 0;  // of a link that is lost from now on
 };
 // Close everything orderly; the actions end with Stopped when all connections have been closed.
 struct StopRequested {};

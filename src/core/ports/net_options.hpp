@@ -25,8 +25,6 @@ struct TlsOptions {
   // The authorities to trust. Empty: for a client the system's authorities; a server wants no
   // certificate of clients, else every client must show one.
   std::string ca_file{};
-  // Client: name or address in the server's certificate; empty: the URL's host.
-  std::string server_name{};
   // Client: SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With
   // pins and without `ca_file` the key alone decides: name, dates and authority are not checked.
   // Behind a pin may stand whom such a server is for rules: see Pin.
@@ -68,6 +66,8 @@ struct RelayOptions {
   TlsOptions tls;                        // `ca_file` and `pins` of the relay
   std::function<std::string()> token{};  // read at each login; empty: there is none now
   std::string code{};                    // of the relay's line, for the first login; may be empty
+  // Called at the first welcome there; what is wrong, or nothing. May be empty.
+  std::function<std::string()> keep{};
 };
 
 struct ListenOptions {

@@ -1,4 +1,4 @@
-// Collects the actions of the parts of a side and who pays for them, and gives out new ids.
+// Collects the actions of the parts of a side, who pays for them, and what follows; gives out ids.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/follow_ups.hpp"
 #include "core/base/tell_once.hpp"
 #include "core/ports/actions.hpp"
 #include "core/ports/payer.hpp"
@@ -42,6 +43,11 @@ class Outputs {
 
   void push(Action action) { actions_.emplace_back(std::move(action), payer_); }
   void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
+  // To be done by the side once the input is handled.
+  void follow_up(FollowUp what) { follow_ups_.add(what); }
+  // The first one that is to be done now, if it is not behind `last`.
+  std::optional<FollowUp> take_follow_up(FollowUp last) { return follow_ups_.take(last); }
+
   // For what comes back as often as its cause does, and for what several parts say alike.
   void log_once(LogLevel level, const std::string& text) { log_once(told_, level, text); }
   // What was logged once that is not of one identity.
@@ -83,6 +89,7 @@ class Outputs {
   std::deque<std::pair<Action, Payer>> actions_;
   Payer payer_;                // of what is done now
   std::vector<Payer> paying_;  // each once
+  FollowUps follow_ups_;
   TellOnce told_;
   bool audits_ = false;
   std::uint64_t last_subscription_ = 0;

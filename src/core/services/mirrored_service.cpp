@@ -92,12 +92,12 @@ TimePoint MirroredService::claim(const Now& now) {
       claiming_.want({*mirroring_.graph_since + kServiceDiscovery,
                       mirroring_.beside_bridges() ? kServiceSettle : Duration::zero()},
                      now);
-  if (claimed != claiming_.holds()) mirroring_.claim_changed = true;
+  if (claimed != claiming_.holds()) mirroring_.outputs.follow_up(FollowUp::kClaim);
   return settled;
 }
 
 void MirroredService::give_up_claim() {
-  if (claiming_.holds()) mirroring_.claim_changed = true;
+  if (claiming_.holds()) mirroring_.outputs.follow_up(FollowUp::kClaim);
   claiming_.give_up();
 }
 

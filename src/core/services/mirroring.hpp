@@ -38,7 +38,6 @@ struct Mirroring : SideView {
   std::unordered_map<ServiceMirrorId, MirroredService*> by_mirror{};
   std::optional<TimePoint> graph_since{};  // of the first graph; no mirror right after it
   std::optional<TimePoint> settles_at{};   // when the first claim without a mirror has settled
-  bool claim_changed = false;
 
   ~Mirroring();
   // Updates the service (MirroredService::update); one that nobody offers any longer is destroyed.

@@ -46,7 +46,7 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
   servers_ = std::move(servers);
   if (!replaced) return end_lost(now);  // mutant: server_replaced
   end(now);
-  serving_.offers_due = true;  // as a new channel
+  serving_.outputs.follow_up(FollowUp::kOffers);  // as a new channel
 }
 
 void RealService::end(const Now& now) {
@@ -61,7 +61,7 @@ void RealService::forget_ended() {
   const auto ended = std::erase_if(attachments_, [](const auto& entry) {
     return !entry.second.is_offered() && entry.second.is_idle();
   });
-  if (ended > 0) serving_.offers_due = true;
+  if (ended > 0) serving_.outputs.follow_up(FollowUp::kOffers);
 }
 
 void RealService::end_attachments(const Now& now) {
@@ -120,7 +120,7 @@ void RealService::on_link_dead(LinkId link, const Now& now) {
 // keep theirs: a peer that uses up its numbers ends no calls but its own.
 void RealService::renew(LinkId link, const Now& now) {
   on_link_dead(link, now);
-  serving_.offers_due = true;
+  serving_.outputs.follow_up(FollowUp::kOffers);
 }
 
 // ---- the client
@@ -157,8 +157,9 @@ void RealService::release_client() {
 // subscribed as long as that (Exports::hold_action).
 void RealService::note_action_use(bool on) {
   const auto part = part_of_action(InterfaceKind::kService, key().first, key().second);
-  if (part && part->part == ActionPart::kSendGoal)
-    serving_.action_uses.push_back({std::string(part->action), on});
+  if (!part || part->part != ActionPart::kSendGoal) return;
+  serving_.action_uses.push_back({std::string(part->action), on});
+  serving_.outputs.follow_up(FollowUp::kActions);
 }
 
 void RealService::on(const ServiceReady& ready, const Now& now) {
@@ -168,7 +169,7 @@ void RealService::on(const ServiceReady& ready, const Now& now) {
   // 9.2).
   if (!ready.ready) {
     end(now);
-    serving_.offers_due = true;
+    serving_.outputs.follow_up(FollowUp::kOffers);
     return;
   }
   ready_ = true;

@@ -28,8 +28,7 @@ class ServiceExports {
   void go_on(const Now& now);
   // Adds the services that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
-  // True once after a service has to be offered again without a change from outside.
-  bool take_offers_due() { return std::exchange(serving_.offers_due, false); }
+  // Which actions peers use since this was called last, or do not any longer.
   std::vector<ActionUse> take_action_uses() { return std::exchange(serving_.action_uses, {}); }
 
   // The connection is gone: calls go on, answers wait for the link's return.

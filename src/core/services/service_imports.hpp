@@ -43,9 +43,7 @@ class ServiceImports {
   void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   void on_time(const Now& now);
 
-  // The entries of our own claim for the services mirrored here. take_claim_change(): true once
-  // after every change.
-  bool take_claim_change() { return std::exchange(mirroring_.claim_changed, false); }
+  // The entries of our own claim for the services mirrored here.
   void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;

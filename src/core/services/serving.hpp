@@ -52,7 +52,6 @@ struct Serving : SideView {
   std::map<LinkId, ServedLoad> loads{};
   std::unordered_map<ServiceClientId, RealService*> by_client{};
   std::vector<ActionUse> action_uses{};  // changes that were not taken yet
-  bool offers_due = false;               // something is to be offered again
 
   // Begins the calls whose turn it is. To be called after everything that may free a place.
   void begin_calls(const Now& now);

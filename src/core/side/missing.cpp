@@ -12,11 +12,14 @@ constexpr Duration kFirstLook = seconds(3);  // after a link was opened
 constexpr Duration kChangeTime = std::chrono::milliseconds(500);
 constexpr Duration kLooksPeriod = seconds(1);
 constexpr Duration kPeriodOfLink = std::chrono::milliseconds(100);
+constexpr std::size_t kFirstLooksSpread = 50;
 constexpr Duration kAgain = seconds(10);  // while somebody wants something
 constexpr Duration kLasting = seconds(3);
 constexpr Duration kLinesPeriod = seconds(30);
 constexpr std::size_t kNamesInLine = 8;
 constexpr std::size_t kAnswersMax = 2 * kAskedMax;  // names that the peer is asked for
+
+constexpr std::string_view kLater = "later";  // the answer to who asks too much
 
 bool is_same(const MissingName& a, const MissingName& b) {
   return a.kind == b.kind && a.exported == b.exported && a.name == b.name && a.type == b.type &&
@@ -72,11 +75,14 @@ void Missing::on_peer_rules(const Link& link, const Now& now) {
   on_change(now);
 }
 
-// The first look is later than the peer's first round of offers.
+// The first look is later than the peer's first round of offers. After a restart many links come at
+// once, and have theirs one after the other.
 void Missing::on_link_open(const Link& link, const Now& now) {
   OfLink& of_link = of_links_.try_emplace(link.id).first->second;
-  of_link.looked_at = now.steady + kFirstLook - looks_period();
-  look_at(link.id, of_link, now.steady + kFirstLook);
+  const auto others = static_cast<int>((of_links_.size() - 1) % kFirstLooksSpread);
+  const TimePoint first = now.steady + kFirstLook + kPeriodOfLink * others;
+  of_link.looked_at = first - looks_period();
+  look_at(link.id, of_link, first);
 }
 
 std::optional<LinkId> Missing::take_due(const Now& now) {
@@ -89,9 +95,10 @@ void Missing::look(Link& link, const std::vector<Wish>& wanted, LinkPicture pict
                    const Now& now) {
   OfLink& of_link = of_links_.at(link.id);
   of_link.looked_at = now.steady;
-  std::erase_if(of_link.answers, [&](const auto& answer) {
-    return std::find(wanted.begin(), wanted.end(), answer.first) == wanted.end();
-  });
+  Answers still;
+  for (const Wish& wish : wanted)
+    if (auto answer = of_link.answers.extract(wish)) still.insert(std::move(answer));
+  of_link.answers = std::move(still);
   picture.answers = of_link.answers;
   auto found = find_missing(wanted, side_, link, picture);
   of_link.further = found.further;
@@ -142,8 +149,10 @@ Result<Nothing> Missing::on_ask(Link& link, const Ask& ask, const Now& now) {
   const auto of_link = of_links_.find(link.id);
   if (of_link == of_links_.end() || !of_link->second.asked.take(now.steady))
     return Error{CloseCode::kTooLarge, "asks for names too often"};
+  const bool pays = link.account->asks.take(now.steady);  // its identity may have many links
   Answered answer;
-  for (const AskedName& asked : ask.names) answer.codes.emplace_back(answer_to(side_, link, asked));
+  for (const AskedName& asked : ask.names)
+    answer.codes.emplace_back(pays ? answer_to(side_, link, asked) : kLater);
   link.send(answer);
   return Nothing{};
 }
@@ -156,7 +165,10 @@ Result<Nothing> Missing::on_answer(Link& link, const Answered& answer, const Now
   OfLink& of_link = at->second;
   if (of_link.answers.empty()) of_link.asks_again = now.steady + kAgain;
   const auto asked = std::exchange(of_link.under_way, {});
-  for (std::size_t i = 0; i < asked.size(); ++i) of_link.answers[asked[i]] = answer.codes[i];
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    std::string& known = of_link.answers[asked[i]];
+    if (known.empty() || answer.codes[i] != kLater) known = answer.codes[i];
+  }
   look_at(link.id, of_link, std::max(now.steady, of_link.looked_at + looks_period()));
   return Nothing{};
 }

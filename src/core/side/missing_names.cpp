@@ -148,16 +148,20 @@ class Search {
 };
 
 std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_name) const {
-  PolicyTrace trace;
   const Interface what{wish.kind, wire_name, wish.type, action_type_of(wish)};
   const Direction direction = wish.exported ? Direction::kExport : Direction::kImport;
-  if (side_.policy.decide(direction, what, link_.login.identity(), &trace)) return std::nullopt;
+  const Identity& who = link_.login.identity();
+  if (side_.policy.decide(direction, what, who)) return std::nullopt;
+  // A reason costs as much as there are rules, and what is left out needs none.
+  PolicyTrace trace;
+  if (found_.names.size() < MissingName::kMissingMax)
+    static_cast<void>(side_.policy.decide(direction, what, who, &trace));
   return why_forbidden(trace);
 }
 
 std::optional<Why> Search::declined(const Wish& wish) const {
   for (const auto& [number, offer] : link_.declined())
-    if (offer.kind == wish.kind && offer.key == std::pair(wish.name, wish.type))
+    if (offer.kind == wish.kind && offer.key.first == wish.name && offer.key.second == wish.type)
       return Why{MissingReason::kDeclined, "", "declined here: " + offer.reason};
   return std::nullopt;
 }
@@ -261,7 +265,7 @@ std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims) {
   std::vector<Wish> imports, exports;
   for (const auto& [key, topic] : graph.topics()) {
     if (!may_be_wished(InterfaceKind::kTopic, key.first, key.second)) continue;
-    if (topic.publishers.empty() && imports.size() < kWishesMax)
+    if (topic.publishers.empty() && !graph.is_brought(key) && imports.size() < kWishesMax)
       imports.push_back({InterfaceKind::kTopic, false, key.first, key.second});
     if (topic.subscribers.empty() && exports.size() < kWishesMax)
       exports.push_back({InterfaceKind::kTopic, true, key.first, key.second});

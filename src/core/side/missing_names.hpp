@@ -15,8 +15,8 @@
 namespace connect_bridge {
 
 // Something that a node here wants of other graphs: a topic that it subscribes and nobody here
-// publishes, a service that it has a client of and nobody here serves, a topic that it publishes
-// and nobody here subscribes.
+// publishes or brings, a service that it has a client of and nobody here serves, a topic that it
+// publishes and nobody here subscribes.
 struct Wish {
   InterfaceKind kind = InterfaceKind::kTopic;  // kTopic, kService
   bool exported = false;

@@ -32,23 +32,16 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
+  outputs_.follow_up(FollowUp::kClaim);  // it is the first word, also if it names nothing
 }
 
 void Side::handle(Input input, const Now& now) {
   outputs_.begin_step();
   if (stopping_) return;
-  if (!started_) start(now);
+  if (!std::exchange(started_, true)) links_.dial_if_due(now);
   if (claims_topic_.has_lapsed(now)) service_imports_.on_lapse(now);  // mutant: claims_lapse
   std::visit([&](auto& i) { on(i, now); }, input);
   if (!stopping_) settle(now);
-}
-
-void Side::start(const Now& now) {
-  started_ = true;
-  publish_claim(now);
-  imports_.take_claim_change();
-  service_imports_.take_claim_change();
-  links_.dial_if_due(now);
 }
 
 // One input may change the demand for many channels, the use of actions, and the offers: messages
@@ -57,17 +50,23 @@ void Side::start(const Now& now) {
 // connection fails; it ends, as each failure removes one.
 void Side::settle(const Now& now) {
   do {
-    if (std::exchange(rights_changed_, false)) recheck_rights(now);
-    imports_.send_demands();
-    hold_actions(now);
-    const bool topics_due = exports_.take_offers_due();
-    if (service_exports_.take_offers_due() || topics_due) send_offers(now);
+    while (const auto what = outputs_.take_follow_up(FollowUp::kOffers)) follow(*what, now);
   } while (links_.settle(now));
-  if (std::exchange(clock_due_, false)) follow_clock();
-  if (imports_.take_claim_change()) claims_topic_.change();
-  if (service_imports_.take_claim_change()) claims_topic_.change();
-  if (clock_publisher_.take_claim_change()) claims_topic_.change();
-  if (claims_topic_.take_due(now)) publish_claim(now);
+  while (const auto what = outputs_.take_follow_up(FollowUp::kClaim)) follow(*what, now);
+}
+
+void Side::follow(FollowUp what, const Now& now) {
+  switch (what) {
+    case FollowUp::kRights: return recheck_rights(now);
+    case FollowUp::kDemands: return imports_.send_demands();
+    case FollowUp::kActions: return hold_actions(now);
+    case FollowUp::kOffers: return send_offers(now);
+    case FollowUp::kClock: return follow_clock();
+    case FollowUp::kClaim:
+      claims_topic_.change();
+      if (claims_topic_.take_due(now)) publish_claim(now);
+      return;
+  }
 }
 
 void Side::follow_clock() {
@@ -120,7 +119,7 @@ void Side::on(MessageTaken& input, const Now& now) {
 
 // What other bridges of this graph mirror has changed.
 void Side::on_claims(const Now& now) {
-  clock_due_ = true;
+  outputs_.follow_up(FollowUp::kClock);
   if (local_.on_claims()) exports_.on_graph(now);
   update_exports(now);
   imports_.on_claims(links_.all(), now);
@@ -163,7 +162,7 @@ Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {
 
 void Side::on_identity_changed(Link& link, const Now& now) {
   tell_rights(link, now);
-  rights_changed_ = true;  // mutant: groups_change
+  outputs_.follow_up(FollowUp::kRights);  // mutant: groups_change
   if (clock_from_ == link.id && !may_give_time(link)) {
     end_time_of_peer(now);
   } else if (!clock_from_ && link.open()) {
@@ -204,6 +203,7 @@ void Side::on(TimePassed&, const Now& now) {
   look_for_missing(now);
   clock_publisher_.on_time(outputs_, local_.claims, now);
   links_.dial_if_due(now);
+  if (claims_topic_.is_due(now)) outputs_.follow_up(FollowUp::kClaim);
 }
 
 std::optional<TimePoint> Side::next_deadline() const {
@@ -248,7 +248,7 @@ void Side::end_time_of_peer(const Now& now) {
 }
 
 void Side::on_link_lost(Link& link, const Now& now) {
-  clock_due_ = true;
+  outputs_.follow_up(FollowUp::kClock);
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.life.may_return()) exports_.keep(link, now);
@@ -307,7 +307,7 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
 // Rights are checked link by link, and no call starts before all are checked. Services come first:
 // a topic that they release is then not subscribed again. Calls of lost connections too.
 void Side::recheck(const std::vector<Link*>& links, const Now& now) {
-  clock_due_ = true;
+  outputs_.follow_up(FollowUp::kClock);
   missing_.on_change(now);
   service_exports_.hold();
   for (Link* link : links) service_exports_.review(*link, now);

@@ -137,11 +137,11 @@ class Side final : private LinkUser {
   void on_link_forgotten(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;
 
-  void start(const Now& now);
   [[nodiscard]] bool may_give_time(const Link& link) const;
   void take_time_of(Link& link, const Now& now);
   void end_time_of_peer(const Now& now);
   void settle(const Now& now);
+  void follow(FollowUp what, const Now& now);
   void follow_clock();
   void hold_actions(const Now& now);
   void publish_claim(const Now& now);
@@ -179,9 +179,7 @@ class Side final : private LinkUser {
   ClaimsTopic claims_topic_;
   bool started_ = false;
   bool stopping_ = false;
-  bool rights_changed_ = false;
   bool follows_clock_ = false;
-  bool clock_due_ = false;  // whether it is to be followed may have changed
 };
 
 }  // namespace connect_bridge

@@ -29,7 +29,7 @@ void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now
   qos.depth = 10;
   outputs.push(CreateMirror{mirror_, topic, kClockType, "", qos, "", true});
   claimed_ = service_gid("time on " + topic);  // no service has such a name
-  claim_changed_ = true;
+  outputs.follow_up(FollowUp::kClaim);
   next_ = now.steady;
   // The link was dead: what its peer's clock did before says nothing about now.
   sample_.reset();
@@ -39,7 +39,7 @@ void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now
 
 void ClockPublisher::stop(Outputs& outputs) {
   if (mirror_) outputs.push(DestroyMirror{mirror_});
-  if (mirror_) claim_changed_ = true;
+  if (mirror_) outputs.follow_up(FollowUp::kClaim);
   mirror_ = {};
 }
 

@@ -34,8 +34,7 @@ class ClockPublisher {
   void on_time(Outputs& outputs, const Claims& claims, const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
-  // The entry of our own claim for it. take_claim_change(): true once after every change.
-  [[nodiscard]] bool take_claim_change() { return std::exchange(claim_changed_, false); }
+  // The entry of our own claim for it.
   void add_mirrored(Claim& claim) const;
 
  private:
@@ -48,7 +47,6 @@ class ClockPublisher {
   Duration period_;
   MirrorId mirror_;
   Gid claimed_;  // what stands for it in a claim
-  bool claim_changed_ = false;
   TimePoint next_{};
   std::optional<Sample> sample_;
   double rate_ = 1.0;

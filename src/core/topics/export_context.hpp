@@ -31,7 +31,6 @@ struct ExportContext : SideView {
   FarListeners listeners{*this};
   SubscribedNames names{};
   Pace subscriptions{10, std::chrono::milliseconds(1)};  // that are made
-  bool offers_due = false;                               // what is offered is to be looked at again
 
   // Another bridge's mirror. One with our node's name is not in our view of the graph, but in its
   // claim.

@@ -10,6 +10,9 @@
 namespace connect_bridge {
 namespace {
 
+// The first sample of a publisher arrives within this time, unless it was kept.
+constexpr Duration kFirstTime = std::chrono::seconds(2);
+
 // Whether a local endpoint has the topic's name with another type.
 bool has_other_type(const GraphView& graph, const TopicKey& topic) {
   const auto& topics = graph.topics();
@@ -63,7 +66,7 @@ void ExportedTopic::on_type_hash(const TopicState& state, const Now& now) {
 }
 
 void ExportedTopic::offer_closed_again() {
-  if (offers_.erase_closed()) context_.offers_due = true;
+  if (offers_.erase_closed()) context_.outputs.follow_up(FollowUp::kOffers);
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
@@ -74,7 +77,7 @@ void ExportedTopic::remove_vanished(const Now& now) {
   for (auto& [link, offer] : offers_) {
     if (origins_.empty()) {
       // What found no place on this link may have this one's.
-      context_.offers_due = context_.offers_due || !offer.link().may_offer();
+      if (!offer.link().may_offer()) context_.outputs.follow_up(FollowUp::kOffers);
       offer.withdraw({"it has no publisher any longer"});
     } else {
       offer.remove_origins(removed);
@@ -147,7 +150,7 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   if (offer.demanded() && subscribed) send_history(offer, now);                   // mutant: history
   const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
   for (const auto& sample : all_early)
-    if (!kept && offer.admit(sample, TopicOffer::Age::kNew, now))
+    if ((!kept || offer.is_live()) && offer.admit(sample, TopicOffer::Age::kNew, now))
       offers_.send_to(offer, sample, now);
 }
 
@@ -323,9 +326,12 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, co
   if (subscription_qos_.durability == Durability::kTransientLocal) {
     if (!Origins::is_new(origin, taken)) return offers_.drop(DropReason::kDuplicate, 1);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
-    // The first one of a publisher that comes later counts as kept, too: it may be the only one.
-    const bool may_be_kept = taken.stamp < subscribed_at_ || origin.kept == 0;
-    if (may_be_kept && Origins::was_kept(origin, history_depth())) age = TopicOffer::Age::kKept;
+    // The first one of a publisher that comes later nearly counts as kept, too: it may be the only
+    // one. If it comes much later than it was published, it was kept.
+    const bool is_older = taken.stamp < subscribed_at_;
+    const bool is_new = !is_older && taken.stamp > now.system - kFirstTime.count();
+    if ((is_older || origin.kept == 0) && Origins::was_kept(origin, history_depth()))
+      age = is_new ? TopicOffer::Age::kFirst : TopicOffer::Age::kKept;
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   read(sample, at);
@@ -333,7 +339,8 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, co
   const bool promised =
       origin.qos.reliability == Reliability::kReliable;  // mutant: best_effort_kept
   sample.reliable = promised && may_resume(subscription_qos_);
-  keep_early(sample, now);
+  // What was kept comes with the history to those who want it, and is not new to the others.
+  if (age != TopicOffer::Age::kKept) keep_early(sample, now);
   if (sample.reliable) {
     backlogs_.add(sample, now);
   } else if (promised) {

@@ -25,8 +25,6 @@ class Exports {
   void review(const Link& link, const Now& now);
   // Adds the topics that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
-  // Whether offers are due since this was called last.
-  [[nodiscard]] bool take_offers_due() { return std::exchange(context_.offers_due, false); }
   // The connection is about to be lost, and another one may follow: keeps what is to be resumed on
   // that.
   void keep(const Link& link, const Now& now);

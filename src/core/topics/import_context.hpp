@@ -18,7 +18,6 @@ struct ImportContext : SideView {
   const TopicOptions& options;
 
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
-  bool claim_changed = true;               // the first claim is made even when it is empty
   Timers<Mirror*> timers{};
   Timers<OfferedTopic*> held{};  // messages that a rate holds back
   // When topics look again whether there are mirrors for origins that they have left out.

@@ -126,7 +126,7 @@ void Imports::on_mirror_made(const MirrorMade& made) {
   if (it == context_.made.end()) return;
   if (it->second.gid == Gid{} && made.gid != Gid{}) named_.insert(made.gid);
   it->second.gid = made.gid;
-  context_.claim_changed = true;
+  context_.outputs.follow_up(FollowUp::kClaim);
 }
 
 void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {

@@ -46,8 +46,7 @@ class Imports {
 
   // Sends the demands that changed, one message per link and direction.
   void send_demands();
-  // The origins mirrored here, and the mirrors, for our own claim; true once after every change.
-  bool take_claim_change() { return std::exchange(context_.claim_changed, false); }
+  // The origins mirrored here, and the mirrors, for our own claim.
   void add_mirrored(Claim& claim, const Now& now);
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {

@@ -167,13 +167,13 @@ bool Mirror::has_settled(const Now& now) {
       claiming_.want({*context_.graph_since + kTopicDiscovery,
                       context_.beside_bridges() ? kTopicSettle : Duration::zero()},
                      now);
-  if (claimed != claiming_.holds()) context_.claim_changed = true;
+  if (claimed != claiming_.holds()) context_.outputs.follow_up(FollowUp::kClaim);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
   return settled <= now.steady;
 }
 
 void Mirror::give_up_claim() {
-  if (claiming_.holds()) context_.claim_changed = true;
+  if (claiming_.holds()) context_.outputs.follow_up(FollowUp::kClaim);
   claiming_.give_up();
   settles_.cancel();
 }
@@ -222,7 +222,7 @@ void Mirror::create(const Now& now) {
   context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
                                      context_.graph_options.owner_of(origin_.node, names),
                                      any_definition_});
-  context_.claim_changed = true;
+  context_.outputs.follow_up(FollowUp::kClaim);
   warn_incompatible(now);
 }
 
@@ -244,7 +244,7 @@ void Mirror::vanish(bool exists) {
   pauses_.cancel();
   kept_.release();
   unnamed_.cancel();
-  context_.claim_changed = true;
+  context_.outputs.follow_up(FollowUp::kClaim);
 }
 
 void Mirror::drop_first() {

@@ -58,7 +58,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
     if (link_.account->told.first("no more mirrors"))
       context_.outputs.log(LogLevel::kWarn,
                            "no more mirrors for " + link_.label() + ", first on " + key_.first +
-                               " (mirrors_max, too many of a topic, or what others leave)");
+                               " (too many of this peer or of a topic, or what others leave)");
     return;
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice

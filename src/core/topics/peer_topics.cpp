@@ -72,6 +72,7 @@ void PeerTopics::on_link_lost(const Now& now) {
 
 void PeerTopics::change_demand(const OfferedTopic& topic, bool on) {
   context_.demands_changed.insert(link_.id);
+  context_.outputs.follow_up(FollowUp::kDemands);
   auto& now_in = on ? wants_ : ends_;
   auto& before_in = on ? ends_ : wants_;
   // What changes back before it was told is not told: the peer goes on as if nothing had happened,

@@ -121,6 +121,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   demand_ = demand.number;  // mutant: demand_ends
   resume_ = demand.resume && may_resume();
   live_ = demand.live;
+  demanded_at_ = now.system;
   if (demanded()) offer_.on_taken();
   offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   // An open message is aborted and what waits is dropped before the topic hears of it: a demand
@@ -197,7 +198,8 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.raw.size();
   // Not counted as dropped: nobody was to get it.
   if (!demanded() || !link_.open()) return false;
-  const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at();
+  const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at() ||
+                      (age == Age::kFirst && sample.stamp < demanded_at_);
   if (is_old && is_live()) return false;  // mutant: yesterdays_command
   if (withheld_.contains(origin)) return false;
   if (!permits(sample.raw)) {
@@ -218,7 +220,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
     link_.sending().expect(moment, now.steady);
   // The rate comes last, so that what is dropped for another reason uses nothing of it. What a
   // publisher had kept comes at once: the rate would let the first sample pass and lose the rest.
-  if (age == Age::kKept) return true;
+  if (age != Age::kNew) return true;
   RateLimit& rate = rates_.of(origin);
   if (rate.admit(bytes, sample.header, now.steady)) {
     if (const auto older = held_.take(origin)) lose(*older, DropReason::kRate);

@@ -64,7 +64,8 @@ class TopicOffer final : public OutgoingChannel {
 
   // Rate limits do not apply to a sample that its publisher had kept for late subscribers, nor to
   // the first sample of a publisher that keeps its samples: it may be the only one ever published.
-  enum class Age : std::uint8_t { kNew, kKept };
+  // That one is old for a peer that drives only if it is older than its demand.
+  enum class Age : std::uint8_t { kNew, kKept, kFirst };
   // Whether a sample goes to this peer; a drop because of a limit is counted.
   // A sample that a rate limit refuses may leave later (take_held).
   [[nodiscard]] bool admit(const OutSample& sample, Age age, const Now& now);
@@ -132,6 +133,7 @@ class TopicOffer final : public OutgoingChannel {
   std::uint16_t demand_ = 0;       // the number that the peer gave it; 0: none
   bool resume_ = false;            // whether it asks to keep what a lost connection loses
   bool live_ = false;              // whether it wants nothing that was published before
+  Stamp demanded_at_ = 0;          // the last time
   bool told_late_ = false;
   KeepDecision keep_;
   Company company_ = Company::kNone;

@@ -181,7 +181,7 @@ struct Ask {
   std::vector<AskedName> names;
 };
 // "answer": for each of them, in their order: "not_permitted", "absent", "other_type",
-// "type_unknown", "unsupported", "there".
+// "type_unknown", "unsupported", "there", "later".
 struct Answered {
   std::vector<std::string> codes;
 };

@@ -22,8 +22,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr Duration kLongQuestion = std::chrono::microseconds(50);
-// For the topics that others are not known to have, in each reading.
-constexpr Duration kTimeForRest = std::chrono::milliseconds(20);
 
 // Reads the endpoints of one topic into its states, one per type.
 class TopicReading {
@@ -144,17 +142,15 @@ std::optional<std::set<std::string>> topics_of_nodes(const Node& node,
 }  // namespace
 
 std::optional<GraphChanged> GraphReading::read(const std::set<std::string>& watched, bool changed,
-                                               const std::function<void(Duration)>& between) {
+                                               const std::function<Duration(Duration)>& between) {
   unknown_names_ = false;
   rested_ = {};
-  if (changed) rounds_ = 1;
+  changed_ = changed_ || changed;
   auto asked = Clock::now();
   const auto leave_to_others = [&] {
-    const auto began = Clock::now();
-    const Duration took = began - asked;
-    between(took < kLongQuestion ? Duration::zero() : took);
+    const Duration took = Clock::now() - asked;
+    rested_ += between(took < kLongQuestion ? Duration::zero() : took);
     asked = Clock::now();
-    rested_ += asked - began;
   };
   BridgeParticipants bridges;
   if (!read_topics(bridges, leave_to_others)) return std::nullopt;
@@ -183,24 +179,30 @@ bool GraphReading::read_topics(BridgeParticipants& bridges, const std::function<
 
 // What is there of nodes whose names are not known, or not unique, and of programs without ROS.
 bool GraphReading::read_rest(BridgeParticipants& bridges, const std::function<void()>& between) {
-  const auto end = Clock::now() + kTimeForRest;
-  while (unfinished()) {
-    if (next_ == rest_.size()) {
-      between();
-      const NamesAndTypes found(&rcl_get_topic_names_and_types, node_.handle(), false);
-      if (!found.ok()) return false;
-      rest_.clear();
-      for (std::size_t i = 0; i < found.size(); ++i)
-        if (!topics_.contains(found.name(i))) rest_.emplace_back(found.name(i));
-      next_ = 0;
-      --rounds_;
-    }
-    for (; next_ < rest_.size(); ++next_) {
-      if (Clock::now() >= end) return true;
-      between();
-      if (!read_states(rest_[next_], bridges)) return false;
-    }
+  between();
+  if (changed_ && !ask_for_rest()) return false;
+  const auto end = Clock::now() + time_for_rest_;
+  while (next_ < rest_.size()) {
+    if (!read_states(rest_[next_], bridges)) return false;
+    ++next_;
+    if (Clock::now() >= end) break;
+    between();
   }
+  return true;
+}
+
+// Those that are new come first, then those that were next.
+bool GraphReading::ask_for_rest() {
+  const NamesAndTypes found(&rcl_get_topic_names_and_types, node_.handle(), false);
+  if (!found.ok()) return false;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (!topics_.contains(found.name(i))) names.emplace(found.name(i));
+  std::rotate(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(next_), rest_.end());
+  std::erase_if(rest_, [&](const std::string& name) { return names.erase(name) == 0; });
+  rest_.insert(rest_.begin(), names.begin(), names.end());
+  next_ = 0;
+  changed_ = false;
   return true;
 }
 

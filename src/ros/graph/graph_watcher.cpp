@@ -15,6 +15,8 @@ namespace {
 // A node's name arrives some time after its endpoints. So the graph is read again a few times;
 // after that the endpoint is taken to belong to a program without ROS.
 constexpr int kRetriesMax = 6;
+// A question seems to take long, too, while the machine sleeps or others have it.
+constexpr Duration kLeaveMax = std::chrono::milliseconds(20);
 
 Duration retry_delay(int retries) {
   return std::chrono::milliseconds(25) * (1 << retries);
@@ -142,11 +144,10 @@ bool GraphWatcher::stopping() {
   return stop_;
 }
 
-void GraphWatcher::leave(Duration rest) {
-  const auto until = Clock::now() + rest;
+Duration GraphWatcher::leave(Duration rest) {
   serve();
-  std::unique_lock lock(mutex_);
-  if (rest > Duration::zero()) poked_.wait_until(lock, until, [this] { return stop_; });
+  rest = std::min(rest, kLeaveMax);
+  return pause(rest, rest);
 }
 
 GraphWatcher::Clock::time_point GraphWatcher::serve() {
@@ -193,15 +194,19 @@ bool GraphWatcher::wait(Clock::time_point deadline) {
   return wait_set_.guard_conditions[place] != nullptr || wants_reading();
 }
 
-void GraphWatcher::pause(Duration duration, Duration if_asked) {
+Duration GraphWatcher::pause(Duration duration, Duration if_asked) {
   const auto begin = Clock::now();
+  Duration idle{};
   const auto end = [&] { return begin + (refresh_ ? std::min(duration, if_asked) : duration); };
   while (Clock::now() < end()) {
     const auto until = std::min<Clock::time_point>(end(), serve());
+    const auto idle_from = Clock::now();
     std::unique_lock lock(mutex_);
     poked_.wait_until(lock, until, [&] { return stop_ || std::exchange(news_, false); });
-    if (stop_) return;
+    idle += Clock::now() - idle_from;
+    if (stop_) break;
   }
+  return idle;
 }
 
 void GraphWatcher::read(bool changed) {
@@ -213,7 +218,7 @@ void GraphWatcher::read(bool changed) {
     watched = watched_;
   }
   answered_.clear();
-  auto graph = reading_.read(watched, changed, [this](Duration rest) { leave(rest); });
+  auto graph = reading_.read(watched, changed, [this](Duration rest) { return leave(rest); });
   incomplete_ = reading_.unknown_names() || !graph;
   retries_ = incomplete_ ? retries_ + 1 : 0;
   if (!graph) {

@@ -58,10 +58,12 @@ class GraphWatcher final : public Entity {
   // Waits for a change, a refresh, the stop, a look or the deadline; true if there is something to
   // read.
   bool wait(Clock::time_point deadline);
-  // `if_asked`: when a reading is asked for, as a sample of an unknown publisher waits for it.
-  void pause(Duration duration, Duration if_asked);
-  // Between the questions of a reading: serves, and leaves the middleware to others for this time.
-  void leave(Duration rest);
+  // Serves meanwhile. `if_asked`: when a reading is asked for, as a sample of an unknown publisher
+  // waits for it. Returns for how long it did nothing.
+  Duration pause(Duration duration, Duration if_asked);
+  // Between the questions of a reading: serves, and leaves the middleware to others for this time,
+  // but not for long. Returns for how long.
+  Duration leave(Duration rest);
   // Reads the topics that are asked for and marks the look that is due; returns when the next of
   // them will be.
   Clock::time_point serve();

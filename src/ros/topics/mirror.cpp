@@ -14,8 +14,6 @@ namespace {
 // A subscriber allocates memory for as many elements as a sequence claims to have, before it reads
 // them: at most as many as the message has bytes. Below this size that is little.
 constexpr std::size_t kUncheckedBytesMax = 1024;
-// What one message of a type with keys may take in memory.
-constexpr std::size_t kKeyedBytesMax = std::size_t{64} << 20;
 
 }  // namespace
 
@@ -52,6 +50,7 @@ std::optional<Refusal> Publisher::open(const CreateMirror& create) {
 }
 
 std::optional<std::string> Publisher::check(ByteView bytes) const {
+  if (form_) return std::nullopt;  // publish() checks it
   const bool small = bytes.size() <= kUncheckedBytesMax && type_.other_hash.empty();
   if (type_.introspection == nullptr || small) return std::nullopt;
   const auto problem = check_cdr(bytes, *type_.introspection, sample_limits(bytes.size()));
@@ -64,7 +63,7 @@ std::optional<std::string> Publisher::publish(ByteView bytes) {
   if (form_) {
     // rmw_fastrtps gives all serialized samples one key, so that a late subscriber gets those of
     // the last key alone.
-    if (auto problem = form_->read_from(bytes, kKeyedBytesMax))
+    if (auto problem = form_->read_from(bytes, shared_.memory_max()))
       return "a peer's message on " + topic_ + ": " + *problem;
     result = rcl_publish(&publisher_, form_->message(), nullptr);
     form_->reset();
@@ -87,11 +86,11 @@ std::optional<Refusal> Mirror::open() {
 }
 
 void Mirror::publish(const Publish& sample, SampleCheck& check) {
-  const ByteView bytes = sample.payload.view();
-  if (checked_ > 0 || bytes.size() > kLargeSample) {
+  if (is_checked_beside(sample)) {
     ++checked_;
     return check.add({publisher_, sample});
   }
+  const ByteView bytes = sample.payload.view();
   const auto problem = publisher_->check(bytes);
   count(problem ? problem : publisher_->publish(bytes));
 }

@@ -53,8 +53,12 @@ class Mirror final : public Entity {
   std::optional<Refusal> open();
   // The bytes are not copied here. A large sample, and what comes behind it, is checked first, and
   // comes back as on_checked(). A message that does not have the type, or that the middleware
-  // refuses, is reported with a later step.
+  // refuses, is reported with a later step. `check` must have room for it, if it is checked so.
   void publish(const Publish& sample, SampleCheck& check);
+  // Whether this sample is checked beside the loop.
+  [[nodiscard]] bool is_checked_beside(const Publish& sample) const {
+    return checked_ > 0 || sample.payload.size() > kLargeSample;
+  }
   void on_checked(const SampleCheck::Sample& sample);
   std::optional<Input> step(Batch& batch) override;
 

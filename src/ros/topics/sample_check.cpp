@@ -5,6 +5,13 @@
 #include "ros/topics/mirror.hpp"
 
 namespace connect_bridge::ros {
+namespace {
+
+std::size_t cost_of(const SampleCheck::Sample& sample) {
+  return sample.what.payload.size() + SampleCheck::kSampleCost;
+}
+
+}  // namespace
 
 SampleCheck::~SampleCheck() {
   {
@@ -15,12 +22,17 @@ SampleCheck::~SampleCheck() {
   if (thread_.joinable()) thread_.join();
 }
 
+std::optional<SampleCheck::Sample> SampleCheck::make_room(std::size_t bytes) {
+  std::unique_lock lock(mutex_);
+  if (bytes_ == 0 || bytes_ + bytes + kSampleCost <= kBytesMax) return std::nullopt;
+  done_.wait(lock, [this] { return !checked_.empty(); });
+  return take_locked();
+}
+
 void SampleCheck::add(Sample sample) {
   {
-    std::unique_lock lock(mutex_);
-    const std::size_t size = sample.what.payload.size();
-    room_.wait(lock, [&] { return bytes_ == 0 || bytes_ + size <= kBytesMax; });
-    bytes_ += size;
+    const std::lock_guard lock(mutex_);
+    bytes_ += cost_of(sample);
     waiting_.push_back(std::move(sample));
   }
   added_.notify_all();
@@ -29,9 +41,14 @@ void SampleCheck::add(Sample sample) {
 
 std::optional<SampleCheck::Sample> SampleCheck::take() {
   const std::lock_guard lock(mutex_);
+  return take_locked();
+}
+
+std::optional<SampleCheck::Sample> SampleCheck::take_locked() {
   if (checked_.empty()) return std::nullopt;
   std::optional<Sample> sample(std::move(checked_.front()));
   checked_.pop_front();
+  bytes_ -= cost_of(*sample);
   return sample;
 }
 
@@ -45,9 +62,8 @@ void SampleCheck::run() {
     lock.unlock();
     sample.problem = sample.publisher->check(sample.what.payload.view());
     lock.lock();
-    bytes_ -= sample.what.payload.size();
-    room_.notify_all();
     checked_.push_back(std::move(sample));
+    done_.notify_all();
     wake_();
   }
 }

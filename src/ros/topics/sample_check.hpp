@@ -23,7 +23,10 @@ class Publisher;
 // does. Thread: all calls from the loop's.
 class SampleCheck {
  public:
+  // Of all samples here, checked or not. Each counts for kSampleCost besides its bytes, so that
+  // there are at most 16,384.
   static constexpr std::size_t kBytesMax = std::size_t{128} << 20;
+  static constexpr std::size_t kSampleCost = std::size_t{8} << 10;
 
   struct Sample {
     std::shared_ptr<Publisher> publisher;
@@ -38,20 +41,23 @@ class SampleCheck {
   SampleCheck(const SampleCheck&) = delete;
   SampleCheck& operator=(const SampleCheck&) = delete;
 
-  // Waits while more than kBytesMax wait here.
+  // Of a payload of so many bytes. Where there is no room for it: waits for the first sample that
+  // is checked, and takes it. Call it until it gives none, and then add().
+  std::optional<Sample> make_room(std::size_t bytes);
   void add(Sample sample);
   // The first that is checked and was not taken yet.
   std::optional<Sample> take();
 
  private:
+  std::optional<Sample> take_locked();
   void run();
 
   const std::function<void()> wake_;
   std::mutex mutex_;  // guards what follows
   std::condition_variable added_;
-  std::condition_variable room_;
+  std::condition_variable done_;
   std::deque<Sample> waiting_;
-  std::size_t bytes_ = 0;  // of those that wait, and of the one that is being checked
+  std::size_t bytes_ = 0;  // what all count for: those that wait, are being checked, or are checked
   std::deque<Sample> checked_;
   bool stop_ = false;
   std::thread thread_;  // from the first sample on

@@ -52,8 +52,11 @@ std::optional<Refusal> Subscription::open() {
   node_ = shared_.proxies.get({});
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
   options.qos = to_rmw(create_.qos);
+  // The other side gets this process's own diagnostics. Where samples do not show which publisher
+  // of this process they are of, those of its mirror would come back, and go round for ever.
+  const bool wants_own = create_.topic == kDiagnosticsTopic && middleware().tells_origins();
   options.rmw_subscription_options.ignore_local_publications =
-      ignore_local_ && middleware().ignoring_local_is_safe && create_.topic != kDiagnosticsTopic;
+      ignore_local_ && middleware().ignoring_local_is_safe && !wants_own;
   rcl_ret_t result = rcl_subscription_init(&subscription_, node_.get(), type_.handle.get(),
                                            create_.topic.c_str(), &options);
   std::optional<Refusal> refusal;

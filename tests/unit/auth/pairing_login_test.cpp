@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -52,7 +53,7 @@ class Pairing : public testing::Test {
     EXPECT_EQ(write_invited(invited(), code, groups), "");
   }
   void open(std::chrono::steady_clock::duration lifetime = std::chrono::minutes(10)) {
-    start({invited(), lifetime});
+    start({.file = invited(), .lifetime = lifetime});
     invite(kCode);
   }
   [[nodiscard]] std::string invited() const { return file_ + ".invited"; }
@@ -89,6 +90,27 @@ TEST_F(Pairing, TheClientsOwnTokenLogsItInFromThenOn) {
   EXPECT_EQ(later.identity->credential, paired.identity->credential);
   EXPECT_THAT(login_->refresh(kPairingNow).news,
               ElementsAre(HasSubstr("paired with 'paired/laptop'")));
+}
+
+// Where the invitation could not be printed.
+TEST_F(Pairing, AnInvitationThatWasWrittenGoesWhenItIsOfNoMoreUse) {
+  const std::string shown = file_ + ".shown";
+  const auto write = [&] { std::ofstream{shown} << kCode; };
+  const auto is_there = [&] { return ::access(shown.c_str(), F_OK) == 0; };
+  write();
+  start({.file = invited(), .shown = shown});
+  EXPECT_FALSE(is_there());  // of the start before
+  invite(kCode);
+  write();
+  EXPECT_FALSE(pair("another", kPairedToken).identity);
+  EXPECT_TRUE(is_there());
+  EXPECT_TRUE(pair(kCode, kPairedToken).identity);
+  EXPECT_FALSE(is_there());
+  start({.file = invited(), .shown = shown, .lifetime = {}});
+  invite(kCode);
+  write();
+  EXPECT_THAT(login_->refresh(kPairingNow).news, Not(IsEmpty()));
+  EXPECT_FALSE(is_there());
 }
 
 TEST_F(Pairing, TheFileHasTheHashAloneAndIsItsOwnersAlone) {
@@ -170,7 +192,7 @@ TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
 
 // It stands before their names, and rules may be for it.
 TEST_F(Pairing, ARobotsIdentityIsANameForRosThatNobodyHas) {
-  PairingOptions options{invited(), std::chrono::minutes(10)};
+  PairingOptions options{.file = invited()};
   options.of_robots = true;
   options.taken = {"arm_1_2"};
   start(options);
@@ -231,7 +253,7 @@ TEST_F(Pairing, WhoElseMayWriteAnInvitationInvitesNobody) {
 
 // It would be taken again and again, each time with new time.
 TEST_F(Pairing, AnInvitationThatStaysIsNotTakenAndThatIsSaidOnce) {
-  start({invited(), std::chrono::minutes(10)});
+  start({.file = invited(), .lifetime = std::chrono::minutes(10)});
   std::filesystem::create_directory(invited());
   EXPECT_THAT(login_->refresh(kPairingNow).problems,
               ElementsAre(HasSubstr("cannot be removed: Is a directory")));

@@ -69,6 +69,16 @@ TEST(TokenEnds, AnIdentityIsNamedOnceWithItsFirstEnd) {
             "(ctl token)");
 }
 
+// The code of a robot's line is used, or of no use, before anybody could make another one.
+TEST(TokenEnds, WhatWorksOnceNeedsNone) {
+  std::string line = entry_ending("robot7", 1, 1);
+  line.insert(line.size() - 2, ", groups: [line]");
+  const TokenTable table = table_of(line + entry_ending("anna", 2, 2));
+  EXPECT_THAT(told_first(table), HasSubstr("'robot7'"));
+  const auto told = TokenEnds("line").take_line(table, "tokens.yaml", kEndsNow);
+  EXPECT_THAT(told.value_or(""), AllOf(HasSubstr("'anna'"), Not(HasSubstr("'robot7'"))));
+}
+
 TEST(TokenEnds, WhoHasALaterOneNeedsNone) {
   const std::string ends = entry_ending("anna", 2, 1);
   EXPECT_EQ(told_first(table_of(ends + entry_ending("anna", 90, 2))), "");

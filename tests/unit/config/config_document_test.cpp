@@ -39,6 +39,13 @@ rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
   EXPECT_FALSE(describe_parameter("listen.port", Role::kClient));
 }
 
+// Whoever is in an unprotected graph can set the parameters of every node.
+TEST(ConfigDescribe, NoNodeOfTheGraphChoosesAFileOrEndsTheAudit) {
+  for (const KeySpec& spec : key_table())
+    if (spec.key.find("file") != std::string::npos || spec.section == "Audit log")
+      EXPECT_FALSE(spec.changeable) << spec.key;
+}
+
 TEST(ConfigDocument, HasEveryKeyAsTheTableHasIt) {
   const std::string document = test::source_text("docs/config.md");
   for (const KeySpec& spec : key_table()) {

@@ -130,5 +130,18 @@ TEST(LinkCap, IsSetWhileItSends) {
   EXPECT_GT(pulled(outbox, 1001, 1010), 3 * kCap);
 }
 
+// As at each change of the rules.
+TEST(LinkCap, ThatIsSetAgainOwesWhatItOwed) {
+  Outbox outbox(capped());
+  outbox.add_channel({1}, {});
+  fill(outbox, {1}, 200, 10'000, 0);
+  std::uint64_t cost = 0;
+  for (std::int64_t ms = 1; ms < 1001; ++ms) {
+    outbox.set_cap(kCap);
+    cost += pulled(outbox, ms, ms + 1);
+  }
+  EXPECT_LT(cost, kCap + kCap / 4);
+}
+
 }  // namespace
 }  // namespace connect_bridge::flow_test

@@ -175,6 +175,14 @@ TEST(Overload, PublishersOfOneTopicTakeTurnsHoweverShortItsQueueIs) {
               4);
 }
 
+// It may be the stop. It is new, however long others have waited in its place.
+TEST(Overload, WhatHasDisplacedAnOlderOneHasNotWaitedForIt) {
+  Link link(1200, Of::kEvents, 2);  // 6 s for a message
+  link.run(60'000, every(1000, 0, 60'000), every(1000, 500, 60'000));
+  EXPECT_EQ(link.dropped(DropReason::kQueueTime), 0U);
+  EXPECT_LE(oldest_after(link.ages, 1), 6'000 + 6'000 + 1'000);
+}
+
 // Of a publisher that keeps all, too (depth 0).
 class EachOneWaits : public testing::TestWithParam<std::uint32_t> {};
 INSTANTIATE_TEST_SUITE_P(Overload, EachOneWaits, testing::Values(1'000'000U, 0U));
@@ -194,6 +202,47 @@ TEST_P(EachOneWaits, ForFiveSeconds) {
   link.run(50'000, {});
   EXPECT_GE(link.ages.size(), before + 24);
   EXPECT_EQ(link.dropped(DropReason::kQueueTime), dropped);
+}
+
+// ---- a queue that depth bounds
+
+OutMessage of_publisher(OriginId publisher, std::size_t size) {
+  OutMessage next = message(size);
+  next.subject = publisher;
+  return next;
+}
+
+// Where its publisher's own oldest leaves too little room, the oldest of all gives way.
+TEST(OutboxDepth, BytesBoundAQueueThatDepthHasFilled) {
+  Outbox outbox(one_by_one());
+  auto options = queue(Priority::kNormal);
+  options.depth = 2;
+  options.queue_bytes_max = 100;
+  outbox.add_channel(kA, options);
+  for (const std::uint32_t publisher : {1U, 2U})
+    outbox.push(kA, of_publisher({publisher}, 10), now_ms(0));
+  outbox.push(kA, of_publisher({1}, 90), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 100U);
+  outbox.push(kA, of_publisher({2}, 20), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 30U);
+  expect_balance(outbox.counts(kA));
+}
+
+TEST(OutboxDepth, WhatTakesAnOlderOnesPlaceHasWaitedSinceItCame) {
+  Outbox outbox(one_by_one());
+  auto options = queue(Priority::kNormal);
+  options.depth = 3;
+  const ChannelQueue& channel = outbox.add_channel(kA, options);
+  outbox.push(kA, of_publisher({1}, 11), now_ms(0));
+  outbox.push(kA, of_publisher({2}, 12), now_ms(0));
+  outbox.push(kA, of_publisher({1}, 13), now_ms(2000));
+  outbox.push(kA, of_publisher({1}, 14), now_ms(3000));
+  EXPECT_EQ(next(outbox, now_ms(3010)), "1#1:13");
+  EXPECT_EQ(channel.last_wait(), std::chrono::milliseconds(1010));
+  next(outbox, now_ms(3010));
+  EXPECT_EQ(channel.last_wait(), std::chrono::milliseconds(3010));
+  EXPECT_EQ(next(outbox, now_ms(3010)), "1#3:14");
+  EXPECT_EQ(channel.last_wait(), std::chrono::milliseconds(10));
 }
 
 }  // namespace

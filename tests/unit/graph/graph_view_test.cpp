@@ -57,6 +57,20 @@ TEST(GraphView, EndpointsOfABridgesNodeAreLeftOut) {
   EXPECT_FALSE(graph.is_local(gid_of(2)));
 }
 
+// Also what only its claims show.
+TEST(GraphView, WhatABridgePublishesIsBrought) {
+  GraphView graph({{topic("/a", {endpoint(gid_of(2), "connect")}, {endpoint(gid_of(4), "n")}),
+                    topic("/b", {endpoint(gid_of(1), "n")}),
+                    topic("/c", {endpoint(gid_of(5), "proxy")}, {endpoint(gid_of(4), "n")}),
+                    topic(kClaimsTopic, {endpoint(gid_of(9), "connect")})}});
+  EXPECT_TRUE(graph.is_brought(kA));
+  EXPECT_FALSE(graph.is_brought({"/b", "p/msg/T"}));
+  EXPECT_FALSE(graph.is_brought({"/c", "p/msg/T"}));
+  EXPECT_TRUE(graph.hide({gid_of(5)}));
+  EXPECT_TRUE(graph.is_brought({"/c", "p/msg/T"}));
+  EXPECT_FALSE(graph.is_brought({"/b", "p/msg/T"}));
+}
+
 TEST(GraphView, ANodeOfTheSameNameElsewhereIsNoBridge) {
   const GraphView graph({{topic("/a", {endpoint(gid_of(1), "connect", "/y")}),
                           topic(kClaimsTopic, {endpoint(gid_of(9), "connect", "/x")})}});

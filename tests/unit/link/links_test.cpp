@@ -122,6 +122,17 @@ TEST(Links, OnlyWhoHasSomethingToSendIsAsked) {
   EXPECT_EQ(s.ready(), "");
 }
 
+TEST(Links, ALimitThatChangesDuringALoginHolds) {
+  Carried s;
+  s.connect(1);
+  s.options.outbox.bytes_per_second_max = 50'000;  // as the side does
+  s.links.on(LimitsChanged{50'000, {}, 0});
+  s.packet(1, hello());
+  s.packet(1, login());
+  s.judge(1, "anna");
+  EXPECT_EQ(s.link(1).outbox().assumed_rate(), 50'000);
+}
+
 TEST(Links, ASessionGoesOnOnAnotherConnection) {
   Carried s;
   s.enter(1, "anna");

@@ -70,11 +70,11 @@ TEST_F(AuthorityTest, AServerIsTrustedUnderItsNamesAndAddresses) {
   DialOptions dial = pair.dial_options("wss");
   dial.tls.ca_file = file("ca.crt");
   EXPECT_TRUE(pair.connect(dial)) << pair.client.failures[kDial];
-  dial.tls.server_name = "robot.example";
+  dial.url.robot = "robot.example";
   EXPECT_TRUE(pair.connect(dial, {78}));
-  dial.tls.server_name = "::1";
+  dial.url.robot = "::1";
   EXPECT_TRUE(pair.connect(dial, {79}));
-  dial.tls.server_name = "robot";
+  dial.url.robot = "robot";
   EXPECT_FALSE(pair.connect(dial, {80}));
   DialOptions by_pin = pair.dial_options("wss");
   by_pin.tls.pins = {made.pin};
@@ -97,7 +97,7 @@ TEST_F(AuthorityTest, AClientIsOneAndNoServer) {
   Pair fooled{impostor};
   DialOptions there = fooled.dial_options("wss");
   there.tls.ca_file = file("ca.crt");
-  there.tls.server_name = "alice";
+  there.url.robot = "alice";
   EXPECT_FALSE(fooled.connect(there));
 }
 

@@ -244,7 +244,7 @@ const std::string kOtherPin = "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA=";
 
 TEST_F(TlsFilesTest, APinIsEnoughWithoutAnAuthority) {
   DialOptions dial = pair.dial_options("wss");  // the system's store
-  dial.tls.server_name = "of.no.certificate";
+  dial.url.robot = "of.no.certificate";
   EXPECT_FALSE(pair.connect(dial));
   dial.tls.pins = {kOtherPin, pin_of_file(first.certificate)};
   EXPECT_TRUE(pair.connect(dial, {78})) << pair.client.failures[{78}];

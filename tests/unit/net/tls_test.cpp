@@ -135,9 +135,9 @@ TEST_F(Tls, ChecksTheName) {
               HasSubstr("not for '127.0.0.1'"));
   Pair pair{server_of(authority().sign("named", "DNS:robot"))};
   DialOptions options = trusting(pair);
-  options.tls.server_name = "robot";
+  options.url.robot = "robot";
   EXPECT_TRUE(pair.connect(options));
-  options.tls.server_name = "robots";
+  options.url.robot = "robots";
   EXPECT_FALSE(pair.connect(options, {78}));
   EXPECT_THAT(pair.client.failures[{78}], HasSubstr("not for 'robots'"));
 }
@@ -145,9 +145,9 @@ TEST_F(Tls, ChecksTheName) {
 TEST_F(Tls, AWildcardIsAWholeWordOfAName) {
   Pair pair{server_of(authority().sign("wild", "DNS:*.example.org,DNS:rob*.example.net"))};
   DialOptions options = trusting(pair);
-  options.tls.server_name = "robot.example.org";
+  options.url.robot = "robot.example.org";
   EXPECT_TRUE(pair.connect(options));
-  options.tls.server_name = "robot.example.net";
+  options.url.robot = "robot.example.net";
   EXPECT_FALSE(pair.connect(options, {78}));
   EXPECT_THAT(pair.client.failures[{78}], HasSubstr("not for 'robot.example.net'"));
 }

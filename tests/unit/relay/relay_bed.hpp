@@ -64,17 +64,20 @@ struct AtRelay {
     RelaySetup setup;
     setup.addresses = {"127.0.0.1"};
     setup.tls = TlsOptions{files.certificate, files.key};
-    const auto hand_over = [this](const std::string& robot, const Digest& token,
+    const auto hand_over = [this](const RobotNames::Taking& of,
                                   std::string& problem) -> std::unique_ptr<Authenticator> {
-      handed_over.push_back(robot);
+      handed_over.push_back(of.robot);
       problem = no_room;
-      return no_room.empty() ? std::make_unique<ByDigest>(token) : nullptr;
+      return no_room.empty() ? std::make_unique<ByDigest>(of.token) : nullptr;
     };
     setup.names = RobotNames(std::make_unique<ByName>(), hand_over);
     setup.address_calls_at_once = calls;
     setup.proxies = std::move(proxies);
     setup.address_call_period = 800s;
-    relay = std::make_shared<Relay>(loop.io, std::move(setup), [](LogLevel, const std::string&) {});
+    relay = std::make_shared<Relay>(loop.io, std::move(setup),
+                                    [this](LogLevel level, const std::string& text) {
+                                      if (level == LogLevel::kError) errors.push_back(text);
+                                    });
     EXPECT_EQ(relay->open(), "");
   }
   ~AtRelay() {
@@ -91,6 +94,7 @@ struct AtRelay {
   std::shared_ptr<Relay> relay;
   std::vector<std::string> handed_over;
   std::string no_room;
+  std::vector<std::string> errors;
 };
 
 // The control connection of a robot, by hand.

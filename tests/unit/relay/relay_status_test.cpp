@@ -23,14 +23,18 @@ RelayStatus busy_relay() {
 }
 
 TEST(RelayStatus, IsJsonInTheWordsOfAServersStatus) {
-  const Json json = Json::parse(to_json(busy_relay(), false));
+  const Json json = Json::parse(to_json(busy_relay(), false, true));
   EXPECT_EQ(json["role"], "relay");
   EXPECT_EQ(json["version"], "1.2");
   EXPECT_EQ(json["refused"]["no_such_robot"], 4);
   EXPECT_EQ(json["robots"][0]["open_seconds"], 70);
   EXPECT_EQ(json["robots"][0]["sent_bytes"], 1000);
   EXPECT_EQ(json["robots"][1]["open"], false);
+  EXPECT_EQ(json["robots"][0]["peer"], "203.0.113.5:4711");
   EXPECT_EQ(json["all"]["pairs"], 3);
+  const Json public_one = Json::parse(to_json(busy_relay(), false, false));
+  EXPECT_FALSE(public_one["robots"][0].contains("peer"));
+  EXPECT_EQ(public_one["robots"][0]["open"], true);
 }
 
 TEST(RelayStatus, IsMetricsWithoutAddresses) {

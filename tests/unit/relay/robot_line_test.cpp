@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "auth/authenticator.hpp"
 #include "config/invitation.hpp"
 #include "net/authority.hpp"
@@ -18,32 +20,43 @@ TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
   ASSERT_EQ(make_relay_files(folder, url), "");
   std::string problem;
   const Invitation line =
-      parse_relay_line(add_robot(folder + "/relay.yaml", url, problem), problem);
+      parse_relay_line(add_robot(folder + "/relay.yaml", url, Stamp{0}, problem), problem);
   ASSERT_EQ(problem, "");
   EXPECT_EQ(line.url, "wss://robot7@relay.example:443/");
   EXPECT_EQ(line.pin, pin_of_file(folder + "/server.crt", problem));
+  EXPECT_FALSE(std::filesystem::exists(folder + "/ca.key"));
   // What is there stays.
   ASSERT_EQ(make_relay_files(folder, url), "");
   EXPECT_EQ(line.pin, pin_of_file(folder + "/server.crt", problem));
   LoginOptions login;
   login.token_file = folder + "/robots.yaml";
-  const auto whose = [&](const std::string& token) {
+  const auto whose = [&](const std::string& token, Stamp now = 0) {
     const AuthSetup robots = make_authenticator({login, std::nullopt}, Stamp{0});
     EXPECT_TRUE(robots.authenticator) << testing::PrintToString(robots.problems);
-    return robots.authenticator
-        ->judge({"token", Bytes(token.begin(), token.end()), "peer"}, Stamp{0})
+    return robots.authenticator->judge({"token", Bytes(token.begin(), token.end()), "peer"}, now)
         .identity;
   };
   const auto judged = whose(line.code);
   ASSERT_TRUE(judged);
   EXPECT_EQ(judged->name, "robot7");
   EXPECT_THAT(judged->groups, testing::ElementsAre(kLineGroup));
-  const Invitation other = parse_relay_line(
-      add_robot(folder + "/relay.yaml", {true, "relay.example", 443, "/", "robot8"}, problem),
-      problem);
+  constexpr Stamp kDay = 24 * 3600 * kStampSecond;
+  EXPECT_TRUE(whose(line.code, kDay - 1));
+  EXPECT_FALSE(whose(line.code, kDay));
+  const Invitation other =
+      parse_relay_line(add_robot(folder + "/relay.yaml",
+                                 {true, "relay.example", 443, "/", "robot8"}, Stamp{0}, problem),
+                       problem);
   // The name is its token's, and the code is used.
   const std::string own = "a-token-of-its-own";
-  EXPECT_EQ(hand_over(login.token_file, "robot7", sha256(view_of(own)), Stamp{0}), "");
+  const auto give = [&](const std::string& token, const std::string& code) {
+    return hand_over(login.token_file, "robot7", sha256(view_of(token)), sha256(view_of(code)),
+                     Stamp{0});
+  };
+  EXPECT_THAT(give(own, other.code), testing::HasSubstr("is there no more"));
+  EXPECT_EQ(give(own, line.code), "");
+  // Another relay of this file, or this one before it has read it again, knows it still.
+  EXPECT_THAT(give("a-token-of-another", line.code), testing::HasSubstr("is there no more"));
   EXPECT_FALSE(whose(line.code));
   ASSERT_TRUE(whose(own));
   EXPECT_EQ(whose(own)->name, "robot7");
@@ -53,7 +66,7 @@ TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
 
 TEST(RobotLine, IsNotMadeForAFileThatIsWrong) {
   std::string problem;
-  EXPECT_EQ(add_robot(test::scratch_folder() + "no such file", Url{}, problem), "");
+  EXPECT_EQ(add_robot(test::scratch_folder() + "no such file", Url{}, Stamp{0}, problem), "");
   EXPECT_THAT(problem, testing::HasSubstr("cannot be read"));
 }
 

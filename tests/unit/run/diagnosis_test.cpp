@@ -140,6 +140,10 @@ TEST(DoctorFileLines, OfFilesAndCertificates) {
   EXPECT_EQ(diagnose_problem("/etc/x.yaml cannot be read: Permission denied").id,
             "file_unreadable");
   EXPECT_EQ(diagnose_problem("anna may change /etc/x.yaml").id, "file_distrusted");
+  EXPECT_EQ(diagnose_problem("the parameter file x: x belongs to the user anna (chown it to ben); "
+                             "or strict_modes: false")
+                .id,
+            "file_distrusted");
   EXPECT_EQ(diagnose_problem("dead_after: 0 is wrong, expected seconds").id, "file_wrong");
 }
 
@@ -240,6 +244,18 @@ TEST(DoctorStatus, ASideThatIsWellHasNoFinding) {
   EXPECT_FALSE(has_fault({}));
 }
 
+// A rule that keeps names here, and a topic on which nothing happens, are as they are to be.
+TEST(DoctorStatus, WhatMayBeMeantIsNoFault) {
+  for (const char* reason : {"no_rule", "denied", "other_peer", "not_there"})
+    EXPECT_FALSE(has_fault(diagnose_status(status_of(missing_for(reason))))) << reason;
+  EXPECT_FALSE(has_fault(diagnose_status(status_of(topic_with(R"({"messages": 0})")))));
+}
+
+// Its socket is in the same folder.
+TEST(DoctorStatus, ARelayIsNoServer) {
+  EXPECT_THAT(diagnose_status(status_of(R"({"role": "relay", "robots": []})")), IsEmpty());
+}
+
 TEST(DoctorStatus, ClocksThatDifferExplainMaxAge) {
   auto status = status_of(topic_with(R"({"dropped": {"max_age": 50}})"));
   status["links"][0]["clock"] = {{"offset_ms", -4000}};
@@ -304,16 +320,17 @@ TEST(DoctorMachine, SharedMemoryAndBbr) {
 // ---- the report
 
 TEST(DoctorReport, FaultsComeBeforeHintsWithCauseAndCure) {
-  const std::vector<Found> found{{"no_bbr", "", "reno"}, {"denied", "/t", "by the rule a"}};
+  const std::vector<Found> found{{"no_bbr", "", "reno"}, {"rule_type", "/t", "by the rule a"}};
   const std::string text = report_text(found);
-  EXPECT_THAT(text, HasSubstr("/t: a rule of this side denies it\n  seen: by the rule a\n"));
-  EXPECT_LT(text.find("[denied]"), text.find("hint: "));
+  EXPECT_THAT(text,
+              HasSubstr("/t: the rule of this side is for another type\n  seen: by the rule a\n"));
+  EXPECT_LT(text.find("[rule_type]"), text.find("hint: "));
   EXPECT_TRUE(has_fault(found));
   EXPECT_FALSE(has_fault({{"no_bbr", "", ""}}));
   const Json json = Json::parse(report_json(found));
   ASSERT_EQ(json.at("findings").size(), 2U);
-  EXPECT_EQ(json["findings"][1]["id"], "denied");
-  EXPECT_EQ(json["findings"][1]["cure"], std::string(finding_of("denied")->cure));
+  EXPECT_EQ(json["findings"][1]["id"], "rule_type");
+  EXPECT_EQ(json["findings"][1]["cure"], std::string(finding_of("rule_type")->cure));
 }
 
 TEST(DoctorReport, WhatAPeerNamesIsText) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <pwd.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -60,6 +61,8 @@ TEST(Invitation, IsPrintedToATerminalOnly) {
   EXPECT_THAT(problem, HasSubstr("the invitation cannot be written"));
   problem.clear();
   std::filesystem::create_directory(folder);
+  std::ofstream(file) << "for all to read";
+  ASSERT_EQ(::chmod(file.c_str(), 0644), 0);
   EXPECT_THAT(print(false), AllOf(HasSubstr(file), Not(HasSubstr("0011223344"))));
   EXPECT_EQ(problem, "");
   EXPECT_THAT(test::content(file), HasSubstr("#0011223344."));

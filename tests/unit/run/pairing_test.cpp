@@ -261,6 +261,13 @@ TEST_F(PairingStart, AFolderThatOthersMayChangeIsUsedWhereThatIsAskedFor) {
   EXPECT_THAT(serve({}, lax).problems, IsEmpty());
   EXPECT_THAT(serve({"--pair"}, lax).problems, IsEmpty());
   ::chmod(folder.path().c_str(), 0700);
+  // Which end is the robot stands there, too.
+  const PairingFolder robot("/robot1/connect_client");
+  ASSERT_EQ(join({"--robot", kLine + std::string{".robot"}}).joining->keep(), "");
+  ::chmod(robot.path().c_str(), 0702);
+  EXPECT_EQ(robot_end({}, {}, "/robot1/connect_client"), Role::kServer);
+  EXPECT_EQ(robot_end(lax, {}, "/robot1/connect_client"), Role::kClient);
+  ::chmod(robot.path().c_str(), 0700);
 }
 
 // After a full disk or an editing mistake.

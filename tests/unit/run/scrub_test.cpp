@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
 #include "config/key_table.hpp"
 
 namespace connect_bridge {
@@ -60,6 +62,25 @@ TEST(Scrub, WhatLooksLikeASecret) {
   EXPECT_EQ(scrubbed("CONNECT_BRIDGE_TOKEN=abc run"), "CONNECT_BRIDGE_TOKEN=(hidden) run");
   EXPECT_EQ(scrubbed("-p auth.token:=abc -p listen.port:=1"),
             "-p auth.token:=(hidden) -p listen.port:=1");
+}
+
+TEST(Scrub, APasswordMayHaveSignsThatEndAWord) {
+  EXPECT_EQ(scrubbed("by http://user:pa,s)s}@proxy:3128, then anna@desk"),
+            "by http://(hidden)@proxy:3128, then anna@desk");
+}
+
+TEST(Scrub, KeysOfRosAreNoMistakes) {
+  EXPECT_EQ(scrubbed("the depth is keep_last", {{"qos_overrides./t.history", "keep_last"}}),
+            "the depth is keep_last");
+}
+
+// A log may be one line of addresses.
+TEST(Scrub, ALongTextTakesNoLongerForEachOfItsAddresses) {
+  std::string text;
+  while (text.size() < 4'000'000) text += "ws://h ";
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(scrubbed(text), text);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
 }
 
 TEST(Scrub, WhatIsNoSecretStays) {

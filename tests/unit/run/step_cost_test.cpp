@@ -30,6 +30,20 @@ TEST(StepCost, OfOurOwnCodeOnlyProcessorTimeCounts) {
   EXPECT_GE(cost.own(), 15ms);
 }
 
+// A long part pays for what it computed, and not for the part before it.
+TEST(StepCost, APartDoesNotPayForAnother) {
+  StepCost cost;
+  cost.begin();
+  compute_for(40ms);
+  EXPECT_GE(cost.own(), 30ms);
+  std::this_thread::sleep_for(60ms);
+  EXPECT_LT(cost.own(), 20ms);
+  compute_for(40ms);
+  cost.begin();
+  std::this_thread::sleep_for(60ms);
+  EXPECT_LT(cost.own(), 20ms);
+}
+
 TEST(StepCost, InsideTheMiddlewareALockThatAnotherThreadHoldsCounts) {
   StepCost cost;
   std::mutex held;

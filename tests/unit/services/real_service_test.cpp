@@ -22,7 +22,7 @@ TEST(RealService, AServerInThePlaceOfTheOldOneEndsItsAttachments) {
   s.servers({2});
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
   EXPECT_EQ(s.said(), "withdraw 1\n");
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.takes(FollowUp::kOffers));
   EXPECT_TRUE(s.offer());
 }
 
@@ -146,7 +146,7 @@ TEST(RealService, WhenTheServerCannotBeReachedItIsOfferedAgain) {
   s.ready(1, false);
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
   EXPECT_EQ(s.said(), "withdraw 1\n");
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.takes(FollowUp::kOffers));
   EXPECT_TRUE(s.offer());
 }
 
@@ -189,9 +189,9 @@ TEST(RealService, WithoutAClientItIsWithdrawnUntilItsServersChange) {
   EXPECT_FALSE(s.offer());
   s.subject.review(s.peer.link, ms(0));
   EXPECT_FALSE(s.offer());
-  EXPECT_FALSE(s.serving.offers_due);
+  EXPECT_FALSE(s.takes(FollowUp::kOffers));
   s.servers({1, 2}, "robot");
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.takes(FollowUp::kOffers));
   EXPECT_TRUE(s.offer());
 }
 
@@ -217,9 +217,9 @@ TEST(RealService, AClientThatCanBeMadeAfterAllIsForAllLinks) {
   s.fail_client(1);
   ASSERT_TRUE(s.subject.offer(later.link, ms(0)));
   s.ask(later);
-  EXPECT_FALSE(s.serving.offers_due);
+  EXPECT_FALSE(s.takes(FollowUp::kOffers));
   s.ready(2);
-  EXPECT_TRUE(s.serving.offers_due);
+  EXPECT_TRUE(s.takes(FollowUp::kOffers));
   EXPECT_TRUE(s.offer());
 }
 

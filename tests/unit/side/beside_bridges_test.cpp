@@ -99,6 +99,8 @@ TEST(BesideBridges, WhoStoodStillForTooLongServesNothing) {
   s.pass(1000);
   EXPECT_NE(s.did().find("mirror_service 1 /s\n"), std::string::npos);
   s.claim_service(9, 0, "/other");
+  s.give(TimePassed{});  // signs of life come more often now
+  s.did();
   s.at += 4001;  // without a deadline that is kept
   s.give(RequestTaken{{1}, {7}, sample("a")});
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
@@ -161,6 +163,19 @@ TEST(BesideBridges, WhatABridgeThatTheGraphDoesNotShowPublishesIsNotKept) {
   EXPECT_EQ(s.did(), "");
   s.take(2, 42, "of somebody");
   EXPECT_EQ(s.did(), "refresh /b\n");
+}
+
+TEST(BesideBridges, WhatTheOtherBringsIsNotMissing) {
+  Script s(server());
+  s.graph({bridge(), topic("/a").sub(1).pub(8, {}, "bridge")});
+  s.join(1);
+  s.pass(9000);
+  while (const auto packet = s.side.next_packet({1}, flow_test::now_ms(s.at))) {
+    if (!packet->text) continue;
+    const Bytes bytes = flow_test::joined(*packet);
+    const std::string text(bytes.begin(), bytes.end());
+    EXPECT_EQ(text.find("\"ask\""), std::string::npos) << text;
+  }
 }
 
 // The graph shows its server a moment longer than the bridge claims it.

@@ -131,6 +131,34 @@ TEST(LoopTime, PacketsForWhoUsesMuchLeaveLater) {
   EXPECT_TRUE(packet());
 }
 
+// Each look costs as much as many wait.
+TEST(LoopTime, WhileOthersPacketsWaitItIsLookedAtAgainOnceAMillisecond) {
+  TwoLinks s;
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  s.demand(1, 1);
+  s.did();
+  while (s.side.next_packet({1}, flow_test::now_ms(s.at))) {
+  }
+  s.spend(10ms);
+  s.arrive(2);
+  s.take(2, 1, std::string(5000, 'x'));
+  const auto is_ready = [&] {
+    bool ready = false;
+    while (const auto next = s.side.take_ready()) ready = ready || next->value == 1;
+    return ready;
+  };
+  is_ready();
+  EXPECT_FALSE(s.side.next_packet({1}, flow_test::now_ms(s.at)));
+  s.say(2, Accepts{});
+  EXPECT_FALSE(is_ready());
+  s.at += 1;
+  s.say(2, Accepts{});
+  EXPECT_TRUE(is_ready());
+  EXPECT_EQ(s.turn(), 2U);
+  s.say(2, Accepts{});
+  EXPECT_TRUE(is_ready()) << "no packet waits any more";
+}
+
 TEST(LoopTime, WhosePacketWaitsIsNotSilent) {
   TwoLinks s;
   s.arrive(1);

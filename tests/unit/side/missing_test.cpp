@@ -25,26 +25,32 @@ struct MissingTest : testing::Test {
                (name.rule.empty() ? "" : " [" + name.rule + "]") + "\n";
     return lines;
   }
-  // The names of the questions that the peer was sent since the last call; it answers each of them
-  // with `code`.
-  std::string asked(const std::string& code, std::uint32_t connection = 1) {
-    std::string names;
-    std::vector<Answered> answers;
+  // What this side has said of this kind since the last call.
+  template <class Message>
+  std::vector<Message> heard(std::uint32_t connection) {
+    std::vector<Message> all;
     while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
       if (!packet->text) continue;
       const Bytes bytes = flow_test::joined(*packet);
       const auto control =
           decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-      const auto* ask = control ? std::get_if<Ask>(&control.value()) : nullptr;
-      if (!ask) continue;
+      if (const auto* message = control ? std::get_if<Message>(&control.value()) : nullptr)
+        all.push_back(*message);
+    }
+    return all;
+  }
+  // The names of the questions that the peer was sent since the last call; it answers each of them
+  // with `code`.
+  std::string asked(const std::string& code, std::uint32_t connection = 1) {
+    std::string names;
+    for (const auto& ask : heard<Ask>(connection)) {
       Answered answer;
-      for (const auto& name : ask->names) {
+      for (const auto& name : ask.names) {
         names += (names.empty() ? "" : " ") + name.name;
         answer.codes.push_back(code);
       }
-      answers.push_back(std::move(answer));
+      s.say(connection, answer);
     }
-    for (const auto& answer : answers) s.say(connection, answer);
     return names;
   }
   // Time passes, and the peer answers what it is asked.
@@ -59,14 +65,7 @@ struct MissingTest : testing::Test {
     s.side.next_packet({connection}, flow_test::now_ms(s.at));
     s.say(connection, Ask{names});
     std::string codes;
-    while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
-      if (!packet->text) continue;
-      const Bytes bytes = flow_test::joined(*packet);
-      const auto control =
-          decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-      if (control && std::holds_alternative<Answered>(control.value()))
-        codes = word_of(control.value());
-    }
+    for (const auto& answer : heard<Answered>(connection)) codes = word_of(answer);
     return codes;
   }
   std::string logged() {
@@ -101,6 +100,7 @@ TEST_F(MissingTest, WhatNobodyPublishesThere) {
   s.graph({topic("/a").sub(1)});
   s.join(1);
   settle("absent");
+  settle("later");
   EXPECT_EQ(missing(), "import topic /a not_there: nobody publishes it at the peer\n");
   EXPECT_EQ(logged().find(" not cross the link"), std::string::npos)
       << "that is how it is most of the time";
@@ -350,6 +350,13 @@ TEST_F(MissingTest, QuestionsWithoutEndEndTheLink) {
   EXPECT_EQ(s.did(), "");
   s.say(1, Ask{{asks("/a")}});
   EXPECT_EQ(s.did(), "close 1 4006\n");
+}
+
+// However many links its identity has.
+TEST_F(MissingTest, QuestionsOfAnIdentityAreAnsweredAtAPace) {
+  for (std::uint32_t link = 1; link <= 5; ++link) s.join(link);
+  for (std::uint32_t i = 0; i < 64; ++i) s.say(1 + i / 16, Ask{{asks("/a")}});
+  EXPECT_EQ(answers({asks("/a"), asks("/b")}, 5), "answer later later");
 }
 
 TEST_F(MissingTest, AnAnswerThatNobodyAskedForEndsTheLink) {

@@ -16,7 +16,7 @@ TEST(Side, BeginsWithItsClaimAndAClientDials) {
                          kClaimsTopic + " reliable latched 100\n");
   EXPECT_EQ(s.side.next_deadline(), TimePoint{});
   s.give(TimePassed{});
-  EXPECT_EQ(s.did(), "claim []\ndial 1\n");
+  EXPECT_EQ(s.did(), "dial 1\nclaim []\n");
   EXPECT_EQ(s.side.next_deadline(), TimePoint{} + std::chrono::seconds(3));  // a sign of life
 }
 

@@ -61,10 +61,10 @@ TEST(ClockPublisher, OfTwoBridgesTheSmallerSideIdPublishes) {
 
 TEST(ClockPublisher, AClaimSaysThatItIsThere) {
   ClockScript s;
-  EXPECT_TRUE(s.clock.take_claim_change());
-  EXPECT_FALSE(s.clock.take_claim_change());
+  EXPECT_EQ(s.outputs.take_follow_up(FollowUp::kClaim), FollowUp::kClaim);
+  EXPECT_EQ(s.outputs.take_follow_up(FollowUp::kClaim), std::nullopt);
   s.clock.stop(s.outputs);
-  EXPECT_TRUE(s.clock.take_claim_change());
+  EXPECT_EQ(s.outputs.take_follow_up(FollowUp::kClaim), FollowUp::kClaim);
   Claim claim;
   s.clock.add_mirrored(claim);
   EXPECT_TRUE(claim.services.empty());

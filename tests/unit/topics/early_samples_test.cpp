@@ -81,6 +81,65 @@ TEST(EarlySamples, WhoListensALittleLaterGetsWhatNobodyHasGot) {
   EXPECT_EQ(third.said(), "1.1 much later\n");
 }
 
+// While another one wants what is kept: what was said since it listens, and nothing from before.
+TEST(EarlySamples, OfATransientLocalTopicGoToWhoDrives) {
+  OneLink other{1}, driven{2};
+  Exporting s;
+  ListenerTold told;
+  told.listener = {1};
+  told.name = "/a";
+  told.type = kType;
+  EXPECT_TRUE(s.context.listeners.on_listeners(driven.link, {{told}, {}}, ms(0)).ok());
+  s.see(topic("/a").pub(1, latched(3)));
+  s.offer(other);
+  s.offer(driven);
+  s.demand(other);
+  s.subject.on_taken({{}, gid(1), flow_test::at_ms(-5), sample("yesterday"), 1}, ms(10));
+  s.take(1, "early", 20);
+  driven.said();
+  driven.link.outgoing({1})->on_demand({1, false, {}, true}, ms(30));
+  EXPECT_EQ(driven.said(), "1.1 early\n");
+}
+
+// Its publisher said it when the topic was subscribed already, but was cut off from here.
+TEST(EarlySamples, WhoDrivesDoesNotGetWhatComesMuchLaterThanItWasSaid) {
+  OneLink other{1}, driven{2};
+  Exporting s;
+  ListenerTold told;
+  told.listener = {1};
+  told.name = "/a";
+  told.type = kType;
+  EXPECT_TRUE(s.context.listeners.on_listeners(driven.link, {{told}, {}}, ms(0)).ok());
+  s.see(topic("/a").pub(1, latched(3)));
+  s.offer(other);
+  s.demand(other);
+  s.offer(driven);
+  s.see(topic("/a").pub(1, latched(3)).pub(2, latched(1)), 5000);
+  other.said();
+  s.subject.on_taken({{}, gid(2), flow_test::at_ms(1000), sample("long ago"), 1}, ms(5000));
+  driven.said();
+  driven.link.outgoing({1})->on_demand({1, false, {}, true}, ms(5030));
+  EXPECT_EQ(driven.said(), "");
+  EXPECT_EQ(other.said(), "1.2 long ago\n");
+}
+
+// While another one wants what is kept. It is new, and may be the stop.
+TEST(EarlySamples, WhoDrivesGetsTheFirstCommandOfANewPublisher) {
+  OneLink driven, other{2};
+  Exporting s;
+  s.see(topic("/a").pub(1, latched(3)));
+  s.offer(driven);
+  s.offer(other);
+  s.demand(other);
+  driven.link.outgoing({1})->on_demand({1, false, {}, true}, ms(100));
+  s.see(topic("/a").pub(1, latched(3)).pub(2, latched(1)).pub(3, latched(1)), 200);
+  driven.said();
+  s.subject.on_taken({{}, gid(3), flow_test::at_ms(50), sample("yesterday"), 1}, ms(200));
+  s.take(2, "now", 200);
+  EXPECT_EQ(driven.said(), "1.2 now\n");
+  EXPECT_NE(other.said().find("yesterday"), std::string::npos);
+}
+
 // A peer that listens with a weak rule, beside one that demands the topic as it is published.
 struct BesideAWeakListener {
   BesideAWeakListener() : s({weak(), everything()}) {

@@ -70,6 +70,12 @@ void Actions::finish(std::optional<Payload> result, std::int64_t at) {
   jobs.on_done(done, ms(at));
 }
 
+bool Actions::takes(FollowUp what) {
+  bool found = false;
+  while (const auto next = outputs.take_follow_up(FollowUp::kClaim)) found = found || next == what;
+  return found;
+}
+
 InMessage call_in(const std::shared_ptr<Bytes>& packet) {
   InMessage message;
   message.channel = {1};

@@ -39,6 +39,8 @@ struct Actions {
   std::string did();
   // The worker is done with the last job.
   void finish(std::optional<Payload> result, std::int64_t at = 0);
+  // Whether this is to be done since it was asked last for anything.
+  bool takes(FollowUp what);
 
   Outputs outputs;
   GraphOptions names;

@@ -1,0 +1,84 @@
+// A server's place at a relay, seen by what passes on its control connection.
+#include "net/relay_door.hpp"
+
+#include <gmock/gmock.h>
+
+#include "unit/relay/relay_bed.hpp"
+
+namespace connect_bridge::test {
+namespace {
+
+// Leads to a relay, and counts what the first that comes, the control connection, says.
+struct CountingWay {
+  explicit CountingWay(AtRelay& at)
+      : to(at.port()), loop(at.loop), door(at.loop.io, {asio::ip::make_address("127.0.0.1"), 0}) {
+    accept();
+  }
+  ~CountingWay() {
+    for (const auto& joint : joints) joint->cut();
+  }
+  [[nodiscard]] std::uint16_t port() const { return door.local_endpoint().port(); }
+  void accept() {
+    door.async_accept(loop.io.get_executor(), [this](ErrorCode error, TcpSocket socket) {
+      if (error) return;
+      TcpSocket there(loop.io.get_executor());
+      there.connect({asio::ip::make_address("127.0.0.1"), to});
+      const bool first = joints.empty();
+      joints.push_back(std::make_shared<Joint>(std::move(socket), std::move(there),
+                                               [this, first](bool forth, std::size_t bytes) {
+                                                 if (first && forth) said += bytes;
+                                               }));
+      joints.back()->start({}, [] {});
+      accept();
+    });
+  }
+
+  const std::uint16_t to;
+  Loop& loop;
+  asio::ip::tcp::acceptor door;
+  std::vector<std::shared_ptr<Joint>> joints;
+  std::size_t said = 0;  // bytes
+};
+
+// Behind a NAT of which the address has changed, that is the first sign. A stranger's is none.
+TEST(RelayDoor, AsksWhetherTheRelayIsThereWhenALoginsConnectionEnds) {
+  AtRelay at;
+  CountingWay way(at);
+  Side server(at.loop), client(at.loop);
+  server.packet_bytes_max = 0;
+  const Authority::Files files = relay_authority().sign("robot7", "DNS:robot7");
+  ListenOptions listen;
+  listen.port = 0;
+  listen.tls = TlsOptions{files.certificate, files.key};
+  listen.relay.emplace();
+  listen.relay->url = {true, "127.0.0.1", way.port(), "/", "robot7"};
+  listen.relay->tls.ca_file = relay_authority().ca;
+  listen.relay->token = [] { return std::string{"robot7-token"}; };
+  int kept = 0;
+  listen.relay->keep = [&] {
+    ++kept;
+    return std::string{};
+  };
+  ASSERT_EQ(server.network.listen(listen), "");
+  ASSERT_TRUE(at.loop.until([&] { return kept == 1; }));
+  DialOptions dial;
+  dial.url = {true, "127.0.0.1", at.port(), "/", "robot7"};
+  dial.tls.ca_file = relay_authority().ca;
+  for (const bool logs_in : {false, true}) {
+    const ConnectionId id{logs_in ? 2U : 1U};
+    client.network.dial(id, dial);
+    ASSERT_TRUE(at.loop.until([&] { return server.opened.size() == id.value; }))
+        << client.failures[id];
+    const ConnectionId there = server.opened.back();
+    if (logs_in) server.network.allow(there, 1 << 20);
+    at.loop.run_for(100ms);
+    const std::size_t said = way.said;
+    client.network.close(id, CloseCode::kGoingAway, "");
+    ASSERT_TRUE(at.loop.until([&] { return server.is_closed(there); }));
+    EXPECT_EQ(at.loop.until([&] { return way.said > said; }, 500ms), logs_in);
+  }
+  EXPECT_EQ(kept, 1);
+}
+
+}  // namespace
+}  // namespace connect_bridge::test
