@@ -47,7 +47,7 @@ void Outbox::change(ChannelQueue& queue, Change&& change) {
 }
 
 void Outbox::settle(const Now& now) {
-  together_.settled();
+  together_->settled();
   const auto queues = apart_;
   for (auto* queue : queues) change(*queue, [&](ChannelQueue& of) { of.settle(now); });
 }
@@ -55,7 +55,7 @@ void Outbox::settle(const Now& now) {
 ChannelQueue& Outbox::add_channel(ChannelId channel, QueueOptions options) {
   // A burst of one topic must not displace waiting messages of others.
   options.burst_bytes_max = std::min(options.burst_bytes_max, options_.data_bytes_max / 4);
-  const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_, together_);
+  const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_, *together_);
   auto& queue = at->second;
   if (is_new) return queue;
   // Else it keeps its turn: where publishers come and go, a large message would wait for ever.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -34,8 +35,8 @@ namespace connect_bridge {
 class Outbox {
  public:
   explicit Outbox(OutboxOptions options);
-  Outbox(const Outbox&) = delete;
-  Outbox& operator=(const Outbox&) = delete;
+  Outbox(Outbox&&) = default;  // channels keep their addresses, so the schedule stays valid
+  Outbox& operator=(Outbox&&) = default;
 
   // An existing channel gets the new options and keeps its queue and counts. The queue is there
   // until the channel is removed: for push(), to look at it, and to forget a base that the peer
@@ -72,8 +73,8 @@ class Outbox {
 
   // A large message was admitted to one of the channels, and will be pushed, or given up
   // (Together).
-  void expect(const Moment& moment, TimePoint now) { together_.expect(moment, now); }
-  void give_up(const Moment& moment) { together_.gone(moment); }
+  void expect(const Moment& moment, TimePoint now) { together_->expect(moment, now); }
+  void give_up(const Moment& moment) { together_->gone(moment); }
   // False: nothing waits, and nothing is on its way for which `repairs` matter: next() need not be
   // called. Most of many connections are so, and it takes time to ask TCP for its repairs.
   [[nodiscard]] bool may_have_packet() const {
@@ -121,7 +122,7 @@ class Outbox {
   // To be called before channels are added. Waiting data and the bases count in this budget too;
   // when it is used up, data is dropped as at data_bytes_max. It outlives this.
   void draw_from(Budget& memory) {
-    bases_.emplace(&memory);
+    bases_ = std::make_unique<Budget>(&memory);
     held_ = memory.hold(0);
   }
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
@@ -191,7 +192,7 @@ class Outbox {
   [[nodiscard]] std::uint64_t& bytes_of(const ChannelQueue& queue) {
     return queue.keeps() ? kept_bytes_ : data_bytes_;
   }
-  [[nodiscard]] bool must_settle() const { return together_.changed() && !apart_.empty(); }
+  [[nodiscard]] bool must_settle() const { return together_->changed() && !apart_.empty(); }
   // Lets leave what waited for a large message.
   void settle(const Now& now);
   // Runs a change of one queue and keeps the sums of bytes and the schedule right.
@@ -199,8 +200,8 @@ class Outbox {
   void change(ChannelQueue& queue, Change&& change);
 
   OutboxOptions options_;
-  std::optional<Budget> bases_{std::in_place};  // of all channels
-  Together together_;
+  std::unique_ptr<Budget> bases_ = std::make_unique<Budget>();  // of all channels; does not move
+  std::unique_ptr<Together> together_ = std::make_unique<Together>();
   std::unordered_map<ChannelId, ChannelQueue> queues_;
   std::deque<ChannelQueue*> apart_;  // those in which something waits for a large message
   ClassSchedule schedule_;
