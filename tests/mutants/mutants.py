@@ -155,7 +155,7 @@ MUTANTS = [
     Mutant("demands_pace", "demand is switched without a price", never),
     Mutant("frames_max", "frames of a packet without a limit", never),
     Mutant("false_acknowledgement", "acknowledgement of what was not sent",
-           swap("return false", "return true")),
+           swap("std::nullopt", "std::vector<Delivered>{}")),
     Mutant("server_queue", "the server's queue is not watched", value("true")),
     Mutant("turns", "lines do not take turns", gone),
     Mutant("light_first", "light before urgent",

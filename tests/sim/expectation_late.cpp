@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <set>
 
-#include "core/topics/command.hpp"
+#include "core/topics/topic_qos.hpp"
 #include "sim/expectation.hpp"
 
 namespace connect_bridge::sim {

@@ -1,6 +1,7 @@
 // Messages that a rule's rate refused and that may leave later.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -14,40 +15,43 @@ namespace connect_bridge {
 
 // Keeps for each publisher the newest message that a rate limit has refused, until its time comes
 // or another message of that publisher passes. So a rate limit never loses a publisher's last
-// message, which may say "stop". Single-threaded.
-template <class Message>
+// message, which may say "stop". `Owner`: who is woken when the time of a message has come.
+// Single-threaded.
+template <class Message, class Owner>
 class HeldBack {
  public:
   // What is held counts in `memory`, which outlives this.
-  explicit HeldBack(Budget& memory) : memory_(memory) {}
+  HeldBack(Budget& memory, typename Timers<Owner>::Of timers) : memory_(memory), timers_(timers) {}
 
   // Holds the message until `at`, instead of an older one of the publisher. Returns the message
   // that is lost: the older one, or, where there is no room for it, this one.
   std::optional<Message> hold(OriginId origin, Message message, std::size_t bytes, TimePoint at) {
     if (bytes > memory_.room()) return message;
     auto older = take(origin);
-    entries_.try_emplace(origin, std::move(message), memory_.hold(bytes), timers_.set(at, origin));
+    entries_.try_emplace(origin, std::move(message), memory_.hold(bytes), timers_.set(at));
     return older;
   }
   // The next message whose time has come.
   std::optional<Message> take_due(TimePoint now) {
-    const auto due = timers_.take_due(now);
-    return due ? take(entries_.find(*due)) : std::nullopt;
+    const auto first = std::min_element(
+        entries_.begin(), entries_.end(),
+        [](const auto& a, const auto& b) { return a.second.leaves.at() < b.second.leaves.at(); });
+    const bool due = first != entries_.end() && first->second.leaves.at() <= now;
+    return due ? take(first) : std::nullopt;
   }
   // The next message (of this publisher), whether or not its time has come.
   std::optional<Message> take() { return take(entries_.begin()); }
   std::optional<Message> take(OriginId origin) { return take(entries_.find(origin)); }
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
 
  private:
   struct Entry {
-    Entry(Message held, Budget::Hold counted, typename Timers<OriginId>::Timer at)
+    Entry(Message held, Budget::Hold counted, typename Timers<Owner>::Timer at)
         : message(std::move(held)), bytes(std::move(counted)), leaves(std::move(at)) {}
     Message message;
     Budget::Hold bytes;
-    typename Timers<OriginId>::Timer leaves;
+    typename Timers<Owner>::Timer leaves;
   };
   std::optional<Message> take(typename std::map<OriginId, Entry>::iterator at) {
     if (at == entries_.end()) return std::nullopt;
@@ -57,7 +61,7 @@ class HeldBack {
   }
 
   Budget& memory_;
-  Timers<OriginId> timers_;
+  typename Timers<Owner>::Of timers_;
   std::map<OriginId, Entry> entries_;
 };
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <list>
 #include <unordered_map>
+#include <utility>
 
 #include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
@@ -29,15 +31,42 @@ class HistoryCache {
   };
 
   // No limits until they are set. Depth 0: limited by bytes only.
-  void limit(std::uint32_t depth, std::uint64_t bytes_max);
+  void limit(std::uint32_t depth, std::uint64_t bytes_max) {
+    depth_ = depth;
+    bytes_max_ = bytes_max;
+    for (auto& [origin, own] : by_origin_) {
+      while (depth_ > 0 && own.size() > depth_) drop_oldest_of(own);
+    }
+    keep_bytes();
+  }
   // What is kept also counts in this budget, which outlives this; when the budget is used up, the
   // oldest samples are dropped, down to kHistoryFloorBytes.
   void draw_from(Budget& memory) { held_ = memory.hold(bytes_); }
 
-  void add(Sample sample);
+  void add(Sample sample) {
+    // It would displace all others and then itself.
+    if (sample.payload.size() > bytes_max_) return;
+    bytes_ += sample.payload.size();
+    samples_.push_back(std::move(sample));
+    auto& own = by_origin_[samples_.back().origin];
+    own.push_back(std::prev(samples_.end()));
+    // First by depth: an origin that says much displaces its own samples, not those of others.
+    if (depth_ > 0 && own.size() > depth_) drop_oldest_of(own);
+    keep_bytes();
+  }
   // The origin is gone: forgets its samples.
-  void remove(OriginId origin);
-  void clear();
+  void remove(OriginId origin) {
+    const auto at = by_origin_.find(origin);
+    if (at == by_origin_.end()) return;
+    while (!at->second.empty()) drop_oldest_of(at->second);
+    by_origin_.erase(at);
+  }
+  void clear() {
+    samples_.clear();
+    by_origin_.clear();
+    bytes_ = 0;
+    held_.resize(0);
+  }
 
   // In order of arrival.
   [[nodiscard]] const std::list<Sample>& samples() const { return samples_; }
@@ -47,8 +76,18 @@ class HistoryCache {
   using Samples = std::list<Sample>;
   using Own = std::list<Samples::const_iterator>;  // an origin's samples, oldest first
 
-  void drop_oldest_of(Own& own);
-  void keep_bytes();
+  void drop_oldest_of(Own& own) {
+    bytes_ -= own.front()->payload.size();
+    held_.resize(bytes_);
+    samples_.erase(own.front());
+    own.pop_front();
+  }
+  void keep_bytes() {
+    held_.resize(bytes_);
+    // The oldest of all is the oldest of its origin, too.
+    while (bytes_ > bytes_max_ || (bytes_ > kHistoryFloorBytes && held_.is_full()))
+      drop_oldest_of(by_origin_[samples_.front().origin]);
+  }
 
   std::uint32_t depth_ = 0;
   std::uint64_t bytes_max_ = std::numeric_limits<std::uint64_t>::max();

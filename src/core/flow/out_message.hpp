@@ -19,7 +19,7 @@ struct OutMessage : MessageHead {
   // has none.
   std::optional<std::uint64_t> state = {};
   Moment moment = {};
-  bool tracked = false;  // its arrival is reported to the owner (Outbox::take_delivered)
+  bool tracked = false;  // its arrival is reported to the owner (Outbox::acknowledge)
   bool resumes = false;  // kept until it has arrived, to be sent again on another connection
 };
 

@@ -100,10 +100,6 @@ bool Outbox::take_back(ChannelId channel, Subject subject) {
   return taken;
 }
 
-void Outbox::forget_base(ChannelId channel, OriginId origin) {
-  if (const auto at = queues_.find(channel); at != queues_.end()) at->second.forget_base(origin);
-}
-
 void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until) {
   const auto at = queues_.find(channel);
   if (at == queues_.end()) return;
@@ -114,11 +110,6 @@ void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint 
     queue.go_on(std::move(left.messages), arrivals_, now, until);
   });
   if (is_over()) keep_data_budget(at->second.priority());
-}
-
-bool Outbox::holds(ChannelId channel, OriginId origin) const {
-  const auto at = queues_.find(channel);
-  return at != queues_.end() && at->second.holds(origin);
 }
 
 Outbox::Unarrived Outbox::take_unarrived(ChannelId channel) {
@@ -302,25 +293,22 @@ bool Outbox::window_allows(const ChannelQueue& queue, std::size_t packet_bytes) 
   return !queue.begins_resuming() || resend_bytes_ <= options_.unacknowledged_bytes_max;
 }
 
-bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
-  if (ack.received_bytes > sent_bytes_) return false;  // mutant: false_acknowledgement
-  if (ack.received_bytes <= received_bytes_) return true;
+std::optional<std::vector<Outbox::Delivered>> Outbox::acknowledge(const Arrival& ack,
+                                                                  const Now& now) {
+  if (ack.received_bytes > sent_bytes_) return std::nullopt;  // mutant: false_acknowledgement
+  std::vector<Delivered> delivered;
+  if (ack.received_bytes <= received_bytes_) return delivered;
   pacer_.acknowledged(ack, now.steady);
   received_bytes_ = ack.received_bytes;
   while (const auto arrived = in_flight_.take_arrived(received_bytes_)) {
     const ChannelQueue::Whole& whole = arrived->whole;
     if (!whole.resumes) {
-      delivered_.push_back({arrived->channel, whole.subject});
+      delivered.push_back({arrived->channel, whole.subject});
     } else if (const auto queue = queues_.find(arrived->channel); queue != queues_.end()) {
       change(queue->second, [&](ChannelQueue& sent) { sent.arrived(whole.sequence); });
     }
   }
-  return true;
-}
-
-std::uint64_t Outbox::left_bytes(ChannelId channel) const {
-  const auto at = queues_.find(channel);
-  return at == queues_.end() ? 0 : at->second.left_bytes();
+  return delivered;
 }
 
 ChannelCounts Outbox::counts(ChannelId channel) const {

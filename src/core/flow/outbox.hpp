@@ -38,15 +38,14 @@ class Outbox {
   Outbox(Outbox&&) = default;  // channels keep their addresses, so the schedule stays valid
   Outbox& operator=(Outbox&&) = default;
 
-  // An existing channel gets the new options and keeps its queue and counts. The queue is there for
-  // push() alone, until the channel is removed.
+  // An existing channel gets the new options and keeps its queue and counts. The queue is there
+  // until the channel is removed: for push(), to look at it, and to forget a base that the peer
+  // forgets, too.
   ChannelQueue& add_channel(ChannelId channel, QueueOptions options);
   using Unarrived = UnarrivedMessages;
   // The channel, on which nothing was sent yet, continues one of an earlier connection: the
   // messages that were left there come first, and the sequence numbers go on (ChannelQueue::go_on).
   void go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until);
-  // Whether the origin may not leave yet: what was left goes on, or a message of it is partly sent.
-  [[nodiscard]] bool holds(ChannelId channel, OriginId origin) const;
   [[nodiscard]] Unarrived take_unarrived(ChannelId channel);
   // Drops what is queued (counted as kWithdrawn), forgets the channel and returns its last counts.
   // An open message ends without `abort`: send `withdraw` after this call, and the receiver forgets
@@ -56,8 +55,6 @@ class Outbox {
   void clear_channel(ChannelId channel);
   // Drops the oldest message of the subject that is not begun (kNoDemand). False: there is none.
   bool take_back(ChannelId channel, Subject subject);
-  // The peer knows that the origin has left the channel: forgets its base (DeltaEncoder).
-  void forget_base(ChannelId channel, OriginId origin);
 
   // Queues a message; what the channel's policy displaces is dropped and counted. For a channel
   // that does not exist (any more) it does nothing.
@@ -107,19 +104,16 @@ class Outbox {
     schedule_.wake(now.steady);
   }
 
-  // The peer acknowledges what it has received in total. False: more than was sent (kIllegal).
-  [[nodiscard]] bool acknowledge(const Arrival& ack, const Now& now);
-
-  // The tracked messages that the peer has acknowledged since the last call, in the order sent.
+  // The peer acknowledges what it has received in total. Returns the tracked messages that it has
+  // by that, in the order sent. Nullopt: it is more than was sent (kIllegal).
   struct Delivered {
     ChannelId channel;
     Subject subject;
   };
-  std::vector<Delivered> take_delivered() { return std::exchange(delivered_, {}); }
+  [[nodiscard]] std::optional<std::vector<Delivered>> acknowledge(const Arrival& ack,
+                                                                  const Now& now);
 
   [[nodiscard]] ChannelCounts counts(ChannelId channel) const;  // all zero: there is none
-  // Body bytes of the channel that are not handed out yet.
-  [[nodiscard]] std::uint64_t left_bytes(ChannelId channel) const;
   // Bytes of bodies that wait or are partly sent; never more than data_bytes_max. Channels with
   // `keep` do not count: their owner limits them.
   [[nodiscard]] std::uint64_t data_bytes() const { return data_bytes_; }
@@ -226,7 +220,6 @@ class Outbox {
   std::uint64_t kept_since_ask_ = 0;  // resend_bytes() that came since then
   InFlight in_flight_;                // tracked messages, and those that resume
   std::uint64_t resend_bytes_ = 0;    // of all channels
-  std::vector<Delivered> delivered_;
   Pacer pacer_;
   LinkCap cap_;
   LightBudget light_;

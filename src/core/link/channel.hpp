@@ -27,16 +27,22 @@ class IncomingChannel {
  public:
   virtual ~IncomingChannel() = default;
 
-  // Whether messages that answer this demand are accepted now. Bodies of other messages are not
-  // kept.
-  [[nodiscard]] virtual bool wants(std::uint16_t demand) const;
+  // Whether messages that answer this demand (its number) are accepted now. Bodies of other
+  // messages are not kept.
+  [[nodiscard]] virtual bool wants(std::uint16_t) const { return true; }
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer ends the channel. The link has forgotten the number already. May destroy this object.
   virtual void on_withdraw(const Withdraw& why, const Now& now) = 0;
 
-  virtual Result<Nothing> on_origins(const OriginsChanged& change, const Now& now);
-  virtual Result<Nothing> on_attached(const Attached& attached, const Now& now);
-  virtual Result<Nothing> on_refuse(const Refuse& refuse, const Now& now);
+  virtual Result<Nothing> on_origins(const OriginsChanged&, const Now&) {
+    return Error{CloseCode::kUnknownChannel, "origins of a channel that is no topic"};
+  }
+  virtual Result<Nothing> on_attached(const Attached&, const Now&) {
+    return Error{CloseCode::kUnknownChannel, "attached to a channel that is no service"};
+  }
+  virtual Result<Nothing> on_refuse(const Refuse&, const Now&) {
+    return Error{CloseCode::kUnknownChannel, "calls of a channel that is no service are refused"};
+  }
 };
 
 // A number on which the peer may send, as its link keeps it.
@@ -61,12 +67,14 @@ class OutgoingChannel {
  public:
   virtual ~OutgoingChannel() = default;
 
-  virtual void on_demand(const ChannelDemand& demand, const Now& now);
-  virtual void on_decline(const Decline& decline, const Now& now);
-  virtual Result<Nothing> on_attach(const Attach& attach, const Now& now);
-  virtual Result<Nothing> on_forget(const Forget& forget, const Now& now);
+  virtual void on_demand(const ChannelDemand&, const Now&) {}
+  virtual void on_decline(const Decline&, const Now&) {}
+  virtual Result<Nothing> on_attach(const Attach&, const Now&) {
+    return Error{CloseCode::kIllegal, "attached to a channel that is no service"};
+  }
+  virtual Result<Nothing> on_forget(const Forget&, const Now&) { return Nothing{}; }
   // The peer has all of a tracked message.
-  virtual void on_delivered(CallId call, const Now& now);
+  virtual void on_delivered(CallId, const Now&) {}
 };
 
 }  // namespace connect_bridge

@@ -174,9 +174,9 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
     return on_data(to->channel, reassembly_.on_part(to->stream, *part), now);
   }
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {
-    if (!outbox_.acknowledge({ack->received_bytes, ack->arrived}, now))
-      return Error{CloseCode::kIllegal, "acknowledged more bytes than were sent"};
-    for (const auto& whole : outbox_.take_delivered()) user_->on_delivered(whole, now);
+    const auto delivered = outbox_.acknowledge({ack->received_bytes, ack->arrived}, now);
+    if (!delivered) return Error{CloseCode::kIllegal, "acknowledged more bytes than were sent"};
+    for (const auto& whole : *delivered) user_->on_delivered(whole, now);
     return false;
   }
   if (const auto* request = std::get_if<TimeRequest>(&frame)) {

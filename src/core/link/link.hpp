@@ -22,7 +22,6 @@
 #include "core/link/link_life.hpp"
 #include "core/link/link_login.hpp"
 #include "core/link/link_mirrors.hpp"
-#include "core/link/loss.hpp"
 #include "core/policy/names.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/status.hpp"
@@ -31,9 +30,11 @@ namespace connect_bridge {
 
 class Link;
 
-// What concerns a link as a whole, and no channel. An error ends the connection with its code.
+// What concerns a link as a whole, and no channel: what its peer says, and what becomes of it. An
+// error ends the connection with its code.
 class LinkUser {
  public:
+  // ---- what the peer says
   virtual Result<Nothing> on(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
@@ -42,6 +43,24 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
   virtual void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) = 0;
+
+  // ---- what becomes of the link (Links)
+  // A connection carries the link from now on.
+  virtual void on_link_open(Link& link, const Now& now) = 0;
+  // The link goes on, but the process at the other end is another one and remembers no calls.
+  virtual void on_peer_replaced(Link& link, const Now& now) = 0;
+  // The connection is about to go, and its channels with it. Mirrors and calls wait.
+  virtual void on_link_lost(Link& link, const Now& now) = 0;
+  // It was lost for dead_after, or left for good: its calls and mirrors end.
+  virtual void on_link_dead(Link& link, const Now& now) = 0;
+  // The link's identity has changed, and perhaps its rights.
+  virtual void on_identity_changed(Link& link, const Now& now) = 0;
+  // Whether something is kept for a dead link's return.
+  [[nodiscard]] virtual bool resumes(const Link& link) const = 0;
+  // A dead link will not return: what is kept for it goes.
+  virtual void on_link_forgotten(Link& link, const Now& now) = 0;
+  // The time for offers after a reconnect is over: the peer will not offer the rest again.
+  virtual void on_offers_over(Link& link, const Now& now) = 0;
 
  protected:
   ~LinkUser() = default;

@@ -2,6 +2,7 @@
 // at.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -24,7 +25,14 @@ class LinkAccepts {
   explicit operator bool() const { return list_.has_value(); }
   [[nodiscard]] const PeerAccepts* operator->() const { return &*list_; }
   // The list that was taken holds from now on. False: it is the same as the one before.
-  bool adopt(Accepts list);
+  bool adopt(Accepts list) {
+    // By one that nobody looked at the peer may have declined what it takes by this one.
+    const bool passed_over = std::exchange(passed_over_, false);
+    if (list_ && !passed_over && list_->told() == list) return false;
+    list_.emplace(std::move(list));
+    ++lists_;
+    return true;
+  }
   // How many lists have held: what was declined under another one may be offered again.
   [[nodiscard]] std::uint64_t lists() const { return lists_; }
   // Whether what is offered now completes the first round of offers of the connection. True once.
@@ -32,13 +40,32 @@ class LinkAccepts {
 
   // ---- the list that waits
   // One has come; ask take_due() at once.
-  void put(Accepts list, const Now& now);
+  void put(Accepts list, const Now& now) {
+    passed_over_ = passed_over_ || waiting_;
+    waiting_ = std::move(list);
+    due_ = now.steady;
+  }
   // The list, if it is to be looked at now; it is counted. `opened_at`: when the connection was.
-  [[nodiscard]] std::optional<Accepts> take_due(TimePoint opened_at, const Now& now);
+  [[nodiscard]] std::optional<Accepts> take_due(TimePoint opened_at, const Now& now) {
+    if (!due_ || *due_ > now.steady) return std::nullopt;
+    due_ = due(opened_at, now);  // lists of other links may have been looked at meanwhile
+    if (*due_ > now.steady) return std::nullopt;
+    due_.reset();
+    // The first of a connection may come before its time: then it is not counted, or the pace would
+    // fall behind with each connection.
+    for (Pace* const pace : {&pace_, &of_account_}) static_cast<void>(pace->take(now.steady));
+    return std::exchange(waiting_, std::nullopt);
+  }
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
   // The connection is lost, and with it the peer's `accepts`.
-  void lost();
+  void lost() {
+    list_.reset();
+    completed_ = false;
+    waiting_.reset();
+    due_.reset();
+    passed_over_ = false;
+  }
 
  private:
   // The first list of a connection waits no longer than this after the connection was opened. The
@@ -46,7 +73,10 @@ class LinkAccepts {
   // reach it long before that, however many other lists are compared before its own.
   static constexpr Duration kFirstMax = std::chrono::seconds(10);
 
-  [[nodiscard]] TimePoint due(TimePoint opened_at, const Now& now) const;
+  [[nodiscard]] TimePoint due(TimePoint opened_at, const Now& now) const {
+    const TimePoint free_at = std::max(pace_.free_at(), of_account_.free_at());
+    return std::max(now.steady, list_ ? free_at : std::min(free_at, opened_at + kFirstMax));
+  }
 
   Pace& of_account_;
   std::optional<PeerAccepts> list_;

@@ -7,6 +7,7 @@
 
 #include "core/link/link.hpp"
 #include "core/ports/outputs.hpp"
+#include "core/wire/text.hpp"
 
 namespace connect_bridge {
 
@@ -67,6 +68,31 @@ inline void log_withdrawn(Outputs& outputs, const Link& link, const std::string&
   outputs.log_once(link.account->told, LogLevel::kWarn,
                    link.label() + " cannot export " + what + ", and says: " + withdraw.reason +
                        " (" + withdraw.code + ")");
+}
+
+struct TypeDifference {
+  std::string what;  // "/pose of /talker"
+  std::string type;  // "geometry_msgs/msg/Pose"
+  std::string hash_here, hash_there;
+  bool used = false;  // the rules use it nevertheless (allow_type_mismatch)
+};
+
+// A type has one definition here and another one at the peer. Logged once for each type and hash of
+// an identity, however many topics and services have the type; that it is used nevertheless is
+// another line.
+inline void log_difference(Outputs& outputs, const Link& link, const TypeDifference& difference) {
+  const std::string& type = difference.type;
+  const std::string key = difference.used ? "type_mismatch_used " : "type_mismatch ";
+  if (!link.account->told.first(key + type + " " + difference.hash_there)) return;
+  const std::string text = difference.what + ": the definition of " + type + " here (" +
+                           shown_hash(difference.hash_here) + ") is not that of " + link.label() +
+                           " (" + shown_hash(difference.hash_there) + "). ";
+  if (difference.used)
+    return outputs.log(LogLevel::kWarn,
+                       text + "Messages that do not fit the definition here are dropped");
+  outputs.log(LogLevel::kError, "cannot mirror " + text + "Install the same version of " +
+                                    type.substr(0, type.find('/')) +
+                                    " on both sides, or set allow_type_mismatch in the rule");
 }
 
 }  // namespace connect_bridge

@@ -1,14 +1,25 @@
 // How long a link lives: when it was opened and lost, and what of it ends when.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
 #include "core/base/time.hpp"
 #include "core/base/timers.hpp"
-#include "core/link/loss.hpp"
 
 namespace connect_bridge {
+
+// What the end of a connection means for the link that it carried.
+enum class Loss : std::uint8_t {
+  kBreak,    // the link is dead after dead_after of silence, and may return
+  kRestart,  // the same, but the peer will remember nothing
+  kSilence,  // it is dead at once, and may return
+  kEnd,      // it is dead at once, and for ever
+};
+[[nodiscard]] inline bool is_dead(Loss loss) {
+  return loss == Loss::kSilence || loss == Loss::kEnd;
+}
 
 // A link is open on a connection, then lost. A lost one is dead after some silence: its calls and
 // mirrors end. What is kept for the peer's return waits longer, until the link is forgotten. On
@@ -23,19 +34,45 @@ class LinkLife {
   void set_resume_for(Duration resume_for) { resume_for_ = resume_for; }
 
   // ---- transitions
-  void opened(const Now& now);
+  void opened(const Now& now) {
+    ++connects_;
+    opened_at_ = now.steady;
+    offers_end_at_ = now.steady + kOffersTime;
+    dead_at_.reset();
+    forgotten_at_.reset();
+    outlasted_ = false;
+  }
   // `silent_at`: when a peer that may return counts as gone, as it was heard before.
-  void lost(Loss loss, TimePoint silent_at, const Now& now);
+  void lost(Loss loss, TimePoint silent_at, const Now& now) {
+    offers_end_at_.reset();
+    may_return_ = loss == Loss::kBreak || loss == Loss::kSilence;
+    dead_at_ = is_dead(loss) ? now.steady : std::max(now.steady, silent_at);
+    forgotten_at_ = may_return_ ? std::max(*dead_at_, kept_until(now)) : dead_at_;
+  }
   // Its calls and mirrors have ended. Unless something resumes, it is to be forgotten at once.
-  void died(bool resumes, const Now& now);
+  void died(bool resumes, const Now& now) {
+    dead_at_.reset();
+    if (!resumes) forgotten_at_ = now.steady;
+  }
   // Lost: its peer may not return, so whatever is left of it is to end at once.
-  void give_up(const Now& now);
+  void give_up(const Now& now) {
+    may_return_ = false;
+    if (dead_at_) dead_at_ = now.steady;
+    forgotten_at_ = now.steady;
+  }
   // Nothing of it is left; `resumes`: until now there was something to go on with.
-  void forgotten(bool resumes);
+  void forgotten(bool resumes) {
+    outlasted_ = resumes;
+    forgotten_at_.reset();
+  }
 
   // ---- what is due
   // The time for offers is over; true once for each connection.
-  [[nodiscard]] bool take_offers_end(const Now& now);
+  [[nodiscard]] bool take_offers_end(const Now& now) {
+    if (!offers_end_at_ || *offers_end_at_ > now.steady) return false;
+    offers_end_at_.reset();
+    return true;
+  }
   [[nodiscard]] bool is_to_die(const Now& now) const { return dead_at_ && *dead_at_ <= now.steady; }
   [[nodiscard]] bool is_to_be_forgotten(const Now& now) const {
     return forgotten_at_ && *forgotten_at_ <= now.steady;

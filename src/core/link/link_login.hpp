@@ -49,21 +49,42 @@ class LinkLogin {
   void begin_renewal() { renewing_ = true; }
   // Server: the client asks. Errors: kIllegal while it has no answer, kTooLarge when it asks too
   // often.
-  Result<Nothing> admit_renewal(const Now& now);
+  Result<Nothing> admit_renewal(const Now& now) {
+    if (renewing_) return Error{CloseCode::kIllegal, "a renewal before the last was answered"};
+    if (!renewals_.take(now.steady))
+      return Error{CloseCode::kTooLarge, "renews its login too often"};  // mutant: renewals_pace
+    renewing_ = true;
+    return Nothing{};
+  }
   // The answer is here, or will not come. False: nobody had asked.
   bool end_renewal() { return std::exchange(renewing_, false); }
 
   // ---- expiry
   // When the login ends, by the system clock: with the certificate, if that ends before it.
   // Whatever the login method says, who has shown a certificate is nobody without it. 0: never.
-  [[nodiscard]] Stamp end(Stamp certificate) const;
+  [[nodiscard]] Stamp end(Stamp certificate) const {
+    const Stamp login = identity_.expires;
+    return certificate != 0 && (login == 0 || certificate < login) ? certificate : login;
+  }
   // What has expired; if nothing has, deadline() is when to look again. `certificate`: when the
   // peer's does, by the system clock; 0: never.
-  [[nodiscard]] Expired check_expiry(Stamp certificate, const Now& now);
+  [[nodiscard]] Expired check_expiry(Stamp certificate, const Now& now) {
+    expires_at_.reset();
+    const Stamp expires = end(certificate);
+    if (expires == 0) return Expired::kNothing;
+    if (now.system >= expires)  // mutant: login_expiry
+      return expires == identity_.expires ? Expired::kLogin : Expired::kCertificate;
+    // By the steady clock; when the other one was set, it is found out at the next look.
+    expires_at_ = now.steady + Duration(expires - now.system);
+    return Expired::kNothing;
+  }
   [[nodiscard]] std::optional<TimePoint> deadline() const { return expires_at_; }
 
   // The connection is gone.
-  void lost();
+  void lost() {
+    renewing_ = false;
+    expires_at_.reset();
+  }
 
  private:
   Identity identity_;

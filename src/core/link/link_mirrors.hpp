@@ -24,16 +24,16 @@ class LinkMirrors {
 
   // ---- of origins that the peer offers, or is expected to offer again
   void add(const Topic& topic) {
-    places_.resize(++all_);
+    places_.resize(all() + 1);
     ++by_topic_[topic];
   }
   // One that was added.
   void remove(const Topic& topic) {
-    places_.resize(--all_);
+    places_.resize(all() - 1);
     const auto counted = by_topic_.find(topic);
     if (--counted->second == 0) by_topic_.erase(counted);
   }
-  [[nodiscard]] std::uint32_t all() const { return all_; }
+  [[nodiscard]] std::uint64_t all() const { return places_.amount(); }
   [[nodiscard]] std::uint32_t of(const Topic& topic) const {
     const auto counted = by_topic_.find(topic);
     return counted == by_topic_.end() ? 0 : counted->second;
@@ -47,7 +47,6 @@ class LinkMirrors {
   [[nodiscard]] std::uint64_t waited() const { return waited_; }
 
  private:
-  std::uint32_t all_ = 0;
   Budget::Hold places_;
   Budget latched_;
   std::map<Topic, std::uint32_t> by_topic_;

@@ -21,7 +21,7 @@ constexpr int kReadsToDead = 6;
 }  // namespace
 
 Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs& outputs,
-             LinksUser& user)
+             LinkUser& user)
     : options_(options),
       side_(side),
       random_(random),

@@ -14,9 +14,7 @@
 #include "core/link/due_links.hpp"
 #include "core/link/last_failure.hpp"
 #include "core/link/link.hpp"
-#include "core/link/links_user.hpp"
 #include "core/link/loop_turns.hpp"
-#include "core/link/loss.hpp"
 #include "core/link/options.hpp"
 #include "core/link/renewal.hpp"
 #include "core/link/strangers.hpp"
@@ -32,7 +30,7 @@ class Links {
  public:
   // `side` is our own id.
   Links(const LinkOptions& options, Token128 side, Random& random, Outputs& outputs,
-        LinksUser& user);
+        LinkUser& user);
 
   void on(ConnectionOpened& input, const Now& now);
   void on(DialFailed& input, const Now& now);
@@ -131,7 +129,7 @@ class Links {
   Token128 side_;
   Random& random_;
   Outputs& outputs_;
-  LinksUser& user_;
+  LinkUser& user_;
   Accounts accounts_;
   DueLinks due_;  // before the links, whose timers are there
   LinkTable links_;

@@ -5,6 +5,7 @@
 
 #include "core/link/dialer.hpp"
 #include "core/link/link.hpp"
+#include "core/link/options.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
 
@@ -49,6 +50,11 @@ bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs,
 void check_expiry(Link& link, const Now& now);
 
 // ---- a connection has ended
+// What that means for its link: the peer, or the network, has ended it with this code. `role`:
+// ours.
+[[nodiscard]] Loss loss_by(std::optional<std::uint16_t> close_code, Role role);
+// The same: this side ends the link's connection.
+[[nodiscard]] Loss loss_by(const Error& ours, const Link& link, const Now& now);
 // What this side gives as reason when it stops: the peer reads it.
 inline constexpr char kPeerStops[] = "the peer is stopping";
 // Whether the peer itself has ended the connection in order. A proxy that stops sends the same code

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/link/link_audit.hpp"
 #include "core/link/standing.hpp"
-#include "core/link/type_difference.hpp"
 #include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/service_imports.hpp"

@@ -11,45 +11,35 @@ namespace connect_bridge {
 
 namespace {
 
-// With local names. Of an action `part` is the part for goals: its rights are those of any part.
-struct Lacking {
-  std::string shown;
-  const std::string& type;
-  const TypeLack& lack;
-  InterfaceKind kind;  // kTopic or kService
-  std::string part;
-  std::string part_type;
-  std::string action_type = {};
-};
-
-void log_lack(const Link& link, const SideView& side, const Lacking& lacking) {
-  const auto wire_name = link.names.to_wire(lacking.part);
+// `part` has local names; of an action it is the part for goals, whose rights are those of any
+// part.
+void log_lack(const Link& link, const SideView& side, const std::string& shown, Interface part,
+              const TypeLack& lack) {
+  const auto wire_name = link.names.to_wire(part.name);
   if (!wire_name) return;
-  const Interface what{lacking.kind, *wire_name, lacking.part_type, lacking.action_type};
-  if (export_right(side, link, what).answer != ExportRight::Answer::kYes) return;
-  if (side.outputs.told().first("type_lacking " + lacking.type))
-    side.outputs.log(LogLevel::kWarn,
-                     "cannot export " + lacking.shown + ": " + lacking.lack.reason);
+  const std::string type(part.action_type.empty() ? part.type : part.action_type);
+  part.name = *wire_name;
+  if (export_right(side, link, part).answer != ExportRight::Answer::kYes) return;
+  if (side.outputs.told().first("type_lacking " + type))
+    side.outputs.log(LogLevel::kWarn, "cannot export " + shown + ": " + lack.reason);
 }
 
 // An action is reported as a whole, under its own name and type.
 void log_lacks(const Link& link, const SideView& side) {
   for (const auto& [key, topic] : side.graph.topics())
     if (topic.lack && !topic.publishers.empty() && !has_action_token(key.first))
-      log_lack(link, side,
-               {key.first, key.second, *topic.lack, InterfaceKind::kTopic, key.first, key.second});
-  for (const auto& [key, service] : side.graph.services()) {
-    if (!service.lack || has_action_token(key.first)) continue;
-    if (side.claims.serves(service_gid(key.first))) continue;  // another bridge's
-    log_lack(
-        link, side,
-        {key.first, key.second, *service.lack, InterfaceKind::kService, key.first, key.second});
+      log_lack(link, side, key.first, {InterfaceKind::kTopic, key.first, key.second}, *topic.lack);
+  for (const auto& [key, service] : side.graph.services())
+    if (service.lack && !has_action_token(key.first) &&
+        !side.claims.serves(service_gid(key.first)))  // another bridge's
+      log_lack(link, side, key.first, {InterfaceKind::kService, key.first, key.second},
+               *service.lack);
+  for (const auto& [name, action] : side.actions.lacked()) {
+    const std::string goals = name_of_part(name, ActionPart::kSendGoal);
+    const std::string type = type_of_part(action.type, ActionPart::kSendGoal);
+    log_lack(link, side, "the action " + name, {InterfaceKind::kService, goals, type, action.type},
+             action.lack);
   }
-  for (const auto& [name, action] : side.actions.lacked())
-    log_lack(link, side,
-             {"the action " + name, action.type, action.lack, InterfaceKind::kService,
-              name_of_part(name, ActionPart::kSendGoal),
-              type_of_part(action.type, ActionPart::kSendGoal), action.type});
 }
 
 }  // namespace
@@ -59,7 +49,7 @@ void offer_to(Link& link, const SideView& side, Exports& topics, ServiceExports&
   if (!link.open() || !link.accepts) return;
   log_lacks(link, side);
   std::vector<ChannelOffer> offers;
-  topics.collect_offers(link, offers);
+  topics.collect_offers(link, offers, now);
   services.collect_offers(link, offers, now);
   if (!link.may_offer())
     side.outputs.log_once(link.account->told, LogLevel::kWarn,

@@ -33,7 +33,7 @@ namespace connect_bridge {
 //
 // Each input goes to the part that it concerns; for an input that concerns several parts (an offer,
 // new rules, a lost link) the order is decided here.
-class Side final : private LinksUser {
+class Side final : private LinkUser {
  public:
   // `started`: the system clock now. Of two bridges of one graph the one that started first keeps
   // what both claim (core/graph/claims.hpp).

@@ -34,7 +34,6 @@ Backlog::~Backlog() {
 }
 
 bool Backlog::admit(const OutSample& sample, const Now& now) {
-  if (over_) return false;
   const std::size_t bytes = sample.raw.size();
   if (bytes > options_.message_bytes_max) {
     drop(DropReason::kTooLarge);
@@ -47,7 +46,6 @@ bool Backlog::admit(const OutSample& sample, const Now& now) {
 }
 
 void Backlog::add(OutMessage message) {
-  if (over_) return;
   const auto older = std::find_if(messages_.begin(), messages_.end(), [&](const OutMessage& m) {
     return message.state && m.sequence == 0 && m.subject == message.subject &&
            m.state == message.state;
@@ -75,10 +73,8 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   return std::exchange(messages_, {});
 }
 
-// It may stay for a moment as an empty mark, for which nothing is kept (Backlogs::take_over).
-void Backlog::end(DropReason reason) {
+void Backlog::clear(DropReason reason) {
   while (!messages_.empty()) drop_oldest(reason);
-  over_ = true;
 }
 
 void Backlog::drop(DropReason reason, std::uint64_t count) {

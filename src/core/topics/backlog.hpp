@@ -70,13 +70,12 @@ class Backlog {
   void add(OutMessage message);
   // Takes out the messages behind `after`, the last one that the peer has. Afterwards it is empty.
   [[nodiscard]] std::deque<OutMessage> take(std::uint32_t after);
-  // The topic will not be resumed: drops all for this reason, and keeps nothing any more.
-  void end(DropReason reason);
+  // Drops all of them for this reason.
+  void clear(DropReason reason);
   void drop(DropReason reason, std::uint64_t count = 1);
 
   // Whether a message of this origin is kept.
   [[nodiscard]] bool holds(OriginId origin) const { return by_origin_.contains(origin); }
-  [[nodiscard]] bool is_over() const { return over_; }
   void end_at(ExportTimers::Timer ends) { options_.ends = std::move(ends); }
   [[nodiscard]] TimePoint ends_at() const { return options_.ends.at(); }
   [[nodiscard]] Keep keep() const { return options_.keep; }
@@ -99,7 +98,6 @@ class Backlog {
   std::unordered_map<OriginId, std::size_t> by_origin_;  // number of messages per origin
   Budget::Hold bytes_;
   DropCounts dropped_;
-  bool over_ = false;
 };
 
 }  // namespace connect_bridge

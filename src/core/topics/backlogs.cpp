@@ -36,11 +36,6 @@ bool Backlogs::hold(OriginId origin) const {
                      [&](const auto& entry) { return entry.second.holds(origin); });
 }
 
-bool Backlogs::want_samples() const {
-  return std::any_of(backlogs_.begin(), backlogs_.end(),
-                     [](const auto& entry) { return !entry.second.is_over(); });
-}
-
 bool Backlogs::want_volatile() const {
   return std::any_of(backlogs_.begin(), backlogs_.end(), [](const auto& entry) {
     return entry.second.treatment().qos.durability == Durability::kVolatile;
@@ -69,7 +64,7 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
 
 void Backlogs::renew(LinkId link, const Now& now) {
   Backlog& backlog = backlogs_.at(link);
-  if (!backlog.is_over()) backlog.end_at(timer_for(backlog.link(), now));
+  backlog.end_at(timer_for(backlog.link(), now));
 }
 
 void Backlogs::add(const OutSample& sample, const Now& now) {
@@ -78,19 +73,16 @@ void Backlogs::add(const OutSample& sample, const Now& now) {
 }
 
 void Backlogs::miss() {
-  for (auto& [link, backlog] : backlogs_)
-    if (!backlog.is_over()) backlog.drop(DropReason::kResumeBound);
+  for (auto& [link, backlog] : backlogs_) backlog.drop(DropReason::kResumeBound);
 }
 
 // What was kept goes on only where the topic is still offered with the treatment and the type that
 // it was kept under: the peer's demand and the rules of both sides were for these.
-bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
+bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened, const Now& now) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
   if (opened && offer.may_take_place_of(backlog->second)) return true;
-  backlog->second.end(DropReason::kWithdrawn);
-  // It goes with the next deadline: whether the subscription is wanted cannot be judged here.
-  backlog->second.end_at(timers_.set(TimePoint{}));
+  remove(backlog, DropReason::kWithdrawn, now);
   return false;
 }
 
@@ -101,7 +93,7 @@ bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand
   const auto at = backlogs_.find(link);
   if (at == backlogs_.end()) return false;
   Backlog& backlog = at->second;
-  const bool goes_on = offer.resumes() && demand.after && !backlog.is_over();
+  const bool goes_on = offer.resumes() && demand.after;
   if (goes_on) {
     TopicStatus arrived = status_of(what_->key);  // that was not known, and is counted nowhere
     arrived.messages = backlog.size();
@@ -110,8 +102,7 @@ bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand
     offer.link().keep_counts({std::move(arrived)});
     offer.go_on({std::move(messages), backlog.last_sequence()}, now);
   }
-  backlog.end(DropReason::kNoDemand);
-  remove(at, now);
+  remove(at, DropReason::kNoDemand, now);
   return goes_on;
 }
 
@@ -125,32 +116,32 @@ bool Backlogs::may_stay(LinkId link) const {
 bool Backlogs::end(LinkId link, DropReason reason, const Now& now) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
-  backlog->second.end(reason);
-  remove(backlog, now);
+  remove(backlog, reason, now);
   return true;
 }
 
 bool Backlogs::end_overdue(const Now& now) {
-  bool any = false;
   for (auto it = backlogs_.begin(); it != backlogs_.end();) {
     const auto backlog = it++;
     if (backlog->second.ends_at() > now.steady) continue;  // mutant: kept_time
-    backlog->second.end(DropReason::kResumeBound);
-    remove(backlog, now);
-    any = true;
+    remove(backlog, DropReason::kResumeBound, now);
   }
+  const bool any = bool(ended_);
+  ended_.cancel();
   return any;
 }
 
-void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now) {
+void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, DropReason reason,
+                      const Now& now) {
+  backlog->second.clear(reason);
   TopicStatus counts = status_of(what_->key);
   counts.dropped = backlog->second.dropped();
   Link& link = backlog->second.link();
   link.keep_counts({std::move(counts)});
   backlogs_.erase(backlog);
-  // The topic may be over with that, but cannot be destroyed while it is asked: its next deadline,
-  // at once, does it.
-  if (backlogs_.empty()) ended_ = timers_.set(now.steady);
+  // The topic may be over with that, or its subscription, but neither can be destroyed while the
+  // topic is asked: its next deadline, at once, does it.
+  ended_ = timers_.set(now.steady);
   // One line of the log for all topics of the link, when the last of them has ended.
   const auto all = context_.kept.find(link.id);
   if (!all->second.empty()) return;

@@ -20,12 +20,11 @@ class Backlogs {
   Backlogs(ExportContext& context, std::shared_ptr<const LocalInterface> what, TopicTimers timers)
       : context_(context), what_(std::move(what)), timers_(timers) {}
 
+  // Else samples are to be kept, and the topic must stay subscribed.
   [[nodiscard]] bool empty() const { return backlogs_.empty(); }
   [[nodiscard]] bool contains(LinkId link) const { return backlogs_.contains(link); }
   // Whether a message of this origin is kept.
   [[nodiscard]] bool hold(OriginId origin) const;
-  // Whether samples are still to be kept, so that the topic must stay subscribed.
-  [[nodiscard]] bool want_samples() const;
   // Whether a rule requires the subscription to be volatile.
   [[nodiscard]] bool want_volatile() const;
 
@@ -41,7 +40,7 @@ class Backlogs {
   void miss();
   // The link is back. Whether the offer, if it was opened, continues the previous one; if not, what
   // was kept is dropped.
-  [[nodiscard]] bool take_over(TopicOffer& offer, LinkId link, bool opened);
+  [[nodiscard]] bool take_over(TopicOffer& offer, LinkId link, bool opened, const Now& now);
   // The link demands the topic, or does not any longer. Whether it is resumed now: if so, what was
   // kept is sent, otherwise it is dropped.
   [[nodiscard]] bool go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
@@ -51,22 +50,22 @@ class Backlogs {
   [[nodiscard]] bool may_stay(LinkId link) const;
   // Drops what is kept for the link. False: nothing was kept.
   bool end(LinkId link, DropReason reason, const Now& now);
-  // Ends the backlogs whose time is over. Whether there were any.
+  // Ends the backlogs whose time is over. Whether any have ended since this was called last.
   bool end_overdue(const Now& now);
 
   void add_status(LinkId link, LinkStatus& status) const;
 
  private:
   [[nodiscard]] ExportTimers::Timer timer_for(const Link& link, const Now& now);
-  // Adds what is lost with the backlog to the link's counts. The last backlog of a link writes the
-  // log line.
-  void remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now);
+  // What is left of it is dropped for this reason, and counted at the link. The last backlog of a
+  // link writes the log line.
+  void remove(std::map<LinkId, Backlog>::iterator backlog, DropReason reason, const Now& now);
 
   ExportContext& context_;
   std::shared_ptr<const LocalInterface> what_;
   TopicTimers timers_;
   std::map<LinkId, Backlog> backlogs_;
-  ExportTimers::Timer ended_;  // set when the last backlog ended: the topic may be over
+  ExportTimers::Timer ended_;  // set when a backlog has ended: the topic looks what it wants now
 };
 
 }  // namespace connect_bridge

@@ -4,14 +4,23 @@
 #include <utility>
 
 #include "core/policy/treatment.hpp"
-#include "core/topics/reader_of_topic.hpp"
 #include "core/topics/sample_content.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 namespace {
 
 // The first sample of a publisher arrives within this time, unless it was kept.
 constexpr Duration kFirstTime = std::chrono::seconds(2);
+
+// Whether a local endpoint has the topic's name with another type.
+bool has_other_type(const GraphView& graph, const TopicKey& topic) {
+  const auto& topics = graph.topics();
+  for (auto it = topics.lower_bound({topic.first, ""});
+       it != topics.end() && it->first.first == topic.first; ++it)
+    if (it->first.second != topic.second) return true;
+  return false;
+}
 
 }  // namespace
 
@@ -97,11 +106,11 @@ bool ExportedTopic::is_kept(OriginId origin) const {
   return backlogs_.hold(origin) || offers_.hold(origin);
 }
 
-std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
+std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link, const Now& now) {
   if (origins_.empty() || offers_.contains(link.id) || lacks_type_) return std::nullopt;
   TopicOffer& offer = offers_.add(*this, link);
   auto opened = offer.open();
-  const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value());
+  const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value(), now);
   if (opened) opened->resume = resumes;
   return opened;
 }
@@ -201,7 +210,7 @@ bool ExportedTopic::is_wanted() const {
     return !origins_.empty() ||
            (context_.names.are_free(key().first, *this) && !has_other_type(context_.graph, key()));
   return !origins_.empty() && (context_.held.contains(key().first) || offers_.demanded() ||
-                               (backlogs_.want_samples() && may_resume(wanted_qos())));
+                               (!backlogs_.empty() && may_resume(wanted_qos())));
 }
 
 void ExportedTopic::update_subscription(const Now& now) {

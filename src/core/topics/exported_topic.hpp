@@ -27,7 +27,7 @@ class ExportedTopic {
 
   void on_graph(const Now& now);
   // The offer for the link; nullopt: none, or it was decided before.
-  [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link);
+  [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link, const Now& now);
   // Rules, the peer's `accepts`, or the type's definition have changed: an offer that does not stay
   // as it is ends.
   void review(const Link& link, const Now& now);

@@ -25,9 +25,9 @@ void Exports::review(const Link& link, const Now& now) {
   for (auto& [key, topic] : topics_) topic.review(link, now);
 }
 
-void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {
+void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now) {
   for (auto& [key, topic] : topics_)
-    if (auto offer = link.may_offer() ? topic.offer_to(link) : std::nullopt)
+    if (auto offer = link.may_offer() ? topic.offer_to(link, now) : std::nullopt)
       offers.push_back(*std::move(offer));
 }
 

@@ -24,7 +24,7 @@ class Exports {
   // treated differently now; the latter may be offered again.
   void review(const Link& link, const Now& now);
   // Adds the topics that are to be offered to the link and are not yet.
-  void collect_offers(Link& link, std::vector<ChannelOffer>& offers);
+  void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
   // The connection is about to be lost, and another one may follow: keeps what is to be resumed on
   // that.
   void keep(const Link& link, const Now& now);

@@ -136,10 +136,8 @@ void FarListeners::review(const TopicKey& key, Topic& topic) {
   if (topic.links.empty()) return count(key, topic, false);
   if (is_published(side_, key)) {
     give_back(topic);
-    unpaid_.insert(key);
     return count(key, topic, true);
   }
-  unpaid_.erase(key);
   if (topic.counts && topic.links.contains(topic.payer)) return;
   if (topic.counts) {
     // Its publishers are gone, or those who had the place: it stays where another one has room.
@@ -174,18 +172,15 @@ void FarListeners::count(const TopicKey& key, Topic& topic, bool counts) {
     for (const auto& [link, told] : topic.links) links_.at(link).waiting.erase(key);
   } else {
     give_back(topic);
-    unpaid_.erase(key);
   }
   if (std::exchange(topic.counts, counts) != counts) changed_.insert(key);
 }
 
 void FarListeners::on_graph(const Now& now) {
-  for (const auto& [key, state] : side_.graph.topics()) {
-    if (state.publishers.empty() || unpaid_.contains(key)) continue;
-    if (const auto at = topics_.find(key); at != topics_.end()) review(key, at->second);
-  }
-  for (const TopicKey& key : std::vector(unpaid_.begin(), unpaid_.end()))
-    if (!is_published(side_, key)) review(key, topics_.at(key));
+  // What is published gives its place back before another one takes it.
+  for (const bool published : {true, false})
+    for (auto& [key, topic] : topics_)
+      if (is_published(side_, key) == published && topic.is_free() != published) review(key, topic);
   on_time(now);
 }
 

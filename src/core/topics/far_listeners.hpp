@@ -85,6 +85,9 @@ class FarListeners {
     bool counts = false;
     Budget::Hold place;  // while it counts and nobody publishes it
     LinkId payer;        // of whose account that is
+
+    // It counts without a place, as it was published here when it was looked at last.
+    [[nodiscard]] bool is_free() const { return counts && !payer; }
   };
 
   void add(OfLink& of_link, const ListenerTold& told);
@@ -104,7 +107,6 @@ class FarListeners {
   const SideView& side_;
   std::map<LinkId, OfLink> links_;
   std::map<TopicKey, Topic> topics_;
-  std::set<TopicKey> unpaid_;  // that count without a place: they were published here
   std::set<TopicKey> changed_;
   std::optional<TimePoint> due_;  // when those that wait for a place are to be looked at again
 };

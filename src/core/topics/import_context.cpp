@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "core/link/type_difference.hpp"
+#include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {

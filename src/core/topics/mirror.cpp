@@ -2,9 +2,9 @@
 
 #include "core/link/standing.hpp"
 #include "core/offers/import_right.hpp"
-#include "core/topics/command.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
 // Within this time the graph shows the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
-// By then a graph knows a node's name, if ever; first samples are kept longer (early_samples.cpp).
+// By then a graph knows a node's name, if ever; first samples are kept longer (early_samples.hpp).
 constexpr Duration kNaming = std::chrono::seconds(1);
 // What could not be made, for another reason than its definition, is tried again: its name may have
 // had another type here.
@@ -24,14 +24,13 @@ constexpr Duration kPause = std::chrono::milliseconds(250);
 // By then subscribers have found a publisher that was made again: what was kept for them must not
 // come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
 constexpr Duration kMatching = std::chrono::milliseconds(200);
+// A graph knows an endpoint before the name of its node, if that ever has one.
+constexpr Duration kSubscriberNaming = std::chrono::seconds(2);
 
 }  // namespace
 
 Mirror::Mirror(ImportContext& context, MirrorKey key)
-    : context_(context),
-      key_(std::move(key)),
-      warning_(context, *this),
-      first_({context.timers, this}) {}
+    : context_(context), key_(std::move(key)), first_({context.timers, this}) {}
 
 // ---- who offers it
 
@@ -244,7 +243,7 @@ void Mirror::vanish(bool exists) {
   id_ = {};
   pauses_.cancel();
   kept_.release();
-  warning_.end();
+  unnamed_.cancel();
   context_.outputs.follow_up(FollowUp::kClaim);
 }
 
@@ -275,7 +274,7 @@ void Mirror::on_time(const Now& now) {
   const auto is_due = [&](const Timer& timer) { return timer && timer.at() <= now.steady; };
   if (is_due(ends_)) return destroy();
   first_.publish_due(context_.outputs, id_, feeder(), now);
-  if (warning_.is_due(now)) warn_incompatible(now);
+  if (is_due(unnamed_)) warn_incompatible(now);
   if (is_due(retries_)) failed_ = false;
   if (!id_ && (is_due(retries_) || is_due(naming_) || is_due(settles_))) update(now);
   bool lapsed = false;
@@ -294,6 +293,18 @@ bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
   const bool changed = feeder() == &offered && follow_feeder();
   if (changed || failed_) update(now);
   return changed && existed;
+}
+
+void Mirror::warn_incompatible(const Now& now) {
+  const TopicState* topic = context_.graph.find(key_.first);
+  if (!id_ || !topic || !context_.graph_options.qos_must_fit) return;
+  // When the time for names is over, those that still have none are logged without one.
+  const bool patient = !unnamed_ || unnamed_.at() > now.steady;
+  const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
+  for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);
+  if (found.unnamed && !unnamed_)
+    unnamed_ = context_.timers.set(now.steady + kSubscriberNaming, this);
+  if (!patient) unnamed_.cancel();
 }
 
 // ---- demand

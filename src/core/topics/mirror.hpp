@@ -15,8 +15,7 @@
 #include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/topics/first_messages.hpp"
-#include "core/topics/mirror_qos.hpp"
-#include "core/topics/subscriber_warning.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 
@@ -90,10 +89,9 @@ class Mirror final : private Appearing::Waiting {
   void ask_for_last_samples(const Now& now) const;
   void on_failed(const MirrorFailed& failed, const Now& now);
   void on_time(const Now& now);
-  // Logs once each subscriber here that cannot receive from it because of its QoS.
-  void warn_incompatible(const Now& now) {
-    if (id_) warning_.look(qos_, now);
-  }
+  // Logs once each subscriber here that cannot receive from it because of its QoS, by the name of
+  // its node: one that the graph does not tell at first is waited for.
+  void warn_incompatible(const Now& now);
 
   // ---- demand
   // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
@@ -164,13 +162,13 @@ class Mirror final : private Appearing::Waiting {
   bool any_definition_ = false;              // whether the rules allow that
   std::vector<MirrorCandidate> candidates_;  // the feeding one first
   Claiming claiming_;
-  SubscriberWarning warning_;
   FirstMessages first_;
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   Timer settles_;   // until then it is not made: other bridges may claim the origin
   Timer pauses_;    // until then it does not want data
   Timer naming_;    // until then it is not made before its origin's node has a name
+  Timer unnamed_;   // then subscribers without a name are logged as incompatible, too
   Timer retries_;   // until then it is not made, as it could not be
   std::uint64_t last_number_ = 0;   // of what was published, or waits to be
   std::uint64_t before_first_ = 0;  // the same before the first one that waits

@@ -6,10 +6,9 @@
 #include "core/base/cdr.hpp"
 #include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
-#include "core/topics/command.hpp"
-#include "core/topics/parameter_event.hpp"
 #include "core/topics/peer_topics.hpp"
 #include "core/topics/sample_content.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -30,7 +29,7 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
       action_type_(offer.action_type),
       decision_(std::move(decision)),
       offers_resume_(offer.resume),
-      held_(link_.memory),
+      held_(link_.memory, {context_.held, this}),
       deltas_(peer.bases()) {
   const auto wire_name = link_.names.to_wire(key_.first);
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
@@ -359,7 +358,6 @@ bool OfferedTopic::admits(const MessageHead& message, const Payload& raw, const 
              : held_.hold(origin, {message, out_of_packet(raw)}, raw.size(), rate->leaves_at())
                    .has_value();
   if (lost) dropped_.add(DropReason::kRate);
-  wait_for_held();
   return passes;
 }
 
@@ -371,7 +369,6 @@ void OfferedTopic::publish_held(const Now& now) {
       rate->leave(held->raw.size(), now.steady);
     publish(held->head, held->raw, now, true);
   }
-  wait_for_held();
 }
 
 void OfferedTopic::on_lost(std::uint64_t count, DropReason reason) {

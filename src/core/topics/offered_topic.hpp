@@ -106,10 +106,6 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   // Whether its publisher's rate lets it pass; otherwise it is held back.
   [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw, const Mirror& mirror,
                             const Now& now);
-  void wait_for_held() {
-    const auto at = held_.deadline();
-    held_until_ = at ? context_.held.set(*at, this) : Timers<OfferedTopic*>::Timer();
-  }
   void leave_mirrors(const Now& now);
   void note_end(const Ending& why) const;
   // Whether the peer should keep the messages that a break loses, for this topic.
@@ -144,8 +140,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
     MessageHead head;
     Payload raw;
   };
-  HeldBack<HeldMessage> held_;
-  Timers<OfferedTopic*>::Timer held_until_;
+  HeldBack<HeldMessage, OfferedTopic*> held_;
   DeltaDecoder deltas_;
   std::uint64_t published_ = 0;
   std::uint64_t bytes_ = 0;

@@ -1,6 +1,7 @@
 // Samples of an exported topic whose publisher the graph does not show yet.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -25,12 +26,25 @@ class ParkedSamples {
   explicit ParkedSamples(TopicTimers timers) : timers_(timers) {}
 
   // `all`: what the samples of all topics hold. False: there is no room for it.
-  [[nodiscard]] bool add(MessageTaken taken, Budget& all, const Now& now);
+  [[nodiscard]] bool add(MessageTaken taken, Budget& all, const Now& now) {
+    if (samples_.size() >= kSamplesMax || all.used() >= kBytesMax) return false;
+    auto bytes = all.hold(taken.payload.size());
+    samples_.push_back({std::move(taken), now.steady + kTime, std::move(bytes)});
+    // They wait equally long, so the time of the first one is the next that comes.
+    if (samples_.size() == 1) watch();
+    return true;
+  }
   [[nodiscard]] bool empty() const { return samples_.empty(); }
-  [[nodiscard]] bool has(const Gid& origin) const;
+  [[nodiscard]] bool has(const Gid& origin) const {
+    return std::any_of(samples_.begin(), samples_.end(),
+                       [&](const Sample& sample) { return sample.taken.origin == origin; });
+  }
   // They are looked at then, and not before.
   void wait_until(TimePoint time) { until_ = timers_.set(time); }
-  void clear();
+  void clear() {
+    samples_.clear();
+    until_.cancel();
+  }
 
   // Gives each sample whose publisher `find(gid)` now knows (not null) to `forward(found, sample,
   // since when it waits)`, in order; what has waited for kTime goes to `drop(sample)`, the rest
@@ -56,7 +70,10 @@ class ParkedSamples {
     TimePoint until;
     Budget::Hold bytes;
   };
-  void watch();
+  void watch() {
+    until_.cancel();
+    if (!samples_.empty()) until_ = timers_.set(samples_.front().until);
+  }
 
   TopicTimers timers_;
   std::deque<Sample> samples_;

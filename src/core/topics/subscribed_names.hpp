@@ -16,12 +16,39 @@ class ExportedTopic;
 class SubscribedNames {
  public:
   // No other topic has the name.
-  [[nodiscard]] bool are_free(const std::string& name, const ExportedTopic& topic) const;
+  [[nodiscard]] bool are_free(const std::string& name, const ExportedTopic& topic) const {
+    const auto taken = taken_.find(name);
+    return taken == taken_.end() || (taken->second.size() == 1 && taken->second.contains(&topic));
+  }
   // The topic is subscribed from now on, for listeners alone or not. Returns the topic that must
   // end its subscription for it; null: none.
-  [[nodiscard]] ExportedTopic* take(const std::string& name, ExportedTopic& topic, bool stands);
-  void leave(const std::string& name, const ExportedTopic& topic);
-  [[nodiscard]] std::vector<ExportedTopic*> standing() const;
+  [[nodiscard]] ExportedTopic* take(const std::string& name, ExportedTopic& topic, bool stands) {
+    taken_[name].insert(&topic);
+    // A topic with publishers never gives way, so several types of a name may be subscribed for
+    // those. What stands for listeners alone gives way to them: the caller ends it.
+    if (stands) {
+      standing_[name] = &topic;
+      return nullptr;
+    }
+    const auto standing = standing_.find(name);
+    if (standing == standing_.end()) return nullptr;
+    if (standing->second != &topic) return standing->second;
+    standing_.erase(standing);
+    return nullptr;
+  }
+  void leave(const std::string& name, const ExportedTopic& topic) {
+    const auto standing = standing_.find(name);
+    if (standing != standing_.end() && standing->second == &topic) standing_.erase(standing);
+    const auto taken = taken_.find(name);
+    if (taken == taken_.end()) return;
+    taken->second.erase(&topic);
+    if (taken->second.empty()) taken_.erase(taken);
+  }
+  [[nodiscard]] std::vector<ExportedTopic*> standing() const {
+    std::vector<ExportedTopic*> topics;
+    for (const auto& [name, topic] : standing_) topics.push_back(topic);
+    return topics;
+  }
 
  private:
   std::map<std::string, std::set<const ExportedTopic*>> taken_;

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/topics/command.hpp"
 #include "core/topics/exported_topic.hpp"
-#include "core/topics/parameter_event.hpp"
-#include "core/topics/queue_of_topic.hpp"
-#include "core/topics/reader_of_topic.hpp"
+#include "core/topics/sample_content.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 
@@ -18,7 +16,7 @@ TopicOffer::TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
       offer_(context, link, topic.what()),
       parameter_events_(are_parameter_events(link, *topic.what())),
       early_({context.timers, &topic}),
-      held_(link.memory) {}
+      held_(link.memory, {context.timers, &topic}) {}
 
 // ---- whether, and as what
 
@@ -110,7 +108,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
     rates_.forget(origin);
-    if (link_.connection()) link_.sending().forget_base(number(), origin);
+    if (queue_) queue_->forget_base(origin);
   }
   link_.send(OriginsChanged{number(), {}, removed});
   configure_queue();
@@ -170,7 +168,7 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
 // The same treatment and definition: what was kept was admitted by the rules and rates of then, and
 // the importer knows its bytes by the type of then.
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
-  return is_open() && may_resume() && !backlog.is_over() && backlog.treatment() == treatment() &&
+  return is_open() && may_resume() && backlog.treatment() == treatment() &&
          is_hash_of(backlog.type_hash(), type_hash_);
 }
 
@@ -190,7 +188,7 @@ bool TopicOffer::is_live() const {
 }
 
 bool TopicOffer::holds(OriginId origin) const {
-  return is_open() && link_.connection() && link_.outbox().holds(number(), origin);
+  return queue_ && queue_->holds(origin);
 }
 
 // ---- samples
@@ -228,21 +226,14 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
     if (const auto older = held_.take(origin)) lose(*older, DropReason::kRate);
     return true;
   }
-  hold(sample, rate.leaves_at());
-  return false;
-}
-
-void TopicOffer::hold(const OutSample& sample, TimePoint at) {
-  if (const auto lost = held_.hold(sample.subject.origin(), sample, sample.raw.size(), at))
+  if (const auto lost = held_.hold(origin, sample, bytes, rate.leaves_at()))
     lose(*lost, DropReason::kRate);
-  if (const auto next = held_.deadline()) held_until_ = context_.timers.set(*next, &topic_);
+  return false;
 }
 
 std::optional<OutSample> TopicOffer::take_held(const Now& now) {
   auto sample = held_.take_due(now.steady);
   if (sample) rates_.of(sample->subject.origin()).leave(sample->raw.size(), now.steady);
-  held_until_.cancel();
-  if (const auto next = held_.deadline()) held_until_ = context_.timers.set(*next, &topic_);
   return sample;
 }
 
@@ -319,13 +310,11 @@ OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Pa
 
 double TopicOffer::queue_seconds() const {
   const double rate = path_rate();
-  if (rate == 0) return 0;
-  return static_cast<double>(link_.outbox().left_bytes(number())) / rate;
+  return queue_ && rate > 0 ? static_cast<double>(queue_->left_bytes()) / rate : 0;
 }
 
 bool TopicOffer::drained() const {
-  return held_.empty() && early_.empty() &&
-         (!is_open() || !link_.connection() || link_.outbox().counts(number()).queued == 0);
+  return held_.empty() && early_.empty() && (!queue_ || queue_->counts().queued == 0);
 }
 
 void TopicOffer::add_status(LinkStatus& status) const {
@@ -342,14 +331,14 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.keep = keep_.keep;
   s.keep_because = keep_.why;
   s.dropped = dropped_;
-  if (link_.connection()) {
-    const ChannelCounts counts = link_.outbox().counts(number());
+  if (queue_) {
+    const ChannelCounts& counts = queue_->counts();
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;
     s.queued = counts.queued + held_.size();
-    if (const auto waited = queue_ ? queue_->last_wait() : std::nullopt)
+    if (const auto waited = queue_->last_wait())
       s.latency_ms = std::chrono::duration<double, std::milli>(*waited).count();
-    if (queue_) s.published_for_each_sent = queue_->overload().came_for_each();
+    s.published_for_each_sent = queue_->overload().came_for_each();
     for (std::size_t i = 0; i < kDropReasons; ++i)
       s.dropped.by_reason[i] += counts.dropped.by_reason[i];
   }

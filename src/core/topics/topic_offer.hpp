@@ -118,7 +118,6 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::set<OriginId> withheld() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();
-  void hold(const OutSample& sample, TimePoint at);
   void tell_late();
   // The stamp, node and namespace by which messages of the link leave together.
   [[nodiscard]] Moment moment_of(const OutSample& sample) const;
@@ -140,8 +139,7 @@ class TopicOffer final : public OutgoingChannel {
   std::uint64_t namespace_ = 0;  // company_namespace()
   RateLimits rates_;
   EarlySamples early_;
-  HeldBack<OutSample> held_;
-  ExportTimers::Timer held_until_;
+  HeldBack<OutSample, ExportedTopic*> held_;
   std::set<OriginId> withheld_;  // only of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;
   DropCounts dropped_;  // before the link's queue

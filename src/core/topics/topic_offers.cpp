@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/flow/delta_encoder.hpp"
-#include "core/topics/command.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 namespace {

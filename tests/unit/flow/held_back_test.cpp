@@ -14,13 +14,14 @@ using test::at;
 
 TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
   Budget memory(100);
-  HeldBack<std::string> held(memory);
-  EXPECT_FALSE(held.deadline());
+  Timers<int> timers;
+  HeldBack<std::string, int> held(memory, {timers, 0});
+  EXPECT_FALSE(timers.deadline());
   EXPECT_FALSE(held.hold({1}, "old", 10, at(50)));
   EXPECT_FALSE(held.hold({2}, "other", 10, at(60)));
   EXPECT_EQ(held.hold({1}, "new", 20, at(70)), "old");
   EXPECT_EQ(memory.used(), 30U);
-  EXPECT_EQ(held.deadline(), at(60));
+  EXPECT_EQ(timers.deadline(), at(60));
   EXPECT_FALSE(held.take_due(at(59)));
   EXPECT_EQ(held.take_due(at(100)), "other");
   EXPECT_EQ(held.take_due(at(100)), "new");
@@ -31,17 +32,19 @@ TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
 
 TEST(HeldBack, OneThatPassesEndsTheWait) {
   Budget memory(100);
-  HeldBack<std::string> held(memory);
+  Timers<int> timers;
+  HeldBack<std::string, int> held(memory, {timers, 0});
   EXPECT_FALSE(held.take({1}));
   EXPECT_FALSE(held.hold({1}, "old", 10, at(50)));
   EXPECT_EQ(held.take({1}), "old");
-  EXPECT_FALSE(held.deadline());
+  EXPECT_FALSE(timers.deadline());
   EXPECT_EQ(memory.used(), 0U);
 }
 
 TEST(HeldBack, WithoutRoomNothingIsHeld) {
   Budget memory(15);
-  HeldBack<std::string> held(memory);
+  Timers<int> timers;
+  HeldBack<std::string, int> held(memory, {timers, 0});
   EXPECT_FALSE(held.hold({1}, "a", 10, at(50)));
   EXPECT_EQ(held.hold({2}, "b", 10, at(50)), "b");
   EXPECT_EQ(held.hold({1}, "c", 10, at(50)), "c");

@@ -167,8 +167,9 @@ class Scenario {
 
   // What has arrived by then, and only that, is delivered: once and in order.
   void acknowledge(std::uint64_t bytes) {
-    ASSERT_TRUE(outbox_.acknowledge({bytes}, {}));
-    for (const auto& delivered : outbox_.take_delivered()) {
+    const auto all = outbox_.acknowledge({bytes}, {});
+    ASSERT_TRUE(all);
+    for (const auto& delivered : *all) {
       ASSERT_FALSE(undelivered_.empty());
       EXPECT_EQ(delivered.subject.value, undelivered_.front().number);
       EXPECT_EQ(delivered.channel, undelivered_.front().channel);

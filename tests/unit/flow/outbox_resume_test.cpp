@@ -171,16 +171,16 @@ TEST(OutboxResume, GoesOnWithTheNumbersOfTheConnectionBefore) {
 
 TEST(OutboxResume, DepthDoesNotLimitWhatGoesOnNorWhatJoinsItInTime) {
   Outbox outbox(thin());
-  outbox.add_channel(kA, depth(2));
+  const ChannelQueue& of_a = outbox.add_channel(kA, depth(2));
   std::deque<OutMessage> kept;
   for (const std::size_t size : {11, 12, 13}) kept.push_back(resuming(size));
   outbox.go_on(kA, {std::move(kept)}, now_ms(0), now_ms(1000).steady);
   for (const std::size_t size : {21, 22, 23}) outbox.push(kA, resuming(size), now_ms(500));
   for (const std::size_t size : {31, 32, 33}) outbox.push(kA, resuming(size), now_ms(1000));
-  EXPECT_TRUE(outbox.holds(kA, {}));
+  EXPECT_TRUE(of_a.holds(OriginId{}));
   EXPECT_EQ(play(outbox, now_ms(1000)),
             "1#1:11\n1#2:12\n1#3:13\n1#4:21\n1#5:22\n1#6:23\n1#7:32\n1#8:33\n");
-  EXPECT_FALSE(outbox.holds(kA, {}));
+  EXPECT_FALSE(of_a.holds(OriginId{}));
   EXPECT_EQ(outbox.counts(kA).dropped.of(DropReason::kQueueDepth), 1U);
   expect_balance(outbox.counts(kA));
 }

@@ -1,6 +1,8 @@
 // When what a peer accepts is looked at.
 #include "core/link/link.hpp"
 
+#include "core/link/link_accepts.hpp"
+
 #include <gtest/gtest.h>
 
 #include <memory>

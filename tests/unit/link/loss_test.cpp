@@ -1,6 +1,4 @@
 // What the end of a connection means for its link.
-#include "core/link/loss.hpp"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -9,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/link/standing.hpp"
 #include "unit/link/script.hpp"
 #include "unit/topics/one_link.hpp"
 

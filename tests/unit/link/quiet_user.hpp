@@ -1,12 +1,12 @@
 // What a link needs beside its channels, where a test does not look at that.
 #pragma once
 
-#include "core/link/links_user.hpp"
+#include "core/link/link.hpp"
 
 namespace connect_bridge::link_test {
 
 // Takes everything, and says nothing.
-class QuietUser : public LinksUser {
+class QuietUser : public LinkUser {
  public:
   Result<Nothing> on(Link&, const Offer&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, Accepts, const Now&) override { return Nothing{}; }

@@ -1,5 +1,5 @@
 // What the log says of a type that has another definition at a peer.
-#include "core/link/type_difference.hpp"
+#include "core/link/link_audit.hpp"
 
 #include <gtest/gtest.h>
 

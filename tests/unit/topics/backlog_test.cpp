@@ -156,15 +156,12 @@ TEST(Backlog, OfAStateOnlyTheNewestIsKept) {
   EXPECT_EQ(s.all.bytes(), bytes_of(4));
 }
 
-TEST(Backlog, AfterItsEndNothingIsKeptAndNothingIsLost) {
+TEST(Backlog, WhatIsClearedIsLostAndHoldsNothing) {
   Kept s;
   s.add(1);
   s.add(2);
-  s.subject.end(DropReason::kWithdrawn);
-  s.add(3);
-  EXPECT_FALSE(s.subject.admit(sample_of(kSize), ms(0)));
-  s.subject.end(DropReason::kNoDemand);
-  EXPECT_TRUE(s.subject.is_over());
+  s.subject.clear(DropReason::kWithdrawn);
+  s.subject.clear(DropReason::kNoDemand);
   EXPECT_EQ(s.subject.size(), 0U);
   EXPECT_FALSE(s.subject.holds({1}));
   EXPECT_EQ(s.dropped(DropReason::kWithdrawn), 2U);

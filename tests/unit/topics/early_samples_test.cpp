@@ -205,9 +205,9 @@ TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
     const TopicKey key{"/t" + std::to_string(n), kType};
     topics.push_back(std::make_unique<ExportedTopic>(s.context, key));
     topics.back()->on_graph(ms(0));
-    EXPECT_TRUE(topics.back()->offer_to(greedy.link).has_value());
+    EXPECT_TRUE(topics.back()->offer_to(greedy.link, ms(0)).has_value());
     if (n == 6) {
-      EXPECT_TRUE(topics.back()->offer_to(other.link).has_value());
+      EXPECT_TRUE(topics.back()->offer_to(other.link, ms(0)).has_value());
     }
     topics.back()->on_taken(
         {{}, gid(static_cast<std::uint8_t>(n)), flow_test::at_ms(1), sample(text), {}}, ms(0));

@@ -48,7 +48,7 @@ TEST(ExportedTopic, AsksForNothingThatThePublisherOfACommandKeeps) {
     state.type = key.second;
     s.graph = picture({state});
     command.on_graph(ms(0));
-    EXPECT_TRUE(command.offer_to(peer.link));
+    EXPECT_TRUE(command.offer_to(peer.link, ms(0)));
     s.demand(peer);
     EXPECT_EQ(s.did(), "subscribe 1 " + key.first + " reliable volatile 100\n");
   }

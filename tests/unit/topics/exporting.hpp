@@ -18,7 +18,7 @@ struct Exporting : Actions {
     subject.on_graph(ms(at));
   }
   // Whether there was anything to offer.
-  bool offer(OneLink& peer) { return subject.offer_to(peer.link).has_value(); }
+  bool offer(OneLink& peer) { return subject.offer_to(peer.link, ms(0)).has_value(); }
   static void demand(OneLink& peer, bool on = true, std::int64_t at = 0) {
     peer.link.outgoing({1})->on_demand({static_cast<std::uint16_t>(on ? 1 : 0)}, ms(at));
   }

@@ -54,14 +54,6 @@ std::string OneLink::said(std::int64_t at) {
   return lines;
 }
 
-Result<Nothing> OneLink::on(Link&, const Offer&, const Now&) {
-  return Nothing{};
-}
-Result<Nothing> OneLink::on(Link&, Accepts, const Now&) {
-  return Nothing{};
-}
-void OneLink::on_peer_time(Link&, const TimeReply&, Stamp) {}
-
 std::string Actions::did() {
   std::string lines;
   while (const auto action = outputs.next()) {

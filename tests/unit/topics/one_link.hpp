@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/graph/side_view.hpp"
-#include "core/link/link.hpp"
+#include "unit/link/quiet_user.hpp"
 #include "unit/side/words.hpp"
 
 namespace connect_bridge::topics_test {
@@ -16,7 +16,7 @@ using namespace side_test;
 Now ms(std::int64_t at);
 
 // Link n, open: what it would send is read as words. The peer accepts everything.
-struct OneLink final : private LinkUser {
+struct OneLink final : private link_test::QuietUser {
   explicit OneLink(std::uint32_t n = 1,
                    std::shared_ptr<Account> account = std::make_shared<Account>(),
                    Duration resume_for = {});
@@ -31,16 +31,6 @@ struct OneLink final : private LinkUser {
   void show_round_trip(std::int64_t round_trip_ms = 50);
 
   Link link;
-
- private:
-  Result<Nothing> on(Link&, const Offer&, const Now&) override;
-  Result<Nothing> on(Link&, Accepts, const Now&) override;
-  Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on(Link&, const Ask&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on(Link&, const Answered&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on(Link&, const Renew&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on(Link&, const Renewed&, const Now&) override { return Nothing{}; }
-  void on_peer_time(Link&, const TimeReply&, Stamp) override;
 };
 
 // A side's parts, and their actions. From 1000 bytes on a worker compresses and decompresses.

@@ -1,6 +1,4 @@
 // What the log says of subscribers that a mirror cannot serve.
-#include "core/topics/subscriber_warning.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +13,7 @@ namespace {
 
 // A mirror of a volatile publisher.
 struct Warning : OfferedScript {
-  explicit Warning(const std::string& node = "/peer_node") : subject(context, made_for(node)) {}
+  explicit Warning(const std::string& node = "/peer_node") : subject(made_for(node)) {}
 
   Mirror& made_for(const std::string& node) {
     OriginOffer offered = origin(1, 7);
@@ -34,12 +32,16 @@ struct Warning : OfferedScript {
     see(state);
   }
   std::string look(std::int64_t at) {
-    subject.look(qos(), ms(at));
+    subject.warn_incompatible(ms(at));
     did();
     return std::exchange(logged, "");
   }
+  // Whether the mirror is to be looked at by then.
+  [[nodiscard]] bool is_due(std::int64_t at) const {
+    return context.timers.deadline().value_or(TimePoint::max()) <= ms(at).steady;
+  }
 
-  SubscriberWarning subject;
+  Mirror& subject;
 };
 
 TEST(SubscriberWarning, EachIsNamedOnce) {
@@ -50,7 +52,7 @@ TEST(SubscriberWarning, EachIsNamedOnce) {
   EXPECT_NE(lines.find("/n52"), std::string::npos);
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 2) << lines;  // the other one fits
   EXPECT_EQ(s.look(20'001), "");
-  EXPECT_FALSE(s.subject.is_due(ms(100'000)));
+  EXPECT_FALSE(s.is_due(100'000));
 }
 
 TEST(SubscriberWarning, OneWithoutANameIsWaitedForAndThenToldWithout) {
@@ -58,10 +60,10 @@ TEST(SubscriberWarning, OneWithoutANameIsWaitedForAndThenToldWithout) {
   s.see_unnamed();
   EXPECT_EQ(s.look(20'000), "");
   EXPECT_EQ(s.look(21'000), "");
-  EXPECT_FALSE(s.subject.is_due(ms(21'999)));
-  EXPECT_TRUE(s.subject.is_due(ms(22'000)));
+  EXPECT_FALSE(s.is_due(21'999));
+  EXPECT_TRUE(s.is_due(22'000));
   EXPECT_NE(s.look(22'000), "");
-  EXPECT_FALSE(s.subject.is_due(ms(100'000)));
+  EXPECT_FALSE(s.is_due(100'000));
   EXPECT_EQ(s.look(30'000), "");
 }
 
@@ -85,10 +87,11 @@ TEST(SubscriberWarning, OfAMirrorThatIsGoneNothingIsTold) {
   Warning s;
   s.see_unnamed();
   EXPECT_EQ(s.look(20'000), "");
-  s.subject.end();
-  EXPECT_FALSE(s.subject.is_due(ms(22'000)));
+  s.subject.destroy();
+  EXPECT_FALSE(s.is_due(22'000));
+  s.subject.update(ms(22'000));
   EXPECT_EQ(s.look(22'000), "");  // another one was made: its time begins
-  EXPECT_TRUE(s.subject.is_due(ms(24'000)));
+  EXPECT_TRUE(s.is_due(24'000));
 }
 
 TEST(SubscriberWarning, WithAMiddlewareThatServesAllThereIsNone) {

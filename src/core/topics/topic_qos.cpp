@@ -1,11 +1,62 @@
-#include "core/topics/queue_of_topic.hpp"
+#include "core/topics/topic_qos.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
-#include "core/topics/command.hpp"
+#include "core/topics/topic_offers.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// The samples of all transient-local publishers come at once; a power of two, so that not every
+// publisher that joins makes the subscription again.
+std::uint32_t depth_for_all(std::uint32_t depth, std::size_t publishers) {
+  constexpr std::uint64_t kMost = 1 << 16;
+  return static_cast<std::uint32_t>(
+      std::bit_ceil(std::min(std::uint64_t{depth} * publishers, kMost)));
+}
+
+// More than one.
+constexpr std::uint32_t kUnknownDepth = std::numeric_limits<std::uint32_t>::max();
+
+// A peer cannot make the middleware monitor shorter periods.
+constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
+
+}  // namespace
+
+// ---- the subscription here
+
+Qos qos_for(const Origins& origins, const TopicOffers& offers, const QosOverride& weakest,
+            const TopicOptions& options) {
+  Qos qos;
+  qos.durability = origins.empty() ? Durability::kVolatile : Durability::kTransientLocal;
+  std::uint32_t depth = 0;
+  for (const auto& [gid, origin] : origins) {
+    if (origin.qos.reliability == Reliability::kBestEffort)
+      qos.reliability = Reliability::kBestEffort;
+    if (origin.qos.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
+    if (origin.qos.history == History::kKeepAll) qos.history = History::kKeepAll;
+    depth = std::max(depth, origin.qos.depth);
+  }
+  for (const auto& [link, offer] : offers.busy()) {
+    const QosOverride& o = offer->treatment().qos;
+    // The rule of a link that wants nothing must not weaken what the others get.
+    if (!offer->demanded()) continue;
+    if (o.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
+    if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
+    if (o.depth) depth = std::max(depth, *o.depth);
+  }
+  if (weakest.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
+  if (weakest.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
+  if (qos.durability == Durability::kTransientLocal) {
+    depth = depth_for_all(std::max(depth, options.latched_depth), origins.size());
+  }
+  qos.depth = std::max(depth, options.default_depth);
+  return qos;
+}
+
+// ---- the queue of a link
 
 bool is_clock(const TopicKey& key) {
   return key.first == "/clock" && key.second == "rosgraph_msgs/msg/Clock";
@@ -67,9 +118,6 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   return queue;
 }
 
-// More than one.
-constexpr std::uint32_t kUnknownDepth = std::numeric_limits<std::uint32_t>::max();
-
 TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& treatment) {
   TopicTraits traits;
   traits.has_header = has_header;
@@ -84,6 +132,31 @@ TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& 
       traits.latched = std::max({traits.latched, kept(qos.depth), kept(origin.qos.depth)});
   }
   return traits;
+}
+
+// ---- the mirror
+
+Qos mirror_qos(const Qos& origin, const QosOverride& ruled, const TopicOptions& options) {
+  // The depth that a peer asks for has a limit; otherwise a transient-local mirror would keep all
+  // that the peer ever sends, and any other would block the loop for a subscriber that does not
+  // take its samples.
+  const std::uint32_t depth_max = options.mirror_depth_max;
+  const bool keep_all = origin.history == History::kKeepAll;
+  Qos qos = origin;
+  qos.depth = keep_all ? depth_max : std::min(qos.depth, depth_max);
+  qos.history = History::kKeepLast;
+  // The operator's rule comes after the limits for peers, and may ask for more.
+  qos = with_override(qos, ruled);
+  const bool latched = qos.durability == Durability::kTransientLocal;
+  if (qos.depth == 0) qos.depth = latched ? options.latched_depth : options.default_depth;
+  for (Duration* period : {&qos.deadline, &qos.lifespan, &qos.liveliness_lease})
+    *period = std::max(*period, kPeriodMin);
+  return qos;
+}
+
+bool may_resume(const Qos& origin, const Qos& mirror) {
+  return origin.reliability == Reliability::kReliable &&
+         origin.durability == Durability::kVolatile && mirror.reliability == Reliability::kReliable;
 }
 
 }  // namespace connect_bridge
