@@ -1,5 +1,3 @@
-#include "apps/ctl_bugreport.hpp"
-
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -11,9 +9,13 @@
 #include <ctime>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 #include <regex>
+#include <string>
+#include <vector>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_commands.hpp"
 #include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/document.hpp"
@@ -30,6 +32,11 @@ namespace {
 namespace fs = std::filesystem;
 using connect_bridge::PackedFile;
 using connect_bridge::Scrubber;
+
+struct BugreportOrder {
+  std::vector<std::string> files;  // parameter files beside those that running programs have
+  std::string output;              // empty: a name with the time, in the present folder
+};
 
 constexpr const char* kNodes[] = {"/connect_server", "/connect_client"};
 constexpr std::size_t kLogBytes = 512 << 10;  // the end of each
@@ -227,22 +234,6 @@ std::string write_new(const std::string& file, const std::string& bytes) {
   return std::fclose(out) == 0 && whole ? "" : std::strerror(errno);
 }
 
-}  // namespace
-
-CLI::App* add_bugreport_command(CLI::App& app, BugreportOrder& order) {
-  auto* report = app.add_subcommand(
-      "bugreport",
-      "Gather what helps to find a fault into one file: configuration, status, logs, versions, "
-      "facts of this machine; without tokens, passwords and keys");
-  report->footer("Exit code: 0 if it is written, 2 if not.");
-  report->add_option("--config", order.files,
-                     "A parameter file; several times. Those of programs that run, and of "
-                     "pairings, are found without it");
-  report->add_option("--output", order.output,
-                     "The file to write. Without it: connect-bugreport-TIME.tar.gz here");
-  return report;
-}
-
 int run_bugreport(const BugreportOrder& order) {
   const std::time_t now = std::time(nullptr);
   std::vector<Program> programs;
@@ -272,4 +263,21 @@ int run_bugreport(const BugreportOrder& order) {
       "it.\n",
       output.c_str());
   return 0;
+}
+
+}  // namespace
+
+void add_bugreport_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<BugreportOrder>();
+  auto* report = app.add_subcommand(
+      "bugreport",
+      "Gather what helps to find a fault into one file: configuration, status, logs, versions, "
+      "facts of this machine; without tokens, passwords and keys");
+  report->footer("Exit code: 0 if it is written, 2 if not.");
+  report->add_option("--config", order->files,
+                     "A parameter file; several times. Those of programs that run, and of "
+                     "pairings, are found without it");
+  report->add_option("--output", order->output,
+                     "The file to write. Without it: connect-bugreport-TIME.tar.gz here");
+  report->callback([order, &exit_code] { exit_code = run_bugreport(*order); });
 }

@@ -1,5 +1,3 @@
-#include "apps/ctl_doctor.hpp"
-
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -8,9 +6,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_commands.hpp"
 #include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
@@ -25,6 +27,16 @@
 namespace {
 
 using namespace connect_bridge;
+
+struct DoctorOrder {
+  // A file, a URL, an address of a status or a socket; empty: what runs here.
+  std::string what;
+  std::string role;
+  std::string token_file, ca, pin;  // for a URL
+  bool offline = false;
+  bool json = false;
+  bool list = false;
+};
 
 constexpr auto kPatienceOfDoctor = std::chrono::seconds(15);
 constexpr int kSomethingWrong = 1;
@@ -165,30 +177,6 @@ int print_list() {
   return 0;
 }
 
-}  // namespace
-
-CLI::App* add_doctor_command(CLI::App& app, DoctorOrder& order) {
-  auto* doctor = app.add_subcommand("doctor", "Say why it does not work: the cause and the cure");
-  doctor->footer(
-      "Exit code: 0 if nothing is wrong as far as it sees, 1 if something is, 2 if the question is "
-      "wrong.");
-  doctor->add_option("what", order.what,
-                     "A parameter file (of a client also the link that it makes), a URL as "
-                     "wss://robot:9090, an address of status.listen, or a socket. Without it: this "
-                     "user's programs on this machine");
-  doctor->add_option("--role", order.role, "For a file: server or client")
-      ->check(CLI::IsMember({"server", "client"}));
-  doctor->add_option("--token-file", order.token_file,
-                     "For a URL: the file with the token. Without it, and without "
-                     "CONNECT_BRIDGE_TOKEN, the way is tried and no login");
-  doctor->add_option("--ca", order.ca, "For a URL: the authority of the server's certificate");
-  doctor->add_option("--pin", order.pin, "For a URL: the pin of the server's key");
-  doctor->add_flag("--offline", order.offline, "Of a client's file: do not dial");
-  doctor->add_flag("--json", order.json, "As JSON");
-  doctor->add_flag("--list", order.list, "Print all that it can find, as a table");
-  return doctor;
-}
-
 int run_doctor(const DoctorOrder& order) {
   if (order.list) return print_list();
   std::signal(SIGPIPE, SIG_IGN);
@@ -209,4 +197,29 @@ int run_doctor(const DoctorOrder& order) {
   }
   std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);
   return has_fault(found) ? kSomethingWrong : 0;
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<DoctorOrder>();
+  auto* doctor = app.add_subcommand("doctor", "Say why it does not work: the cause and the cure");
+  doctor->footer(
+      "Exit code: 0 if nothing is wrong as far as it sees, 1 if something is, 2 if the question is "
+      "wrong.");
+  doctor->add_option("what", order->what,
+                     "A parameter file (of a client also the link that it makes), a URL as "
+                     "wss://robot:9090, an address of status.listen, or a socket. Without it: this "
+                     "user's programs on this machine");
+  doctor->add_option("--role", order->role, "For a file: server or client")
+      ->check(CLI::IsMember({"server", "client"}));
+  doctor->add_option("--token-file", order->token_file,
+                     "For a URL: the file with the token. Without it, and without "
+                     "CONNECT_BRIDGE_TOKEN, the way is tried and no login");
+  doctor->add_option("--ca", order->ca, "For a URL: the authority of the server's certificate");
+  doctor->add_option("--pin", order->pin, "For a URL: the pin of the server's key");
+  doctor->add_flag("--offline", order->offline, "Of a client's file: do not dial");
+  doctor->add_flag("--json", order->json, "As JSON");
+  doctor->add_flag("--list", order->list, "Print all that it can find, as a table");
+  doctor->callback([order, &exit_code] { exit_code = run_doctor(*order); });
 }

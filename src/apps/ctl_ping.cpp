@@ -1,10 +1,12 @@
-#include "apps/ctl_ping.hpp"
-
 #include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "apps/ctl_commands.hpp"
 #include "config/syntax.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/wire/text.hpp"
@@ -17,6 +19,22 @@
 namespace {
 
 using namespace connect_bridge;
+
+struct PingOrder {
+  std::string file;  // a client's parameter file; empty: what this user's client was paired with
+  double seconds = 10;
+  double interval = 0.2;
+  bool json = false;
+};
+
+struct BenchOrder {
+  std::string file;
+  double seconds = 5;  // of each part
+  std::uint64_t rate = 1'000'000;
+  std::vector<std::string> topics;
+  bool json = false;
+  std::string svg;  // a file to write, too; empty: none
+};
 
 constexpr int kNoLink = 1;
 constexpr auto kPatience = std::chrono::seconds(15);
@@ -70,38 +88,6 @@ bool write_file(const std::string& file, const std::string& text) {
   if (out << text << std::flush) return true;
   std::fprintf(stderr, "%s: cannot be written\n", file.c_str());
   return false;
-}
-
-}  // namespace
-
-CLI::App* add_ping_command(CLI::App& app, PingOrder& order) {
-  auto* ping = app.add_subcommand(
-      "ping", "Measure round trip, jitter and clock of the way to a server, over time");
-  add_file(*ping, order.file);
-  ping->add_option("--seconds", order.seconds, "How long")->check(CLI::Range(1.0, 3600.0));
-  ping->add_option("--interval", order.interval, "Seconds between two questions")
-      ->check(CLI::Range(0.02, 10.0));
-  ping->add_flag("--json", order.json, "As JSON, at the end");
-  return ping;
-}
-
-CLI::App* add_bench_command(CLI::App& app, BenchOrder& order) {
-  auto* bench = app.add_subcommand(
-      "bench", "Measure how good the link to a server is: idle, while sending, while receiving");
-  add_file(*bench, order.file);
-  bench->add_option("--seconds", order.seconds, "How long each part takes")
-      ->check(CLI::Range(1.0, 60.0));
-  bench
-      ->add_option("--rate", order.rate,
-                   "The most bytes per second that it sends. Other links share the way: a robot "
-                   "that is being driven feels it")
-      ->check(CLI::Range(std::uint64_t{1000}, std::uint64_t{10'000'000}));
-  bench->add_option("--topic", order.topics,
-                    "A topic to receive for the load from the server, as the server calls it, or "
-                    "a pattern; several times. Without one nothing is received");
-  bench->add_flag("--json", order.json, "As JSON");
-  bench->add_option("--svg", order.svg, "Also a picture, into this file");
-  return bench;
 }
 
 int run_ping(const PingOrder& order) {
@@ -161,4 +147,38 @@ int run_bench(const BenchOrder& order) {
   std::fputs((order.json ? probe_json(spans) : bench_text(spans)).c_str(), stdout);
   if (!order.svg.empty() && !write_file(order.svg, bench_svg(spans))) return kExitConfiguration;
   return whole ? 0 : kNoLink;
+}
+
+}  // namespace
+
+void add_ping_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<PingOrder>();
+  auto* ping = app.add_subcommand(
+      "ping", "Measure round trip, jitter and clock of the way to a server, over time");
+  add_file(*ping, order->file);
+  ping->add_option("--seconds", order->seconds, "How long")->check(CLI::Range(1.0, 3600.0));
+  ping->add_option("--interval", order->interval, "Seconds between two questions")
+      ->check(CLI::Range(0.02, 10.0));
+  ping->add_flag("--json", order->json, "As JSON, at the end");
+  ping->callback([order, &exit_code] { exit_code = run_ping(*order); });
+}
+
+void add_bench_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<BenchOrder>();
+  auto* bench = app.add_subcommand(
+      "bench", "Measure how good the link to a server is: idle, while sending, while receiving");
+  add_file(*bench, order->file);
+  bench->add_option("--seconds", order->seconds, "How long each part takes")
+      ->check(CLI::Range(1.0, 60.0));
+  bench
+      ->add_option("--rate", order->rate,
+                   "The most bytes per second that it sends. Other links share the way: a robot "
+                   "that is being driven feels it")
+      ->check(CLI::Range(std::uint64_t{1000}, std::uint64_t{10'000'000}));
+  bench->add_option("--topic", order->topics,
+                    "A topic to receive for the load from the server, as the server calls it, or "
+                    "a pattern; several times. Without one nothing is received");
+  bench->add_flag("--json", order->json, "As JSON");
+  bench->add_option("--svg", order->svg, "Also a picture, into this file");
+  bench->callback([order, &exit_code] { exit_code = run_bench(*order); });
 }

@@ -1,14 +1,15 @@
-#include "apps/ctl_status.hpp"
-
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_commands.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
@@ -18,6 +19,12 @@
 namespace {
 
 using connect_bridge::Json;
+
+struct StatusQuestion {
+  std::string where;  // "127.0.0.1:9091", the file of a socket; empty: this user's programs
+  bool json = false;
+  bool watch = false;
+};
 
 constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
 constexpr int kNobodyAnswers = 1;
@@ -63,22 +70,6 @@ int show_screen(const std::string& where, bool watch) {
   return 0;
 }
 
-}  // namespace
-
-CLI::App* add_status_command(CLI::App& app, StatusQuestion& question) {
-  auto* status = app.add_subcommand(
-      "status", "Show what a running server or client does: links, topics, rates, drops, calls");
-  status->footer(
-      "From another machine: ssh -L 9091:127.0.0.1:9091 ROBOT, then ctl status 127.0.0.1:9091. "
-      "Exit code: 0 if it is shown, 1 if nobody answers, 2 if the address is wrong.");
-  status->add_option("where", question.where,
-                     "An address of status.listen, as 127.0.0.1:9091, or a socket. Without it: "
-                     "this user's programs on this machine");
-  auto* json = status->add_flag("--json", question.json, "As JSON (docs/status.md)");
-  status->add_flag("--watch", question.watch, "Again every second, until Ctrl-C")->excludes(json);
-  return status;
-}
-
 int run_status(const StatusQuestion& question) {
   std::vector<std::string> all{question.where};
   if (question.where.empty()) {
@@ -103,4 +94,21 @@ int run_status(const StatusQuestion& question) {
     worst = std::max(worst, question.json ? show_json(where) : show_screen(where, question.watch));
   }
   return worst;
+}
+
+}  // namespace
+
+void add_status_command(CLI::App& app, int& exit_code) {
+  const auto question = std::make_shared<StatusQuestion>();
+  auto* status = app.add_subcommand(
+      "status", "Show what a running server or client does: links, topics, rates, drops, calls");
+  status->footer(
+      "From another machine: ssh -L 9091:127.0.0.1:9091 ROBOT, then ctl status 127.0.0.1:9091. "
+      "Exit code: 0 if it is shown, 1 if nobody answers, 2 if the address is wrong.");
+  status->add_option("where", question->where,
+                     "An address of status.listen, as 127.0.0.1:9091, or a socket. Without it: "
+                     "this user's programs on this machine");
+  auto* json = status->add_flag("--json", question->json, "As JSON (docs/status.md)");
+  status->add_flag("--watch", question->watch, "Again every second, until Ctrl-C")->excludes(json);
+  status->callback([question, &exit_code] { exit_code = run_status(*question); });
 }

@@ -1,9 +1,11 @@
-#include "apps/ctl_token.hpp"
-
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
 
+#include "apps/ctl_commands.hpp"
 #include "auth/names.hpp"
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
@@ -13,6 +15,16 @@
 namespace {
 
 using connect_bridge::Stamp;
+
+struct TokenRequest {
+  std::string identity;
+  std::vector<std::string> groups;
+  std::string expires;  // a date in UTC; empty: never, or `days`
+  int days = 0;         // from now on; 0: no limit
+  std::string comment;
+  std::string file;     // the server's; empty: the entry is printed only
+  bool remove = false;  // the identity's entries are removed from the file instead
+};
 
 constexpr Stamp kDay = 86'400'000'000'000;
 
@@ -31,8 +43,8 @@ connect_bridge::TokenEntry entry_of(const TokenRequest& request, const std::stri
           connect_bridge::sha256(connect_bridge::view_of(token))};
 }
 
-}  // namespace
-
+// The token is written to standard output only, so that it can be redirected into a file; the entry
+// is appended to the file, or written to standard error.
 int make_token(const TokenRequest& request) {
   std::vector<std::string> names = request.groups;
   names.push_back(request.identity);
@@ -76,4 +88,36 @@ int remove_token(const TokenRequest& request) {
       stderr, "%s: %zu %s of %s removed; a running server ends its links within two seconds\n",
       request.file.c_str(), removed, removed == 1 ? "entry" : "entries", request.identity.c_str());
   return 0;
+}
+
+}  // namespace
+
+void add_token_command(CLI::App& app, int& exit_code) {
+  const auto request = std::make_shared<TokenRequest>();
+  auto* token = app.add_subcommand("token",
+                                   "Make a token for a client and its entry for the server, or "
+                                   "remove a client's entries");
+  token->footer("Exit code: 0, or 2 if something is wrong; then nothing is changed.");
+  token->add_option("identity", request->identity, "Who has the token, as rules call them")
+      ->required();
+  auto* remove =
+      token->add_flag("--remove", request->remove, "Remove its entries from the file, make none");
+  token->add_option("--group", request->groups, "A group that rules can ask for; several times")
+      ->excludes(remove);
+  auto* expires = token
+                      ->add_option("--expires", request->expires,
+                                   "When it ends: 2027-01-31 or 2027-01-31T12:00:00Z")
+                      ->excludes(remove);
+  token->add_option("--days", request->days, "When it ends: after so many days")
+      ->check(CLI::Range(1, 36500))
+      ->excludes(expires)
+      ->excludes(remove);
+  token->add_option("--comment", request->comment, "For people")->excludes(remove);
+  auto* file = token->add_option("--file", request->file,
+                                 "The server's token file, which gets the entry; a running server "
+                                 "reads it within two seconds");
+  remove->needs(file);
+  token->callback([request, &exit_code] {
+    exit_code = request->remove ? remove_token(*request) : make_token(*request);
+  });
 }
