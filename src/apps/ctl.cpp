@@ -8,7 +8,7 @@
 #include "apps/ctl_commands.hpp"
 #include "config/document.hpp"
 #include "run/check.hpp"
-#include "run/exit_codes.hpp"
+#include "run/program.hpp"
 
 namespace {
 

@@ -20,9 +20,9 @@
 #include "run/assembly.hpp"
 #include "run/check.hpp"
 #include "run/diagnosis.hpp"
-#include "run/exit_codes.hpp"
 #include "run/json_members.hpp"
 #include "run/probe.hpp"
+#include "run/program.hpp"
 
 namespace {
 

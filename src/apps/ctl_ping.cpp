@@ -11,9 +11,9 @@
 #include "core/wire/text.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
-#include "run/exit_codes.hpp"
 #include "run/pairing.hpp"
 #include "run/probe_report.hpp"
+#include "run/program.hpp"
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
-#include "run/exit_codes.hpp"
+#include "run/program.hpp"
 #include "run/status_screen.hpp"
 
 namespace {

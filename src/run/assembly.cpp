@@ -16,8 +16,8 @@
 #include "net/certified.hpp"
 #include "net/system_now.hpp"
 #include "ros/types/type_supports.hpp"
-#include "run/activation.hpp"
 #include "run/host_check.hpp"
+#include "run/supervisor.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -12,7 +12,7 @@
 #include "net/system_now.hpp"
 #include "run/audit_json.hpp"
 #include "run/diagnostics.hpp"
-#include "run/exit_codes.hpp"
+#include "run/program.hpp"
 #include "run/status_json.hpp"
 #include "run/worth_telling.hpp"
 #include "version.hpp"
@@ -24,8 +24,7 @@ constexpr char kNotRecorded[] = "the call cannot be recorded, and audit.required
 
 // A loop that is held up longer is worth a line: half a second, or less where links end soon.
 double lag_worth_a_line_ms(Duration dead_after) {
-  return std::min(kLagMsWorthTelling,
-                  std::chrono::duration<double, std::milli>(dead_after).count() / 3);
+  return std::min(kLagMsWorthTelling, milliseconds_of(dead_after) / 3);
 }
 
 ros::GatewayOptions gateway_options(const BridgeParts& parts) {
@@ -62,7 +61,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
         boost::asio::post(io_, [this, problem] { node_.log(LogLevel::kWarn, problem); });
       }),
       supervisor_(io_, parts_.notify_socket),
-      seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
+      seconds_(io_),
       stop_(io_, [this] { stop(); }),
       hangup_(io_,
               [this] {
@@ -159,7 +158,8 @@ void Bridge::run() {
   guard_.watch();
   stop_.wait_for_signal();
   hangup_.wait_for_signal();
-  seconds_.start();
+  tick_due_ = std::chrono::steady_clock::now();
+  tick();
   loop_.feed(TimePassed{});
   io_.run();
   if (const std::string& file = parameters_.config().status_file; !file.empty())
@@ -274,9 +274,18 @@ void Bridge::on_wake() {
   loop_.step([this](const auto& handle) { return gateway_.drain(handle); });
 }
 
+void Bridge::tick() {
+  const auto now = std::chrono::steady_clock::now();
+  every_second(milliseconds_of(std::max(Duration::zero(), Duration(now - tick_due_))));
+  tick_due_ = std::max(tick_due_ + std::chrono::seconds(1), now);
+  seconds_.expires_at(tick_due_);
+  seconds_.async_wait([this](const boost::system::error_code& error) {
+    if (!error && !stop_.has_begun()) tick();
+  });
+}
+
 void Bridge::every_second(double lag_ms) {
-  lag_ms =
-      std::max(lag_ms, std::chrono::duration<double, std::milli>(loop_.take_longest()).count());
+  lag_ms = std::max(lag_ms, milliseconds_of(loop_.take_longest()));
   const auto times = lag_ms < lag_worth_a_line_ms(parts_.side.dead_after)
                          ? std::nullopt
                          : lags_.count(loop_.now());
@@ -346,7 +355,6 @@ void Bridge::publish_diagnostics(const StatusPicture& picture) {
 void Bridge::stop() {
   node_.log(LogLevel::kInfo, "stopping");
   supervisor_.stopping();
-  seconds_.stop();
   loop_.feed(StopRequested{});
   note(AuditEvent::kStopped);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -23,7 +24,6 @@
 #include "run/loop.hpp"
 #include "run/loop_guard.hpp"
 #include "run/pairing.hpp"
-#include "run/seconds.hpp"
 #include "run/signals.hpp"
 #include "run/status_file.hpp"
 #include "run/status_site.hpp"
@@ -82,6 +82,9 @@ class Bridge {
   void judge_certificate(const Authenticate& request);
   void send();
   void on_wake();
+  // Calls every_second(), and again in a second. The timer waits in the same queue as everything
+  // else, so its delay is the loop's.
+  void tick();
   void every_second(double lag_ms);
   [[nodiscard]] RunStatus run_status(double lag_ms, bool running);
   // The status is taken now, link by link in turns, and then written.
@@ -113,7 +116,8 @@ class Bridge {
   HeapTrim heap_;
   Supervisor supervisor_;
   LogLimit lags_;
-  Seconds seconds_;
+  boost::asio::steady_timer seconds_;
+  std::chrono::steady_clock::time_point tick_due_{};
   Stop stop_;
   Hangup hangup_;
   Workers workers_;

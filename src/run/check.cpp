@@ -6,15 +6,17 @@
 #include <string_view>
 #include <vector>
 
+#include "auth/secret.hpp"
+#include "auth/token_table.hpp"
 #include "config/explain.hpp"
 #include "config/explain_right.hpp"
 #include "config/syntax.hpp"
+#include "core/ports/pin.hpp"
 #include "core/wire/text.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
-#include "run/exit_codes.hpp"
 #include "run/host_check.hpp"
-#include "run/known_groups.hpp"
+#include "run/program.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -79,6 +81,49 @@ Parsed parse_as_elsewhere(const ParameterMap& parameters, Role role) {
   Surroundings elsewhere;
   elsewhere.token_in_environment = true;
   return parse_config(parameters, role, elsewhere);
+}
+
+std::string groups_text(const TokenTable::Tokens& tokens, const std::string& file) {
+  const std::string of_all =
+      tokens.count > 1 ? " (of all " + std::to_string(tokens.count) + " tokens together)" : "";
+  return (tokens.groups.empty() ? "none" : to_text(ParameterValue{tokens.groups})) + ", as " +
+         file + " has it" + of_all;
+}
+
+struct KnownGroups {
+  std::vector<std::string> groups;
+  std::string text;  // a line for people: where they come from, or that none are known
+};
+
+// The groups of an identity, as far as the configuration names them: at a server those of all its
+// tokens in auth.token_file, at a client those behind its key in tls.pin. Other login methods name
+// groups only at a login.
+KnownGroups known_groups(const Config& config, const std::string& identity) {
+  const std::string whose = "groups of " + identity + ": ";
+  const std::string none = whose + "none given (--group)";
+  if (config.role == Role::kClient) {
+    for (const std::string& entry : config.tls.pins)
+      if (Identity server = pin_in(entry).is; server.name == identity) {
+        std::string line = whose + to_text(ParameterValue{server.groups}) + ", as tls.pin has it";
+        return {std::move(server.groups), std::move(line)};
+      }
+  }
+  const std::string& file = config.auth.token_file;
+  if (config.role != Role::kServer || config.auth.method != "token" || file.empty())
+    return {{}, none};
+  std::string problem;
+  auto text = read_secret_file(file, problem);
+  if (!text) return {{}, none + "; " + problem};
+  TokenTable table;
+  std::vector<std::string> problems, warnings;
+  // The time does not matter: a token that has expired still shows the groups.
+  table.read(*text, file, 0, problems, warnings);
+  wipe(*text);
+  if (!problems.empty()) return {{}, none + "; " + problems.front()};
+  TokenTable::Tokens tokens = table.of_identity(identity);
+  if (tokens.count == 0) return {{}, none + "; " + file + " has no such identity"};
+  std::string line = whose + groups_text(tokens, file);
+  return {std::move(tokens.groups), std::move(line)};
 }
 
 struct Assembled {

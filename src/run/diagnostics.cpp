@@ -17,10 +17,6 @@ using Level = Diagnostic::Level;
 constexpr Stamp kDay = 24 * 3600 * kStampSecond;
 constexpr Stamp kLoginDays = 7;
 
-double milliseconds_of(Duration time) {
-  return std::chrono::duration<double, std::milli>(time).count();
-}
-
 // What ended the last connection has addresses in it: of it the kind of cause alone.
 std::string cause_of(const std::string& failure) {
   const Finding* const finding =

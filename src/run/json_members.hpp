@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdio>
+#include <ctime>
+#include <optional>
 #include <string>
 #include <type_traits>
 
@@ -24,6 +27,18 @@ template <class T>
     return found->is_boolean() ? found->template get<bool>() : otherwise;
   else
     return found->is_number() ? found->template get<T>() : otherwise;
+}
+
+// The moment of a member like "2026-01-31T12:00:00.123Z", in seconds since 1970.
+[[nodiscard]] inline std::optional<double> moment_in(const Json& of, const char* name) {
+  std::tm parts{};
+  double seconds = 0;
+  if (std::sscanf(member<std::string>(of, name).c_str(), "%d-%d-%dT%d:%d:%lf", &parts.tm_year,
+                  &parts.tm_mon, &parts.tm_mday, &parts.tm_hour, &parts.tm_min, &seconds) != 6)
+    return std::nullopt;
+  parts.tm_year -= 1900;
+  parts.tm_mon -= 1;
+  return static_cast<double>(::timegm(&parts)) + seconds;
 }
 
 // A list or an object; an empty one, if the member is missing or something else.

@@ -14,11 +14,11 @@
 
 #include "auth/credential.hpp"
 #include "auth/file_trust.hpp"
+#include "auth/token_file.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/json.hpp"
 #include "core/base/sha256.hpp"
 #include "ros/parameters/parameter_file.hpp"
-#include "run/status_file.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -147,7 +147,7 @@ std::string PairingFolder::write_parameters(const ParameterMap& parameters) cons
   for (const auto& [key, value] : parameters)
     text += "\n    " + key + ": " +
             std::visit([](const auto& held) { return Json(held).dump(); }, value);
-  return write_atomically(parameter_file(), text, true);
+  return write_secret_file(parameter_file(), text + "\n");
 }
 
 bool goes_by_pairing(const ParameterMap& given) {

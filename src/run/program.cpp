@@ -18,7 +18,6 @@
 #include "ros/rcl/middleware.hpp"
 #include "run/arguments.hpp"
 #include "run/assembly.hpp"
-#include "run/exit_codes.hpp"
 #include "run/heap.hpp"
 #include "run/host_check.hpp"
 #include "run/invitation_text.hpp"

@@ -9,10 +9,6 @@
 namespace connect_bridge {
 namespace {
 
-double milliseconds(Duration d) {
-  return static_cast<double>(d.count()) / 1e6;
-}
-
 std::string rfc3339_of(Stamp time) {
   return rfc3339(std::chrono::system_clock::time_point(
       std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(time))));
@@ -121,11 +117,11 @@ OrderedJson facts_of(const LinkStatus& link, Names names) {
       {"unacknowledged_bytes", link.unacknowledged_bytes},
       {"memory_bytes", link.memory_bytes},
       {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
-      {"path_queue_ms", milliseconds(link.path_queue)}};
+      {"path_queue_ms", milliseconds_of(link.path_queue)}};
   if (link.clock.known)
-    json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
-                     {"round_trip_ms", milliseconds(link.clock.round_trip)},
-                     {"error_bound_ms", milliseconds(link.clock.error_bound)}};
+    json["clock"] = {{"offset_ms", milliseconds_of(link.clock.offset)},
+                     {"round_trip_ms", milliseconds_of(link.clock.round_trip)},
+                     {"error_bound_ms", milliseconds_of(link.clock.error_bound)}};
   if (link.login_end != 0) json["login_valid_until"] = rfc3339_of(link.login_end);
   return json;
 }

@@ -1,6 +1,8 @@
 // The status of a side as JSON, for the status file and for who asks (docs/status.md).
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -37,6 +39,10 @@ struct StatusPicture {
 
 // The version of what to_json() writes. It changes when a member is removed or changes its meaning.
 inline constexpr int kStatusSchema = 1;
+
+[[nodiscard]] inline double milliseconds_of(Duration time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
 
 // Whether it says who the people on the links are.
 enum class Names : std::uint8_t { kShown, kHidden };

@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <ctime>
 #include <map>
-#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -38,18 +35,6 @@ std::string shown_span(std::int64_t s) {
   if (s < 120) return fmt::format("{} s", s);
   if (s < 7200) return fmt::format("{} min", s / 60);
   return s < 172'800 ? fmt::format("{} h", s / 3600) : fmt::format("{} days", s / 86'400);
-}
-
-// Milliseconds of "2026-01-31T12:00:00.123Z".
-std::optional<double> time_of(const Json& status) {
-  std::tm parts{};
-  double seconds = 0;
-  if (std::sscanf(member<std::string>(status, "time").c_str(), "%d-%d-%dT%d:%d:%lf", &parts.tm_year,
-                  &parts.tm_mon, &parts.tm_mday, &parts.tm_hour, &parts.tm_min, &seconds) != 6)
-    return std::nullopt;
-  parts.tm_year -= 1900;
-  parts.tm_mon -= 1;
-  return static_cast<double>(::timegm(&parts)) * 1e3 + seconds * 1e3;
 }
 
 std::string joined_counts(const Json& counts) {
@@ -121,8 +106,8 @@ StatusTable topic_table(const Json& now, const Json& before) {
     for (const Json& topic : part_of(link, "topics"))
       had[topic_key(link, topic)] = {member<double>(topic, "messages"),
                                      member<double>(topic, "bytes")};
-  const auto then = time_of(before), at = time_of(now);
-  const double seconds = then && at ? (*at - *then) / 1e3 : 0;
+  const auto then = moment_in(before, "time"), at = moment_in(now, "time");
+  const double seconds = then && at ? *at - *then : 0;
   StatusTable table(
       {"TOPIC", "DIRECTION", "LINK", "MESSAGES/S", "BYTES/S", "AGE", "QUEUED", "DROPPED", "STATE"});
   for (const Json& link : part_of(now, "links"))
