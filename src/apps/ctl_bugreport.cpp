@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <fmt/chrono.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,13 +26,17 @@
 #include "run/program.hpp"
 #include "run/scrub.hpp"
 #include "run/system_facts.hpp"
-#include "run/tar_gz.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
-using connect_bridge::PackedFile;
 using connect_bridge::Scrubber;
+
+// A part of the report, under its name.
+struct Section {
+  std::string name;
+  std::string text;
+};
 
 struct BugreportOrder {
   std::vector<std::string> files;  // parameter files beside those that running programs have
@@ -55,6 +60,7 @@ logs/           the ends of the newest log files
 
 Tokens, passwords, private keys, and users and queries in addresses are replaced by (hidden).
 Look through it before it is sent: topics, addresses and names of people are not.
+Each part begins with a line of ==== and its name.
 )";
 
 // A parameter file, and the folders from which its relative names are read: of the programs that
@@ -113,13 +119,13 @@ bool is_ours(const std::string& section, const std::vector<Program>& programs) {
 }
 
 // A file that is not understood is left out: who knows what is in it.
-std::vector<PackedFile> configuration(const std::vector<ConfigurationFile>& files,
-                                      const std::vector<Program>& programs, Scrubber& scrubber) {
+std::vector<Section> configuration(const std::vector<ConfigurationFile>& files,
+                                   const std::vector<Program>& programs, Scrubber& scrubber) {
   for (const Program& program : programs) {
     scrubber.learn(program.parameters());
     learn_files(scrubber, program.parameters(), program.folder);
   }
-  std::vector<PackedFile> packed;
+  std::vector<Section> packed;
   for (const auto& [file, folders] : files) {
     auto read = connect_bridge::ros::read_parameter_file(file);
     std::string text = "# " + file.string() + "\n";
@@ -171,32 +177,26 @@ bool is_log_of(const std::vector<Program>& programs, const std::string& name,
          });
 }
 
-// The tail of a name tells more than its head; with its folder it fits into the archive.
-std::string short_name(const std::string& name) {
-  constexpr std::size_t kBytesMax = 50;
-  return name.substr(name.size() - std::min(name.size(), kBytesMax));
-}
-
-std::vector<PackedFile> logs(const std::vector<Program>& programs) {
+std::vector<Section> logs(const std::vector<Program>& programs) {
   std::vector<std::pair<fs::file_time_type, fs::path>> found;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(log_folder(), none))
     if (entry.is_regular_file(none) && may_be_our_log(entry.path().filename()))
       found.emplace_back(entry.last_write_time(none), entry.path());
   std::sort(found.rbegin(), found.rend());
-  std::vector<PackedFile> packed;
+  std::vector<Section> packed;
   for (const auto& [time, file] : found) {
     const std::string text = content_of(file, kLogBytes);
     if (packed.size() < kLogsMax && is_log_of(programs, file.filename(), text))
-      packed.push_back({"logs/" + short_name(file.stem()) + ".log", text});
+      packed.push_back({"logs/" + file.filename().string(), text});
   }
   return packed;
 }
 
-std::vector<PackedFile> statuses(const std::vector<Program>& programs) {
-  std::vector<PackedFile> packed;
+std::vector<Section> statuses(const std::vector<Program>& programs) {
+  std::vector<Section> packed;
   for (const Program& program : programs) {
-    const std::string name = "status/" + short_name(fs::path(program.socket).stem());
+    const std::string name = "status/" + fs::path(program.socket).stem().string();
     Asked asked(program.socket, "/api/status");
     if (!asked.problem().empty()) {
       packed.push_back({name + ".txt", asked.problem() + "\n"});
@@ -217,14 +217,6 @@ std::string command_lines(const std::vector<Program>& programs) {
   return text;
 }
 
-std::string time_text(std::time_t time, const char* format) {
-  char text[64] = "";
-  std::tm parts{};
-  ::gmtime_r(&time, &parts);
-  std::strftime(text, sizeof text, format, &parts);
-  return text;
-}
-
 // A new file for its owner alone. What is wrong, or nothing.
 std::string write_new(const std::string& file, const std::string& bytes) {
   const int handle = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -235,26 +227,28 @@ std::string write_new(const std::string& file, const std::string& bytes) {
 }
 
 int run_bugreport(const BugreportOrder& order) {
-  const std::time_t now = std::time(nullptr);
   std::vector<Program> programs;
   for (const auto& socket : connect_bridge::status_sockets()) programs.emplace_back(socket);
   Scrubber scrubber;
   if (const char* const token = std::getenv("CONNECT_BRIDGE_TOKEN")) scrubber.learn(token);
-  std::vector<PackedFile> files{{"README.txt", kAbout},
-                                {"versions.txt", connect_bridge::version_text() + "\n"},
-                                {"system.txt", connect_bridge::system_facts()},
-                                {"programs.txt", command_lines(programs)}};
+  std::vector<Section> parts{{"about.txt", kAbout},
+                             {"versions.txt", connect_bridge::version_text() + "\n"},
+                             {"system.txt", connect_bridge::system_facts()},
+                             {"programs.txt", command_lines(programs)}};
   for (auto&& more : {configuration(parameter_files(order, programs), programs, scrubber),
                       statuses(programs), logs(programs)})
-    files.insert(files.end(), more.begin(), more.end());
-  const std::string folder = time_text(now, "connect-bugreport-%Y%m%d-%H%M%S");
-  const std::string output = order.output.empty() ? folder + ".tar.gz" : order.output;
-  for (PackedFile& file : files) {
-    file.text = scrubber.scrubbed(file.text);
-    std::printf("  %s, %zu bytes\n", file.name.c_str(), file.text.size());
-    file.name = folder + "/" + file.name;
+    parts.insert(parts.end(), more.begin(), more.end());
+  std::string text;
+  for (const Section& part : parts) {
+    const std::string shown = scrubber.scrubbed(part.text);
+    std::printf("  %s, %zu bytes\n", part.name.c_str(), shown.size());
+    text += "==== " + part.name + "\n" + shown + (shown.ends_with('\n') ? "" : "\n");
   }
-  if (const std::string problem = write_new(output, tar_gz(files, now)); !problem.empty()) {
+  const std::string output =
+      order.output.empty()
+          ? fmt::format("connect-bugreport-{:%Y%m%d-%H%M%S}.txt", fmt::gmtime(std::time(nullptr)))
+          : order.output;
+  if (const std::string problem = write_new(output, text); !problem.empty()) {
     std::fprintf(stderr, "%s: %s\n", output.c_str(), problem.c_str());
     return connect_bridge::kExitConfiguration;
   }
@@ -278,6 +272,6 @@ void add_bugreport_command(CLI::App& app, int& exit_code) {
                      "A parameter file; several times. Those of programs that run, and of "
                      "pairings, are found without it");
   report->add_option("--output", order->output,
-                     "The file to write. Without it: connect-bugreport-TIME.tar.gz here");
+                     "The file to write. Without it: connect-bugreport-TIME.txt here");
   report->callback([order, &exit_code] { exit_code = run_bugreport(*order); });
 }
