@@ -147,13 +147,9 @@ std::vector<Section> configuration(const std::vector<ConfigurationFile>& files,
 }
 
 fs::path log_folder() {
-  const auto variable = [](const char* name) {
-    const char* const value = std::getenv(name);
-    return std::string{value != nullptr ? value : ""};
-  };
-  if (const std::string given = variable("ROS_LOG_DIR"); !given.empty()) return given;
-  if (const std::string home = variable("ROS_HOME"); !home.empty()) return fs::path(home) / "log";
-  return fs::path(variable("HOME")) / ".ros" / "log";
+  const char* const given = std::getenv("ROS_LOG_DIR");
+  if (given != nullptr && *given != '\0') return given;
+  return fs::path(connect_bridge::ros_home()) / "log";
 }
 
 // "server_PID_TIME.log" is what rcl calls the log of any program with this name.

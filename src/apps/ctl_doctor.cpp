@@ -105,11 +105,12 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
-  for (const std::string& problem : judged.problems)
+  for (const std::string& problem : judged.given.problems)
     append(found, {diagnose_problem(problem)}, order.what);
   if (!judged.config) return found;
   append(found, diagnose_config(*judged.config), order.what);
-  const bool dials = judged.role == Role::kClient && judged.problems.empty() && !order.offline;
+  const bool dials =
+      judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
   if (dials)
     append(found, look_through_link(*judged.config, true), judged.config->dial.url.text("ws"));
   return found;

@@ -50,10 +50,6 @@ Variable environment() {
   };
 }
 
-void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
-  to.insert(to.end(), from.begin(), from.end());
-}
-
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
                     Assembly& assembly) {
   AuthOptions auth{config.auth, std::nullopt};

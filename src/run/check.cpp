@@ -167,41 +167,36 @@ OfNode read_for_node(const std::string& file, const std::string& asked_role) {
 }
 
 FileJudged judge_file(const std::string& file, const std::string& role) {
-  OfNode of_node = read_for_node(file, role);
-  FileJudged judged;
-  judged.taken_as = of_node.taken_as;
-  judged.role = of_node.role;
-  judged.node = of_node.node;
-  judged.problems = std::move(of_node.problems);
-  if (!judged.problems.empty()) return judged;
-  Parsed parsed = parse_config(of_node.parameters, of_node.role, surroundings());
-  for (const auto& problem : parsed.problems) judged.problems.push_back(to_text(problem));
-  HostFindings host = check_host(of_node.parameters);
-  for (const auto* found : {&host.problems, &host.ended})
-    judged.problems.insert(judged.problems.end(), found->begin(), found->end());
+  FileJudged judged{read_for_node(file, role), {}, {}, {}};
+  const OfNode& given = judged.given;
+  std::vector<std::string>& problems = judged.given.problems;
+  if (!problems.empty()) return judged;
+  Parsed parsed = parse_config(given.parameters, given.role, surroundings());
+  for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
+  HostFindings host = check_host(given.parameters);
+  append(problems, host.problems);
+  append(problems, host.ended);
   if (parsed.config) {
-    Assembled assembled = assemble_harmless(*parsed.config, of_node.node);
+    Assembled assembled = assemble_harmless(*parsed.config, given.node);
     if (std::string why = who_may_change_rules(*parsed.config, {file}); !why.empty())
-      (parsed.config->reached_by_others ? judged.problems : host.warnings)
-          .push_back(std::move(why));
-    const auto& problems = assembled.assembly.problems;
-    judged.problems.insert(judged.problems.end(), problems.begin(), problems.end());
+      (parsed.config->reached_by_others ? problems : host.warnings).push_back(std::move(why));
+    append(problems, assembled.assembly.problems);
     judged.warnings = std::move(assembled.assembly.warnings);
     judged.not_loaded = std::move(assembled.not_loaded);
   }
-  judged.warnings.insert(judged.warnings.end(), host.warnings.begin(), host.warnings.end());
+  append(judged.warnings, host.warnings);
   judged.config = std::move(parsed.config);
-  judged.parameters = std::move(of_node.parameters);
   return judged;
 }
 
 int check_file(const std::string& file, const std::string& asked_role) {
   const FileJudged judged = judge_file(file, asked_role);
-  if (judged.node.empty()) return report(file, judged.problems);
-  print(judged.problems.empty() ? stdout : stderr, judged.taken_as);
-  const int code = judged.problems.empty() ? 0 : report(file, judged.problems);
+  const OfNode& given = judged.given;
+  if (given.node.empty()) return report(file, given.problems);
+  print(given.problems.empty() ? stdout : stderr, given.taken_as);
+  const int code = given.problems.empty() ? 0 : report(file, given.problems);
   std::optional<Config> rest = judged.config;
-  if (!rest) rest = parse_as_elsewhere(judged.parameters, judged.role).config;
+  if (!rest) rest = parse_as_elsewhere(given.parameters, given.role).config;
   if (!rest) return code;
   if (code != 0) std::puts("The rest of the file means:");
   print(stdout, explain(*rest));

@@ -23,14 +23,6 @@
 namespace connect_bridge {
 namespace {
 
-std::string ros_home() {
-  const char* home = std::getenv("ROS_HOME");
-  if (home && *home) return home;
-  home = std::getenv("HOME");
-  const passwd* const user = home && *home ? nullptr : ::getpwuid(::geteuid());
-  return std::string{user ? user->pw_dir : home ? home : ""} + "/.ros";
-}
-
 // "/robot1/connect_client" is "robot1.connect_client".
 std::string folder_name(const std::string& node) {
   std::string name = node.substr(node.starts_with('/') ? 1 : 0);
@@ -50,6 +42,14 @@ bool is_rule(const std::string& key) {
 }
 
 }  // namespace
+
+std::string ros_home() {
+  const char* home = std::getenv("ROS_HOME");
+  if (home && *home) return home;
+  home = std::getenv("HOME");
+  const passwd* const user = home && *home ? nullptr : ::getpwuid(::geteuid());
+  return std::string{user ? user->pw_dir : home ? home : ""} + "/.ros";
+}
 
 // The lock ends with the process, whatever ends it; what stands in the file stays.
 RunningMark::RunningMark(const std::string& file, std::uint16_t port)
