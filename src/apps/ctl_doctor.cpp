@@ -136,7 +136,8 @@ std::vector<Found> look_at_side(const std::string& where, std::string& role) {
   Asked asked(where, "/api/status");
   if (!asked.problem().empty()) return {};
   const Json status = Json::parse(asked.rest(), nullptr, false);
-  role = member<std::string>(status, "role", "unknown");
+  role = text_in(status, "role");
+  if (role.empty()) role = "unknown";
   std::vector<Found> found = diagnose_status(status);
   ProcessFacts side;
   if (role != "relay" && where.find('/') != std::string::npos && facts_of(where, side))

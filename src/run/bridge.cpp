@@ -57,9 +57,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](ConnectionId id) { loop_.arrived(id); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
-      status_file_([this](const std::string& problem) {
-        boost::asio::post(io_, [this, problem] { node_.log(LogLevel::kWarn, problem); });
-      }),
+      status_file_([this](const std::string& problem) { log_later(LogLevel::kWarn, problem); }),
       supervisor_(io_, parts_.notify_socket),
       seconds_(io_),
       stop_(io_, [this] { stop(); }),
@@ -79,19 +77,11 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       login_desk_(
           {parts_.authenticator.get(), std::move(parts_.credential_file), parts_.side.login_timeout,
            ListenOptions::kLoopbackShare * parts_.listen.pending_per_address_max},
-          {[this](Input&& input) {
-             boost::asio::post(
-                 io_, [this, input = std::move(input)]() mutable { loop_.feed(std::move(input)); });
-           },
-           [this](Log&& line) {
-             boost::asio::post(
-                 io_, [this, line = std::move(line)] { node_.log(line.level, line.text); });
-           }}),
+          {[this](Input&& input) { feed_later(std::move(input)); },
+           [this](Log&& line) { log_later(line.level, std::move(line.text)); }}),
       status_site_({node.facts().full_name, parameters_.config().status, parameters_.config().tls,
                     parameters_.config().auth},
-                   [this](LogLevel level, const std::string& text) {
-                     boost::asio::post(io_, [this, level, text] { node_.log(level, text); });
-                   }),
+                   [this](LogLevel level, const std::string& text) { log_later(level, text); }),
       guard_(parts_.side.role == Role::kServer ? "server" : "client") {}
 
 std::string Bridge::open() {
@@ -116,11 +106,9 @@ std::string Bridge::open_audit_log() {
   if (std::string problem = AuditFile(file).open(); !problem.empty())
     return "audit.file: " + problem;
   audit_log_.emplace(file, [this](bool works, const std::string& problem) {
-    boost::asio::post(io_, [this, works, problem] {
-      node_.log(works ? LogLevel::kInfo : LogLevel::kError,
-                works ? "the audit log can be written again"
-                      : "the audit log cannot be written, its lines wait: " + problem);
-    });
+    log_later(works ? LogLevel::kInfo : LogLevel::kError,
+              works ? "the audit log can be written again"
+                    : "the audit log cannot be written, its lines wait: " + problem);
   });
   return {};
 }
@@ -140,6 +128,15 @@ void Bridge::note(AuditEvent event, std::string reason) {
   line.node = node_.facts().full_name;
   line.reason = std::move(reason);
   audit_log_->add(std::move(line));
+}
+
+void Bridge::log_later(LogLevel level, std::string text) {
+  boost::asio::post(io_, [this, level, text = std::move(text)] { node_.log(level, text); });
+}
+
+void Bridge::feed_later(Input&& input) {
+  boost::asio::post(io_,
+                    [this, input = std::move(input)]() mutable { loop_.feed(std::move(input)); });
 }
 
 std::string Bridge::listen() {
@@ -333,6 +330,8 @@ void Bridge::take_status(double lag_ms) {
 void Bridge::take_status_of_next() {
   auto& [picture, left] = *taking_;
   if (left.empty()) {
+    link_places_.follow(picture->side.links);
+    picture->places = link_places_;
     if (status_site_.wanted()) status_site_.publish(picture);
     if (gateway_.diagnostics_wanted()) publish_diagnostics(*picture);
     if (const std::string& file = parameters_.config().status_file; !file.empty())
@@ -346,8 +345,7 @@ void Bridge::take_status_of_next() {
 }
 
 void Bridge::publish_diagnostics(const StatusPicture& picture) {
-  link_places_.follow(picture.side.links);
-  const auto all = diagnostics_of(picture, link_places_, system_now());
+  const auto all = diagnostics_of(picture, system_now());
   const Payload message = diagnostic_array(all, node_.facts().full_name, node_.ros_now());
   gateway_.publish_diagnostics(message.view());
 }

@@ -18,7 +18,6 @@
 #include "ros/gateway.hpp"
 #include "run/audit_log.hpp"
 #include "run/heap.hpp"
-#include "run/link_places.hpp"
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
 #include "run/loop.hpp"
@@ -69,6 +68,9 @@ class Bridge {
   [[nodiscard]] std::string listen();
   void apply(const Config& now);
   void note(AuditEvent event, std::string reason = {});
+  // From threads of others: done by the loop's.
+  void log_later(LogLevel level, std::string text);
+  void feed_later(Input&& input);
   // Whether that was in the middleware.
   bool carry_out(Action&& action);
   void send_request(SendRequest&& request);
@@ -112,7 +114,7 @@ class Bridge {
     std::vector<LinkId> left;
   };
   std::optional<Taking> taking_;
-  LinkPlaces link_places_;  // of /diagnostics
+  LinkPlaces link_places_;
   HeapTrim heap_;
   Supervisor supervisor_;
   LogLimit lags_;

@@ -125,16 +125,6 @@ std::string_view sign_in(const std::array<Sign, N>& signs, std::string_view text
 
 // ---- a status
 
-std::string text_in(const Json& of, const char* name) {
-  return member<std::string>(of, name, {}, kTextBytes);
-}
-double number_in(const Json& of, const char* name) {
-  return member<double>(of, name);
-}
-bool is_set(const Json& of, const char* name) {
-  return member<bool>(of, name);
-}
-
 // Of a name that is missing. Most reasons are findings.
 std::string_view missing_for(const std::string& reason, const std::string& why) {
   if (reason == "type_unknown") return "type_not_installed";

@@ -12,6 +12,7 @@
 #include "net/network.hpp"
 #include "ros/counters.hpp"
 #include "run/audit_log.hpp"
+#include "run/link_places.hpp"
 
 namespace connect_bridge {
 
@@ -35,6 +36,7 @@ struct RunStatus {
 struct StatusPicture {
   Status side;
   RunStatus run;
+  LinkPlaces places = {};  // of its links
 };
 
 // The version of what to_json() writes. It changes when a member is removed or changes its meaning.
