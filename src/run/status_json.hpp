@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/json.hpp"
 #include "core/ports/net_options.hpp"
@@ -12,7 +13,6 @@
 #include "net/network.hpp"
 #include "ros/counters.hpp"
 #include "run/audit_log.hpp"
-#include "run/link_places.hpp"
 
 namespace connect_bridge {
 
@@ -30,6 +30,19 @@ struct RunStatus {
   std::string version = {};
   std::string started = {};   // RFC 3339
   Stamp certificate_end = 0;  // 0: this side shows none that ends
+};
+
+// A small number for each link that there is, for names that must not come without end.
+// The lowest that is free is given: those of links that have ended serve again.
+class LinkPlaces {
+ public:
+  // The links that there are now.
+  void follow(const std::vector<LinkStatus>& links);
+  // From 1 on; of a link of the last follow().
+  [[nodiscard]] std::size_t of(const LinkStatus& link) const;
+
+ private:
+  std::vector<std::uint64_t> places_;  // the number of the link there; 0: free
 };
 
 // The status of a side at one moment; nobody changes it.
