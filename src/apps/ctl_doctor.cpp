@@ -43,7 +43,7 @@ constexpr int kSomethingWrong = 1;
 constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
                                       "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
 
-void append(std::vector<Found>& to, std::vector<Found> from, const std::string& subject = {}) {
+void add_found(std::vector<Found>& to, std::vector<Found> from, const std::string& subject = {}) {
   for (Found& found : from) {
     if (found.subject.empty()) found.subject = subject;
     to.push_back(std::move(found));
@@ -106,13 +106,13 @@ std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
   for (const std::string& problem : judged.given.problems)
-    append(found, {diagnose_problem(problem)}, order.what);
+    add_found(found, {diagnose_problem(problem)}, order.what);
   if (!judged.config) return found;
-  append(found, diagnose_config(*judged.config), order.what);
+  add_found(found, diagnose_config(*judged.config), order.what);
   const bool dials =
       judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
   if (dials)
-    append(found, look_through_link(*judged.config, true), judged.config->dial.url.text("ws"));
+    add_found(found, look_through_link(*judged.config, true), judged.config->dial.url.text("ws"));
   return found;
 }
 
@@ -127,7 +127,7 @@ std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string
   const Parsed parsed = parse_config(parameters, Role::kClient, around);
   for (const auto& problem : parsed.problems) wrong.push_back(to_text(problem));
   std::vector<Found> found;
-  if (parsed.config) append(found, look_through_link(*parsed.config, logs_in), order.what);
+  if (parsed.config) add_found(found, look_through_link(*parsed.config, logs_in), order.what);
   return found;
 }
 
@@ -141,7 +141,7 @@ std::vector<Found> look_at_side(const std::string& where, std::string& role) {
   std::vector<Found> found = diagnose_status(status);
   ProcessFacts side;
   if (role != "relay" && where.find('/') != std::string::npos && facts_of(where, side))
-    append(found, diagnose_processes(side, this_process()));
+    add_found(found, diagnose_processes(side, this_process()));
   return found;
 }
 
@@ -151,11 +151,11 @@ std::vector<Found> look_at_what_runs() {
   bool any = false;
   for (const std::string& socket : sockets) {
     std::string role;
-    append(found, look_at_side(socket, role), sockets.size() > 1 ? socket : "");
+    add_found(found, look_at_side(socket, role), sockets.size() > 1 ? socket : "");
     any = any || (!role.empty() && role != "relay");
   }
   if (!any) found.push_back({"nobody_runs", {}, {}});
-  append(found, diagnose_machine(this_machine()));
+  add_found(found, diagnose_machine(this_machine()));
   return found;
 }
 

@@ -1,7 +1,6 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "core/wire/text.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
+#include "run/host_check.hpp"
 #include "run/pairing.hpp"
 #include "run/probe_report.hpp"
 #include "run/program.hpp"
@@ -58,17 +58,25 @@ Start client_start(const std::string& file) {
   return start;
 }
 
-std::optional<BridgeParts> client_parts(const std::string& file, const char* node,
-                                        std::vector<std::string>& problems) {
+// With an open link. Null: there is none, and standard error and `exit_code` say why.
+std::unique_ptr<Probe> open_probe(const std::string& file, const char* node,
+                                  const Probe::Options& options, int& exit_code) {
+  std::signal(SIGPIPE, SIG_IGN);
   const Start start = client_start(file);
-  problems = start.problems;
-  if (!problems.empty()) return std::nullopt;
-  const Parsed parsed = parse_config(start.parameters, Role::kClient, surroundings());
+  std::vector<std::string> problems = start.problems;
+  Parsed parsed;
+  if (problems.empty()) parsed = parse_config(start.parameters, Role::kClient, surroundings());
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
-  if (!parsed.config) return std::nullopt;
-  Assembly assembly = assemble(*parsed.config, node, start);
-  problems = assembly.problems;
-  return std::move(assembly.parts);
+  Assembly assembly;
+  if (parsed.config) assembly = assemble(*parsed.config, node, start);
+  append(problems, assembly.problems);
+  exit_code = complain(problems, kExitConfiguration);
+  if (!assembly.parts) return nullptr;
+  auto probe = std::make_unique<Probe>(std::move(*assembly.parts), options);
+  const std::string failure = probe->open(kPatience);
+  if (failure.empty()) return probe;
+  exit_code = complain({failure}, kNoLink);
+  return nullptr;
 }
 
 void add_file(CLI::App& command, std::string& file) {
@@ -82,13 +90,9 @@ void add_file(CLI::App& command, std::string& file) {
 }
 
 int run_ping(const PingOrder& order) {
-  std::signal(SIGPIPE, SIG_IGN);
-  std::vector<std::string> problems;
-  auto parts = client_parts(order.file, "/ctl_ping", problems);
-  if (!parts) return complain(problems, kExitConfiguration);
-  Probe probe(std::move(*parts), {seconds_of(order.interval), {}});
-  if (const std::string problem = probe.open(kPatience); !problem.empty())
-    return complain({problem}, kNoLink);
+  int no_link = 0;
+  const auto probe = open_probe(order.file, "/ctl_ping", {seconds_of(order.interval), {}}, no_link);
+  if (!probe) return no_link;
   const auto print = [](const ProbeSpan::Sample& sample) {
     const std::chrono::duration<double> at = sample.at;
     const std::chrono::duration<double, std::milli> round_trip = sample.round_trip;
@@ -96,45 +100,43 @@ int run_ping(const PingOrder& order) {
     std::fflush(stdout);
   };
   const ProbeSpan span =
-      probe.measure(seconds_of(order.seconds), {},
-                    order.json ? std::function<void(const ProbeSpan::Sample&)>{} : print);
+      probe->measure(seconds_of(order.seconds), {},
+                     order.json ? std::function<void(const ProbeSpan::Sample&)>{} : print);
   std::fputs((order.json ? probe_json({{"idle", span}}) : ping_text(span)).c_str(), stdout);
-  probe.close();
+  probe->close();
   return span.ended.empty() ? 0 : kNoLink;
 }
 
 int run_bench(const BenchOrder& order) {
-  std::signal(SIGPIPE, SIG_IGN);
-  std::vector<std::string> problems;
+  std::vector<std::string> wrong;
   for (const auto& topic : order.topics)
-    if (!is_pattern(topic)) problems.push_back(topic + ": this is no name or pattern of topics");
-  if (!problems.empty()) return complain(problems, kExitConfiguration);
-  auto parts = client_parts(order.file, "/ctl_bench", problems);
-  if (!parts) return complain(problems, kExitConfiguration);
-  Probe probe(std::move(*parts),
-              {std::chrono::milliseconds(100), syntax::parse_patterns(order.topics)});
-  if (const std::string problem = probe.open(kPatience); !problem.empty())
-    return complain({problem}, kNoLink);
-  if (!order.topics.empty()) static_cast<void>(probe.measure(kOffers, {}));
-  if (!order.topics.empty() && probe.topics() == 0)
+    if (!is_pattern(topic)) wrong.push_back(topic + ": this is no name or pattern of topics");
+  if (!wrong.empty()) return complain(wrong, kExitConfiguration);
+  int no_link = 0;
+  const auto probe =
+      open_probe(order.file, "/ctl_bench",
+                 {std::chrono::milliseconds(100), syntax::parse_patterns(order.topics)}, no_link);
+  if (!probe) return no_link;
+  if (!order.topics.empty()) static_cast<void>(probe->measure(kOffers, {}));
+  if (!order.topics.empty() && probe->topics() == 0)
     complain({"the server offers none of the topics to this login: nothing is received"}, 0);
   struct Part {
     const char* name;
     Probe::Load load;
   };
   std::vector<Part> plan{{"idle", {}}, {"sending", {order.rate, false}}};
-  if (probe.topics() > 0) {
+  if (probe->topics() > 0) {
     plan.push_back({"receiving", {0, true}});
     plan.push_back({"sending, receiving", {order.rate, true}});
   }
   std::vector<NamedSpan> spans;
   for (const auto& [name, load] : plan) {
     if (!order.json) std::fprintf(stderr, "%s ...\n", name);
-    spans.push_back({name, probe.measure(seconds_of(order.seconds), load)});
+    spans.push_back({name, probe->measure(seconds_of(order.seconds), load)});
     if (!spans.back().span.ended.empty()) break;
   }
   const bool whole = spans.back().span.ended.empty();
-  if (whole) probe.close();
+  if (whole) probe->close();
   std::fputs((order.json ? probe_json(spans) : bench_text(spans)).c_str(), stdout);
   return whole ? 0 : kNoLink;
 }
