@@ -61,11 +61,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       supervisor_(io_, parts_.notify_socket),
       seconds_(io_),
       stop_(io_, [this] { stop(); }),
-      hangup_(io_,
-              [this] {
-                if (audit_log_) audit_log_->reopen();
-                parameters_.reload();
-              }),
+      hangup_(io_, [this] { parameters_.reload(); }),
       // Two, so that a job of seconds (a high level of zstd) does not delay jobs of milliseconds.
       workers_(2,
                [this](JobDone done) {
