@@ -12,22 +12,23 @@
 
 namespace {
 
+using connect_bridge::kExitConfiguration;
+
 int write_tables(const std::string& manual) {
   if (manual.empty()) {
     std::fputs(connect_bridge::config_tables().c_str(), stdout);
     return 0;
   }
-  const auto complain = [&manual](const char* problem) {
-    std::fprintf(stderr, "%s: %s\n", manual.c_str(), problem);
-    return connect_bridge::kExitConfiguration;
-  };
   std::ifstream file(manual);
   std::ostringstream content;
-  if (!file || !(content << file.rdbuf())) return complain("cannot be read");
+  if (!file || !(content << file.rdbuf()))
+    return complain(manual + ": cannot be read", kExitConfiguration);
   const auto document = connect_bridge::config_document(content.str());
-  if (!document) return complain("has no marks between which the table stands");
+  if (!document)
+    return complain(manual + ": has no marks between which the table stands", kExitConfiguration);
   std::ofstream out(manual);
-  if (!(out << *document << std::flush)) return complain("cannot be written");
+  if (!(out << *document << std::flush))
+    return complain(manual + ": cannot be written", kExitConfiguration);
   return 0;
 }
 
@@ -39,6 +40,11 @@ std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
 }
 
 }  // namespace
+
+int complain(const std::string& lines, int exit_code) {
+  connect_bridge::say(stderr, lines);
+  return exit_code;
+}
 
 int main(int argc, char** argv) {
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
@@ -70,7 +76,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& wrong) {
-    return app.exit(wrong) == 0 ? 0 : connect_bridge::kExitConfiguration;
+    return app.exit(wrong) == 0 ? 0 : kExitConfiguration;
   }
   return exit_code;
 }

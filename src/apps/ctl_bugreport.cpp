@@ -244,10 +244,8 @@ int run_bugreport(const BugreportOrder& order) {
       order.output.empty()
           ? fmt::format("connect-bugreport-{:%Y%m%d-%H%M%S}.txt", fmt::gmtime(std::time(nullptr)))
           : order.output;
-  if (const std::string problem = write_new(output, text); !problem.empty()) {
-    std::fprintf(stderr, "%s: %s\n", output.c_str(), problem.c_str());
-    return connect_bridge::kExitConfiguration;
-  }
+  if (const std::string problem = write_new(output, text); !problem.empty())
+    return complain(output + ": " + problem, connect_bridge::kExitConfiguration);
   std::printf(
       "%s\nLook through it before it is sent: topics, addresses and names of people are in "
       "it.\n",

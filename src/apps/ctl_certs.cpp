@@ -32,15 +32,10 @@ void print_lines(const CertificateOrder& order) {
 }
 
 int run_certs(const CertificateOrder& order) {
-  if (!order.groups.empty() && order.clients.empty()) {
-    std::fputs("ctl certs: --group is for clients: name them by --client\n", stderr);
-    return 2;
-  }
+  if (!order.groups.empty() && order.clients.empty())
+    return complain("ctl certs: --group is for clients: name them by --client", 2);
   const connect_bridge::CertificatesMade made = make_certificates(order);
-  if (!made.problem.empty()) {
-    std::fprintf(stderr, "ctl certs: %s\n", made.problem.c_str());
-    return 2;
-  }
+  if (!made.problem.empty()) return complain("ctl certs: " + made.problem, 2);
   for (const std::string& file : made.files) std::printf("made %s\n", file.c_str());
   if (!made.shortened_to.empty())
     std::printf("They end on %s, as their authority does\n", made.shortened_to.c_str());

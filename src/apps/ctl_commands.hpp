@@ -2,6 +2,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
+
+// Says on standard error what is wrong, in lines. Returns the exit code.
+int complain(const std::string& lines, int exit_code);
 
 // Each adds its command to the program. When its arguments are parsed it runs, and sets the exit
 // code of the program; what that means is in its help.

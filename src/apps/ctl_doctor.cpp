@@ -16,7 +16,6 @@
 #include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
-#include "core/wire/text.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
 #include "run/diagnosis.hpp"
@@ -164,12 +163,6 @@ bool is_socket(const std::string& what) {
   return ::stat(what.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode);
 }
 
-int no_answers_about(const std::string& what, const std::string& problem) {
-  std::fprintf(stderr, "%s: %s\n", to_text(what, what.size()).c_str(),
-               to_text(problem, problem.size()).c_str());
-  return kExitConfiguration;
-}
-
 int print_list() {
   std::puts("| finding | cause | what to do |\n| --- | --- | --- |");
   for (const Finding& finding : all_findings())
@@ -189,11 +182,11 @@ int run_doctor(const DoctorOrder& order) {
   } else if (what.starts_with("ws://") || what.starts_with("wss://")) {
     std::vector<std::string> wrong;
     found = look_at_url(order, wrong);
-    if (!wrong.empty()) return no_answers_about(what, wrong.front());
+    if (!wrong.empty()) return complain(what + ": " + wrong.front(), kExitConfiguration);
   } else if (is_socket(what) || syntax::parse_status_address(what)) {
     std::string role;
     found = look_at_side(what, role);
-    if (role.empty()) return no_answers_about(what, "nobody answers");
+    if (role.empty()) return complain(what + ": nobody answers", kExitConfiguration);
   } else {
     found = look_at_file(order);
   }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -7,7 +9,6 @@
 #include "apps/ctl_commands.hpp"
 #include "config/syntax.hpp"
 #include "core/policy/pattern.hpp"
-#include "core/wire/text.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
 #include "run/host_check.hpp"
@@ -38,12 +39,6 @@ constexpr int kNoLink = 1;
 constexpr auto kPatience = std::chrono::seconds(15);
 constexpr auto kOffers = std::chrono::seconds(2);  // until the server has offered its topics
 
-int complain(const std::vector<std::string>& problems, int code) {
-  for (const auto& problem : problems)
-    std::fprintf(stderr, "%s\n", to_text(problem, problem.size()).c_str());
-  return code;
-}
-
 Duration seconds_of(double seconds) {
   return syntax::from_seconds(seconds);
 }
@@ -70,12 +65,12 @@ std::unique_ptr<Probe> open_probe(const std::string& file, const char* node,
   Assembly assembly;
   if (parsed.config) assembly = assemble(*parsed.config, node, start);
   append(problems, assembly.problems);
-  exit_code = complain(problems, kExitConfiguration);
+  exit_code = complain(fmt::format("{}", fmt::join(problems, "\n")), kExitConfiguration);
   if (!assembly.parts) return nullptr;
   auto probe = std::make_unique<Probe>(std::move(*assembly.parts), options);
   const std::string failure = probe->open(kPatience);
   if (failure.empty()) return probe;
-  exit_code = complain({failure}, kNoLink);
+  exit_code = complain(failure, kNoLink);
   return nullptr;
 }
 
@@ -108,9 +103,9 @@ int run_ping(const PingOrder& order) {
 }
 
 int run_bench(const BenchOrder& order) {
-  std::vector<std::string> wrong;
+  std::string wrong;
   for (const auto& topic : order.topics)
-    if (!is_pattern(topic)) wrong.push_back(topic + ": this is no name or pattern of topics");
+    if (!is_pattern(topic)) wrong += topic + ": this is no name or pattern of topics\n";
   if (!wrong.empty()) return complain(wrong, kExitConfiguration);
   int no_link = 0;
   const auto probe =
@@ -119,7 +114,7 @@ int run_bench(const BenchOrder& order) {
   if (!probe) return no_link;
   if (!order.topics.empty()) static_cast<void>(probe->measure(kOffers, {}));
   if (!order.topics.empty() && probe->topics() == 0)
-    complain({"the server offers none of the topics to this login: nothing is received"}, 0);
+    complain("the server offers none of the topics to this login: nothing is received", 0);
   struct Part {
     const char* name;
     Probe::Load load;

@@ -29,11 +29,6 @@ struct StatusQuestion {
 constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
 constexpr int kNobodyAnswers = 1;
 
-int complain_of(const std::string& where, const std::string& problem) {
-  std::fprintf(stderr, "%s: %s\n", where.c_str(), problem.c_str());
-  return kNobodyAnswers;
-}
-
 std::size_t rows_of_screen() {
   winsize size{};
   if (::isatty(STDOUT_FILENO) == 0 || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 ||
@@ -44,10 +39,10 @@ std::size_t rows_of_screen() {
 
 int show_json(const std::string& where) {
   Asked asked(where, "/api/status");
-  if (!asked.problem().empty()) return complain_of(where, asked.problem());
+  if (!asked.problem().empty()) return complain(where + ": " + asked.problem(), kNobodyAnswers);
   // As JSON again, so that nothing but text reaches the terminal.
   const auto shown = connect_bridge::OrderedJson::parse(asked.rest(), nullptr, false);
-  if (!shown.is_object()) return complain_of(where, "this is no status");
+  if (!shown.is_object()) return complain(where + ": this is no status", kNobodyAnswers);
   std::fputs((shown.dump(1) + "\n").c_str(), stdout);
   return 0;
 }
@@ -55,12 +50,12 @@ int show_json(const std::string& where) {
 // Rates need two.
 int show_screen(const std::string& where, bool watch) {
   Asked asked(where, "/api/events");
-  if (!asked.problem().empty()) return complain_of(where, asked.problem());
+  if (!asked.problem().empty()) return complain(where + ": " + asked.problem(), kNobodyAnswers);
   Json before = asked.next_event();
   do {
     const Json now = asked.next_event();
     if (!now.is_object() || !before.is_object())
-      return complain_of(where, "no status comes any longer");
+      return complain(where + ": no status comes any longer", kNobodyAnswers);
     const bool clears = watch && ::isatty(STDOUT_FILENO) != 0;
     std::fputs(clears ? "\033[H\033[2J" : "", stdout);
     std::fputs(connect_bridge::status_screen(now, before, rows_of_screen()).c_str(), stdout);
@@ -76,17 +71,15 @@ int run_status(const StatusQuestion& question) {
     all = connect_bridge::status_sockets();
   } else if (question.where.find('/') == std::string::npos &&
              !connect_bridge::syntax::parse_status_address(question.where)) {
-    complain_of(question.where, "this is no address as 127.0.0.1:9091, and no path of a socket");
-    return connect_bridge::kExitConfiguration;
+    return complain(
+        question.where + ": this is no address as 127.0.0.1:9091, and no path of a socket",
+        connect_bridge::kExitConfiguration);
   }
-  if (all.empty()) {
-    std::fputs("no server or client of this user runs here\n", stderr);
-    return kNobodyAnswers;
-  }
+  if (all.empty()) return complain("no server or client of this user runs here", kNobodyAnswers);
   if ((question.watch || question.json) && all.size() > 1) {
-    std::fputs("there are several, name one of them:\n", stderr);
-    for (const auto& socket : all) std::fprintf(stderr, "  ctl status %s\n", socket.c_str());
-    return connect_bridge::kExitConfiguration;
+    std::string lines = "there are several, name one of them:\n";
+    for (const auto& socket : all) lines += "  ctl status " + socket + "\n";
+    return complain(lines, connect_bridge::kExitConfiguration);
   }
   int worst = 0;
   for (const auto& where : all) {

@@ -33,8 +33,7 @@ std::string date_after(int days) {
 }
 
 int refuse(const std::string& text) {
-  std::fprintf(stderr, "%s\n", text.c_str());
-  return 2;
+  return complain(text, 2);
 }
 
 connect_bridge::TokenEntry entry_of(const TokenRequest& request, const std::string& token) {

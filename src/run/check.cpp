@@ -1,9 +1,7 @@
 #include "run/check.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "auth/secret.hpp"
@@ -60,19 +58,10 @@ bool find_role(const ros::ParameterFile& file, const std::string& asked, OfNode&
   return true;
 }
 
-// Lines. What somebody else's file contains must be no command to the terminal.
-void print(std::FILE* to, std::string_view lines) {
-  while (!lines.empty()) {
-    const std::string_view line = lines.substr(0, lines.find('\n'));
-    std::fprintf(to, "%s\n", to_text(line, line.size()).c_str());
-    lines.remove_prefix(std::min(line.size() + 1, lines.size()));
-  }
-}
-
 int report(const std::string& file, const std::vector<std::string>& problems) {
-  print(stderr, file + ": " + std::to_string(problems.size()) +
-                    (problems.size() == 1 ? " problem" : " problems"));
-  for (const auto& problem : problems) print(stderr, "  " + problem);
+  say(stderr, file + ": " + std::to_string(problems.size()) +
+                  (problems.size() == 1 ? " problem" : " problems"));
+  for (const auto& problem : problems) say(stderr, "  " + problem);
   return kExitConfiguration;
 }
 
@@ -148,6 +137,14 @@ Assembled assemble_harmless(Config config, const std::string& node) {
 
 }  // namespace
 
+void say(std::FILE* to, std::string_view lines) {
+  while (!lines.empty()) {
+    const std::string_view line = lines.substr(0, lines.find('\n'));
+    std::fprintf(to, "%s\n", to_text(line, line.size()).c_str());
+    lines.remove_prefix(std::min(line.size() + 1, lines.size()));
+  }
+}
+
 OfNode read_for_node(const std::string& file, const std::string& asked_role) {
   OfNode result;
   const ros::ParameterFile read = ros::read_parameter_file(file);
@@ -193,15 +190,15 @@ int check_file(const std::string& file, const std::string& asked_role) {
   const FileJudged judged = judge_file(file, asked_role);
   const OfNode& given = judged.given;
   if (given.node.empty()) return report(file, given.problems);
-  print(given.problems.empty() ? stdout : stderr, given.taken_as);
+  say(given.problems.empty() ? stdout : stderr, given.taken_as);
   const int code = given.problems.empty() ? 0 : report(file, given.problems);
   std::optional<Config> rest = judged.config;
   if (!rest) rest = parse_as_elsewhere(given.parameters, given.role).config;
   if (!rest) return code;
   if (code != 0) std::puts("The rest of the file means:");
-  print(stdout, explain(*rest));
-  if (!judged.not_loaded.empty()) print(stdout, judged.not_loaded + ": not loaded by ctl check");
-  for (const auto& warning : judged.warnings) print(stdout, "warning: " + warning);
+  say(stdout, explain(*rest));
+  if (!judged.not_loaded.empty()) say(stdout, judged.not_loaded + ": not loaded by ctl check");
+  for (const auto& warning : judged.warnings) say(stdout, "warning: " + warning);
   return code;
 }
 
@@ -224,10 +221,10 @@ int explain_file(const std::string& file, const std::string& asked_role,
   if (!asked.who.name.empty() && asked.who.groups.empty()) {
     KnownGroups known = known_groups(*parsed.config, asked.who.name);
     asked.who.groups = std::move(known.groups);
-    print(stdout, known.text);
+    say(stdout, known.text);
   }
   const RightAnswer answer = explain_right(*parsed.config, asked);
-  print(stdout, answer.text);
+  say(stdout, answer.text);
   return answer.allowed ? 0 : kExitNotAllowed;
 }
 

@@ -1,14 +1,19 @@
 // `ctl check FILE`: what a side would do with a parameter file, without starting it.
 #pragma once
 
+#include <cstdio>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/explain_right.hpp"
 #include "core/base/parameter.hpp"
 
 namespace connect_bridge {
+
+// Prints lines: text, whatever somebody else's file has put there.
+void say(std::FILE* to, std::string_view lines);
 
 // The part of a parameter file for one of our nodes.
 struct OfNode {
