@@ -29,8 +29,8 @@
 
 namespace {
 
+using namespace connect_bridge;
 namespace fs = std::filesystem;
-using connect_bridge::Scrubber;
 
 // A part of the report, under its name.
 struct Section {
@@ -86,19 +86,16 @@ std::vector<ConfigurationFile> parameter_files(const BugreportOrder& order,
   for (const auto& file : order.files) add_once(files, file, {});
   for (const Program& program : programs)
     for (const auto& file : program.parameter_files()) add_once(files, file, program.folder);
-  for (const char* node : kNodes)
-    add_once(files, connect_bridge::PairingFolder(node).parameter_file(), {});
+  for (const char* node : kNodes) add_once(files, PairingFolder(node).parameter_file(), {});
   return files;
 }
 
 // What stands in the files that hold tokens may stand elsewhere by mistake.
-void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& parameters,
-                 const fs::path& folder) {
+void learn_files(Scrubber& scrubber, const ParameterMap& parameters, const fs::path& folder) {
   constexpr std::size_t kWordMin = 12;  // shorter ones are names of members
   for (const char* key :
        {"auth.token_file", "auth.jwt_keys", "listen.relay.token_file", "tls.private_key"}) {
-    const std::string text =
-        content_of(folder / connect_bridge::string_at(parameters, key), kSecretFileBytesMax);
+    const std::string text = content_of(folder / string_at(parameters, key), kSecretFileBytesMax);
     for (std::size_t at = 0; at < text.size();) {
       const std::size_t end = std::min(text.find_first_of(" \t\r\n\"',:{}[]", at), text.size());
       if (end - at >= kWordMin) scrubber.learn(std::string_view(text).substr(at, end - at));
@@ -111,7 +108,7 @@ void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& paramet
 // a section of another program it is that program's.
 bool is_ours(const std::string& section, const std::vector<Program>& programs) {
   const auto matches = [&](const std::string& node) {
-    return connect_bridge::ros::node_name_matches(section, node);
+    return ros::node_name_matches(section, node);
   };
   return std::any_of(std::begin(kNodes), std::end(kNodes), matches) ||
          std::any_of(programs.begin(), programs.end(),
@@ -127,19 +124,18 @@ std::vector<Section> configuration(const std::vector<ConfigurationFile>& files,
   }
   std::vector<Section> packed;
   for (const auto& [file, folders] : files) {
-    auto read = connect_bridge::ros::read_parameter_file(file);
+    auto read = ros::read_parameter_file(file);
     std::string text = "# " + file.string() + "\n";
     if (!read.problems.empty())
       text += "# it cannot be read as a parameter file: ctl check says why\n";
     for (auto& section : read.sections) {
       if (read.sections.size() > 1 && !is_ours(section.node, programs))
-        std::erase_if(section.parameters, [](const auto& entry) {
-          return connect_bridge::find_key(entry.first) == nullptr;
-        });
+        std::erase_if(section.parameters,
+                      [](const auto& entry) { return find_key(entry.first) == nullptr; });
       if (section.parameters.empty()) continue;
       scrubber.learn(section.parameters);
       for (const auto& folder : folders) learn_files(scrubber, section.parameters, folder);
-      text += "\n# " + section.node + "\n" + connect_bridge::parameters_to_show(section.parameters);
+      text += "\n# " + section.node + "\n" + parameters_to_show(section.parameters);
     }
     packed.push_back({"config/" + std::to_string(packed.size() + 1) + ".yaml", text});
   }
@@ -149,7 +145,7 @@ std::vector<Section> configuration(const std::vector<ConfigurationFile>& files,
 fs::path log_folder() {
   const char* const given = std::getenv("ROS_LOG_DIR");
   if (given != nullptr && *given != '\0') return given;
-  return fs::path(connect_bridge::ros_home()) / "log";
+  return fs::path(ros_home()) / "log";
 }
 
 // "server_PID_TIME.log" is what rcl calls the log of any program with this name.
@@ -198,7 +194,7 @@ std::vector<Section> statuses(const std::vector<Program>& programs) {
       packed.push_back({name + ".txt", asked.problem() + "\n"});
       continue;
     }
-    const auto json = connect_bridge::OrderedJson::parse(asked.rest(), nullptr, false);
+    const auto json = OrderedJson::parse(asked.rest(), nullptr, false);
     packed.push_back({name + ".json", json.is_object() ? json.dump(1) + "\n" : "no status\n"});
   }
   return packed;
@@ -224,12 +220,12 @@ std::string write_new(const std::string& file, const std::string& bytes) {
 
 int run_bugreport(const BugreportOrder& order) {
   std::vector<Program> programs;
-  for (const auto& socket : connect_bridge::status_sockets()) programs.emplace_back(socket);
+  for (const auto& socket : status_sockets()) programs.emplace_back(socket);
   Scrubber scrubber;
   if (const char* const token = std::getenv("CONNECT_BRIDGE_TOKEN")) scrubber.learn(token);
   std::vector<Section> parts{{"about.txt", kAbout},
-                             {"versions.txt", connect_bridge::version_text() + "\n"},
-                             {"system.txt", connect_bridge::system_facts()},
+                             {"versions.txt", version_text() + "\n"},
+                             {"system.txt", system_facts()},
                              {"programs.txt", command_lines(programs)}};
   for (auto&& more : {configuration(parameter_files(order, programs), programs, scrubber),
                       statuses(programs), logs(programs)})
@@ -245,7 +241,7 @@ int run_bugreport(const BugreportOrder& order) {
           ? fmt::format("connect-bugreport-{:%Y%m%d-%H%M%S}.txt", fmt::gmtime(std::time(nullptr)))
           : order.output;
   if (const std::string problem = write_new(output, text); !problem.empty())
-    return complain(output + ": " + problem, connect_bridge::kExitConfiguration);
+    return complain(output + ": " + problem, kExitConfiguration);
   std::printf(
       "%s\nLook through it before it is sent: topics, addresses and names of people are in "
       "it.\n",

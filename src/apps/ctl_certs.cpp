@@ -6,7 +6,7 @@
 
 namespace {
 
-using connect_bridge::CertificateOrder;
+using namespace connect_bridge;
 
 constexpr int kDaysMax = 3650;
 
@@ -34,7 +34,7 @@ void print_lines(const CertificateOrder& order) {
 int run_certs(const CertificateOrder& order) {
   if (!order.groups.empty() && order.clients.empty())
     return complain("ctl certs: --group is for clients: name them by --client", 2);
-  const connect_bridge::CertificatesMade made = make_certificates(order);
+  const CertificatesMade made = make_certificates(order);
   if (!made.problem.empty()) return complain("ctl certs: " + made.problem, 2);
   for (const std::string& file : made.files) std::printf("made %s\n", file.c_str());
   if (!made.shortened_to.empty())

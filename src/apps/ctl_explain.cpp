@@ -7,19 +7,18 @@
 
 namespace {
 
-using connect_bridge::OpenedBy;
+using namespace connect_bridge;
 
 struct ExplainRequest {
   std::string file, role;
   std::string direction = "both";
-  connect_bridge::RightQuestion question;
+  RightQuestion question;
 };
 
 int run_explain(ExplainRequest& request) {
-  using connect_bridge::Direction;
   if (request.direction == "export") request.question.direction = Direction::kExport;
   if (request.direction == "import") request.question.direction = Direction::kImport;
-  return connect_bridge::explain_file(request.file, request.role, request.question);
+  return explain_file(request.file, request.role, request.question);
 }
 
 }  // namespace
@@ -36,7 +35,7 @@ void add_explain_command(CLI::App& app, int& exit_code) {
   explain
       ->add_option("--role", request->role, "For a node with a name of its own: server or client")
       ->check(CLI::IsMember({"server", "client"}));
-  connect_bridge::RightQuestion& question = request->question;
+  RightQuestion& question = request->question;
   explain->add_option("--identity", question.who.name, "As whom the peer logs in");
   explain->add_option(
       "--group", question.who.groups,

@@ -18,7 +18,7 @@
 
 namespace {
 
-using connect_bridge::Json;
+using namespace connect_bridge;
 
 struct StatusQuestion {
   std::string where;  // "127.0.0.1:9091", the file of a socket; empty: this user's programs
@@ -41,7 +41,7 @@ int show_json(const std::string& where) {
   Asked asked(where, "/api/status");
   if (!asked.problem().empty()) return complain(where + ": " + asked.problem(), kNobodyAnswers);
   // As JSON again, so that nothing but text reaches the terminal.
-  const auto shown = connect_bridge::OrderedJson::parse(asked.rest(), nullptr, false);
+  const auto shown = OrderedJson::parse(asked.rest(), nullptr, false);
   if (!shown.is_object()) return complain(where + ": this is no status", kNobodyAnswers);
   std::fputs((shown.dump(1) + "\n").c_str(), stdout);
   return 0;
@@ -58,7 +58,7 @@ int show_screen(const std::string& where, bool watch) {
       return complain(where + ": no status comes any longer", kNobodyAnswers);
     const bool clears = watch && ::isatty(STDOUT_FILENO) != 0;
     std::fputs(clears ? "\033[H\033[2J" : "", stdout);
-    std::fputs(connect_bridge::status_screen(now, before, rows_of_screen()).c_str(), stdout);
+    std::fputs(status_screen(now, before, rows_of_screen()).c_str(), stdout);
     std::fflush(stdout);
     before = now;
   } while (watch);
@@ -68,18 +68,18 @@ int show_screen(const std::string& where, bool watch) {
 int run_status(const StatusQuestion& question) {
   std::vector<std::string> all{question.where};
   if (question.where.empty()) {
-    all = connect_bridge::status_sockets();
+    all = status_sockets();
   } else if (question.where.find('/') == std::string::npos &&
-             !connect_bridge::syntax::parse_status_address(question.where)) {
+             !syntax::parse_status_address(question.where)) {
     return complain(
         question.where + ": this is no address as 127.0.0.1:9091, and no path of a socket",
-        connect_bridge::kExitConfiguration);
+        kExitConfiguration);
   }
   if (all.empty()) return complain("no server or client of this user runs here", kNobodyAnswers);
   if ((question.watch || question.json) && all.size() > 1) {
     std::string lines = "there are several, name one of them:\n";
     for (const auto& socket : all) lines += "  ctl status " + socket + "\n";
-    return complain(lines, connect_bridge::kExitConfiguration);
+    return complain(lines, kExitConfiguration);
   }
   int worst = 0;
   for (const auto& where : all) {

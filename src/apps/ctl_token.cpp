@@ -14,7 +14,7 @@
 
 namespace {
 
-using connect_bridge::Stamp;
+using namespace connect_bridge;
 
 struct TokenRequest {
   std::string identity;
@@ -29,17 +29,16 @@ struct TokenRequest {
 constexpr Stamp kDay = 86'400'000'000'000;
 
 std::string date_after(int days) {
-  return connect_bridge::date_text(connect_bridge::system_now() + days * kDay);
+  return date_text(system_now() + days * kDay);
 }
 
 int refuse(const std::string& text) {
   return complain(text, 2);
 }
 
-connect_bridge::TokenEntry entry_of(const TokenRequest& request, const std::string& token) {
+TokenEntry entry_of(const TokenRequest& request, const std::string& token) {
   const std::string expires = request.days > 0 ? date_after(request.days) : request.expires;
-  return {request.identity, request.groups, expires, request.comment,
-          connect_bridge::sha256(connect_bridge::view_of(token))};
+  return {request.identity, request.groups, expires, request.comment, sha256(view_of(token))};
 }
 
 // The token is written to standard output only, so that it can be redirected into a file; the entry
@@ -49,25 +48,25 @@ int make_token(const TokenRequest& request) {
   names.push_back(request.identity);
   if (!request.comment.empty()) names.push_back(request.comment);
   for (const auto& name : names) {
-    const auto wrong = connect_bridge::name_problem(name);
+    const auto wrong = name_problem(name);
     if (!wrong.empty()) return refuse("a name, group or comment " + wrong);
   }
   const auto expires =
-      request.expires.empty() ? Stamp{0} : connect_bridge::parse_date(request.expires).value_or(-1);
+      request.expires.empty() ? Stamp{0} : parse_date(request.expires).value_or(-1);
   if (expires < 0)
     return refuse("--expires: expected a date in UTC, 2027-01-31 or 2027-01-31T12:00:00Z");
-  if (!request.expires.empty() && expires <= connect_bridge::system_now())
+  if (!request.expires.empty() && expires <= system_now())
     return refuse("--expires: this date has passed");
-  const std::string token = connect_bridge::random_token();
+  const std::string token = random_token();
   if (token.empty()) return refuse("no random numbers are available");
-  const connect_bridge::TokenEntry entry = entry_of(request, token);
+  const TokenEntry entry = entry_of(request, token);
   const std::string text = to_text(entry);
-  const auto problem = connect_bridge::token_entries_problem(text, "entry");
+  const auto problem = token_entries_problem(text, "entry");
   if (!problem.empty()) return refuse(problem);
   if (request.file.empty()) {
     std::fprintf(stderr, "The entry for the server's token file:\n%s", text.c_str());
   } else {
-    const auto wrong = connect_bridge::append_token_entry(request.file, entry);
+    const auto wrong = append_token_entry(request.file, entry);
     if (!wrong.empty()) return refuse(wrong);
     std::fprintf(stderr,
                  "%s: one more entry, of %s. Its token goes to standard output, this once.\n",
@@ -81,7 +80,7 @@ int make_token(const TokenRequest& request) {
 
 int remove_token(const TokenRequest& request) {
   std::size_t removed = 0;
-  const auto wrong = connect_bridge::remove_token_entries(request.file, request.identity, removed);
+  const auto wrong = remove_token_entries(request.file, request.identity, removed);
   if (!wrong.empty()) return refuse(wrong);
   std::fprintf(
       stderr, "%s: %zu %s of %s removed; a running server ends its links within two seconds\n",
