@@ -1,6 +1,5 @@
-#include "apps/ctl_bugreport.hpp"
-
 #include <fcntl.h>
+#include <fmt/chrono.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,25 +10,38 @@
 #include <ctime>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 #include <regex>
+#include <string>
+#include <vector>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_commands.hpp"
 #include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "ros/parameters/parameter_file.hpp"
-#include "run/exit_codes.hpp"
 #include "run/pairing_folder.hpp"
+#include "run/program.hpp"
 #include "run/scrub.hpp"
 #include "run/system_facts.hpp"
-#include "run/tar_gz.hpp"
 
 namespace {
 
+using namespace connect_bridge;
 namespace fs = std::filesystem;
-using connect_bridge::PackedFile;
-using connect_bridge::Scrubber;
+
+// A part of the report, under its name.
+struct Section {
+  std::string name;
+  std::string text;
+};
+
+struct BugreportOrder {
+  std::vector<std::string> files;  // parameter files beside those that running programs have
+  std::string output;              // empty: a name with the time, in the present folder
+};
 
 constexpr const char* kNodes[] = {"/connect_server", "/connect_client"};
 constexpr std::size_t kLogBytes = 512 << 10;  // the end of each
@@ -48,6 +60,7 @@ logs/           the ends of the newest log files
 
 Tokens, passwords, private keys, and users and queries in addresses are replaced by (hidden).
 Look through it before it is sent: topics, addresses and names of people are not.
+Each part begins with a line of ==== and its name.
 )";
 
 // A parameter file, and the folders from which its relative names are read: of the programs that
@@ -73,19 +86,16 @@ std::vector<ConfigurationFile> parameter_files(const BugreportOrder& order,
   for (const auto& file : order.files) add_once(files, file, {});
   for (const Program& program : programs)
     for (const auto& file : program.parameter_files()) add_once(files, file, program.folder);
-  for (const char* node : kNodes)
-    add_once(files, connect_bridge::PairingFolder(node).parameter_file(), {});
+  for (const char* node : kNodes) add_once(files, PairingFolder(node).parameter_file(), {});
   return files;
 }
 
 // What stands in the files that hold tokens may stand elsewhere by mistake.
-void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& parameters,
-                 const fs::path& folder) {
+void learn_files(Scrubber& scrubber, const ParameterMap& parameters, const fs::path& folder) {
   constexpr std::size_t kWordMin = 12;  // shorter ones are names of members
   for (const char* key :
        {"auth.token_file", "auth.jwt_keys", "listen.relay.token_file", "tls.private_key"}) {
-    const std::string text =
-        content_of(folder / connect_bridge::string_at(parameters, key), kSecretFileBytesMax);
+    const std::string text = content_of(folder / string_at(parameters, key), kSecretFileBytesMax);
     for (std::size_t at = 0; at < text.size();) {
       const std::size_t end = std::min(text.find_first_of(" \t\r\n\"',:{}[]", at), text.size());
       if (end - at >= kWordMin) scrubber.learn(std::string_view(text).substr(at, end - at));
@@ -98,7 +108,7 @@ void learn_files(Scrubber& scrubber, const connect_bridge::ParameterMap& paramet
 // a section of another program it is that program's.
 bool is_ours(const std::string& section, const std::vector<Program>& programs) {
   const auto matches = [&](const std::string& node) {
-    return connect_bridge::ros::node_name_matches(section, node);
+    return ros::node_name_matches(section, node);
   };
   return std::any_of(std::begin(kNodes), std::end(kNodes), matches) ||
          std::any_of(programs.begin(), programs.end(),
@@ -106,27 +116,26 @@ bool is_ours(const std::string& section, const std::vector<Program>& programs) {
 }
 
 // A file that is not understood is left out: who knows what is in it.
-std::vector<PackedFile> configuration(const std::vector<ConfigurationFile>& files,
-                                      const std::vector<Program>& programs, Scrubber& scrubber) {
+std::vector<Section> configuration(const std::vector<ConfigurationFile>& files,
+                                   const std::vector<Program>& programs, Scrubber& scrubber) {
   for (const Program& program : programs) {
     scrubber.learn(program.parameters());
     learn_files(scrubber, program.parameters(), program.folder);
   }
-  std::vector<PackedFile> packed;
+  std::vector<Section> packed;
   for (const auto& [file, folders] : files) {
-    auto read = connect_bridge::ros::read_parameter_file(file);
+    auto read = ros::read_parameter_file(file);
     std::string text = "# " + file.string() + "\n";
     if (!read.problems.empty())
       text += "# it cannot be read as a parameter file: ctl check says why\n";
     for (auto& section : read.sections) {
       if (read.sections.size() > 1 && !is_ours(section.node, programs))
-        std::erase_if(section.parameters, [](const auto& entry) {
-          return connect_bridge::find_key(entry.first) == nullptr;
-        });
+        std::erase_if(section.parameters,
+                      [](const auto& entry) { return find_key(entry.first) == nullptr; });
       if (section.parameters.empty()) continue;
       scrubber.learn(section.parameters);
       for (const auto& folder : folders) learn_files(scrubber, section.parameters, folder);
-      text += "\n# " + section.node + "\n" + connect_bridge::parameters_to_show(section.parameters);
+      text += "\n# " + section.node + "\n" + parameters_to_show(section.parameters);
     }
     packed.push_back({"config/" + std::to_string(packed.size() + 1) + ".yaml", text});
   }
@@ -134,13 +143,9 @@ std::vector<PackedFile> configuration(const std::vector<ConfigurationFile>& file
 }
 
 fs::path log_folder() {
-  const auto variable = [](const char* name) {
-    const char* const value = std::getenv(name);
-    return std::string{value != nullptr ? value : ""};
-  };
-  if (const std::string given = variable("ROS_LOG_DIR"); !given.empty()) return given;
-  if (const std::string home = variable("ROS_HOME"); !home.empty()) return fs::path(home) / "log";
-  return fs::path(variable("HOME")) / ".ros" / "log";
+  const char* const given = std::getenv("ROS_LOG_DIR");
+  if (given != nullptr && *given != '\0') return given;
+  return fs::path(ros_home()) / "log";
 }
 
 // "server_PID_TIME.log" is what rcl calls the log of any program with this name.
@@ -164,38 +169,32 @@ bool is_log_of(const std::vector<Program>& programs, const std::string& name,
          });
 }
 
-// The tail of a name tells more than its head; with its folder it fits into the archive.
-std::string short_name(const std::string& name) {
-  constexpr std::size_t kBytesMax = 50;
-  return name.substr(name.size() - std::min(name.size(), kBytesMax));
-}
-
-std::vector<PackedFile> logs(const std::vector<Program>& programs) {
+std::vector<Section> logs(const std::vector<Program>& programs) {
   std::vector<std::pair<fs::file_time_type, fs::path>> found;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(log_folder(), none))
     if (entry.is_regular_file(none) && may_be_our_log(entry.path().filename()))
       found.emplace_back(entry.last_write_time(none), entry.path());
   std::sort(found.rbegin(), found.rend());
-  std::vector<PackedFile> packed;
+  std::vector<Section> packed;
   for (const auto& [time, file] : found) {
     const std::string text = content_of(file, kLogBytes);
     if (packed.size() < kLogsMax && is_log_of(programs, file.filename(), text))
-      packed.push_back({"logs/" + short_name(file.stem()) + ".log", text});
+      packed.push_back({"logs/" + file.filename().string(), text});
   }
   return packed;
 }
 
-std::vector<PackedFile> statuses(const std::vector<Program>& programs) {
-  std::vector<PackedFile> packed;
+std::vector<Section> statuses(const std::vector<Program>& programs) {
+  std::vector<Section> packed;
   for (const Program& program : programs) {
-    const std::string name = "status/" + short_name(fs::path(program.socket).stem());
+    const std::string name = "status/" + fs::path(program.socket).stem().string();
     Asked asked(program.socket, "/api/status");
     if (!asked.problem().empty()) {
       packed.push_back({name + ".txt", asked.problem() + "\n"});
       continue;
     }
-    const auto json = connect_bridge::OrderedJson::parse(asked.rest(), nullptr, false);
+    const auto json = OrderedJson::parse(asked.rest(), nullptr, false);
     packed.push_back({name + ".json", json.is_object() ? json.dump(1) + "\n" : "no status\n"});
   }
   return packed;
@@ -210,14 +209,6 @@ std::string command_lines(const std::vector<Program>& programs) {
   return text;
 }
 
-std::string time_text(std::time_t time, const char* format) {
-  char text[64] = "";
-  std::tm parts{};
-  ::gmtime_r(&time, &parts);
-  std::strftime(text, sizeof text, format, &parts);
-  return text;
-}
-
 // A new file for its owner alone. What is wrong, or nothing.
 std::string write_new(const std::string& file, const std::string& bytes) {
   const int handle = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -227,49 +218,50 @@ std::string write_new(const std::string& file, const std::string& bytes) {
   return std::fclose(out) == 0 && whole ? "" : std::strerror(errno);
 }
 
-}  // namespace
-
-CLI::App* add_bugreport_command(CLI::App& app, BugreportOrder& order) {
-  auto* report = app.add_subcommand(
-      "bugreport",
-      "Gather what helps to find a fault into one file: configuration, status, logs, versions, "
-      "facts of this machine; without tokens, passwords and keys");
-  report->footer("Exit code: 0 if it is written, 2 if not.");
-  report->add_option("--config", order.files,
-                     "A parameter file; several times. Those of programs that run, and of "
-                     "pairings, are found without it");
-  report->add_option("--output", order.output,
-                     "The file to write. Without it: connect-bugreport-TIME.tar.gz here");
-  return report;
-}
-
 int run_bugreport(const BugreportOrder& order) {
-  const std::time_t now = std::time(nullptr);
   std::vector<Program> programs;
-  for (const auto& socket : connect_bridge::status_sockets()) programs.emplace_back(socket);
+  for (const auto& socket : status_sockets()) programs.emplace_back(socket);
   Scrubber scrubber;
   if (const char* const token = std::getenv("CONNECT_BRIDGE_TOKEN")) scrubber.learn(token);
-  std::vector<PackedFile> files{{"README.txt", kAbout},
-                                {"versions.txt", connect_bridge::version_text() + "\n"},
-                                {"system.txt", connect_bridge::system_facts()},
-                                {"programs.txt", command_lines(programs)}};
+  std::vector<Section> parts{{"about.txt", kAbout},
+                             {"versions.txt", version_text() + "\n"},
+                             {"system.txt", system_facts()},
+                             {"programs.txt", command_lines(programs)}};
   for (auto&& more : {configuration(parameter_files(order, programs), programs, scrubber),
                       statuses(programs), logs(programs)})
-    files.insert(files.end(), more.begin(), more.end());
-  const std::string folder = time_text(now, "connect-bugreport-%Y%m%d-%H%M%S");
-  const std::string output = order.output.empty() ? folder + ".tar.gz" : order.output;
-  for (PackedFile& file : files) {
-    file.text = scrubber.scrubbed(file.text);
-    std::printf("  %s, %zu bytes\n", file.name.c_str(), file.text.size());
-    file.name = folder + "/" + file.name;
+    parts.insert(parts.end(), more.begin(), more.end());
+  std::string text;
+  for (const Section& part : parts) {
+    const std::string shown = scrubber.scrubbed(part.text);
+    std::printf("  %s, %zu bytes\n", part.name.c_str(), shown.size());
+    text += "==== " + part.name + "\n" + shown + (shown.ends_with('\n') ? "" : "\n");
   }
-  if (const std::string problem = write_new(output, tar_gz(files, now)); !problem.empty()) {
-    std::fprintf(stderr, "%s: %s\n", output.c_str(), problem.c_str());
-    return connect_bridge::kExitConfiguration;
-  }
+  const std::string output =
+      order.output.empty()
+          ? fmt::format("connect-bugreport-{:%Y%m%d-%H%M%S}.txt", fmt::gmtime(std::time(nullptr)))
+          : order.output;
+  if (const std::string problem = write_new(output, text); !problem.empty())
+    return complain(output + ": " + problem, kExitConfiguration);
   std::printf(
       "%s\nLook through it before it is sent: topics, addresses and names of people are in "
       "it.\n",
       output.c_str());
   return 0;
+}
+
+}  // namespace
+
+void add_bugreport_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<BugreportOrder>();
+  auto* report = app.add_subcommand(
+      "bugreport",
+      "Gather what helps to find a fault into one file: configuration, status, logs, versions, "
+      "facts of this machine; without tokens, passwords and keys");
+  report->footer("Exit code: 0 if it is written, 2 if not.");
+  report->add_option("--config", order->files,
+                     "A parameter file; several times. Those of programs that run, and of "
+                     "pairings, are found without it");
+  report->add_option("--output", order->output,
+                     "The file to write. Without it: connect-bugreport-TIME.txt here");
+  report->callback([order, &exit_code] { exit_code = run_bugreport(*order); });
 }

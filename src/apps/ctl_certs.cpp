@@ -1,9 +1,12 @@
-#include "apps/ctl_certs.hpp"
-
 #include <cstdio>
+#include <memory>
 
-namespace connect_bridge {
+#include "apps/ctl_commands.hpp"
+#include "net/authority.hpp"
+
 namespace {
+
+using namespace connect_bridge;
 
 constexpr int kDaysMax = 3650;
 
@@ -28,33 +31,11 @@ void print_lines(const CertificateOrder& order) {
         client.c_str(), folder, folder, client.c_str(), folder, client.c_str());
 }
 
-}  // namespace
-
-CLI::App* add_certs_command(CLI::App& app, CertificateOrder& order) {
-  auto* certs = app.add_subcommand(
-      "certs",
-      "Make a private authority, and certificates of it for a server and for clients by name. An "
-      "authority that is in the folder already signs what is new. Nothing is overwritten.");
-  certs->add_option("folder", order.folder, "Where the files are put")->required();
-  certs->add_option("--host", order.hosts, "A name or address under which clients dial the server");
-  certs->add_option("--client", order.clients, "The name of a client");
-  certs->add_option("--group", order.groups, "A group of these clients, for rules");
-  certs->add_option("--days", order.days, "How long they are valid")
-      ->check(CLI::Range(1, kDaysMax))
-      ->capture_default_str();
-  return certs;
-}
-
 int run_certs(const CertificateOrder& order) {
-  if (!order.groups.empty() && order.clients.empty()) {
-    std::fputs("ctl certs: --group is for clients: name them by --client\n", stderr);
-    return 2;
-  }
+  if (!order.groups.empty() && order.clients.empty())
+    return complain("ctl certs: --group is for clients: name them by --client", 2);
   const CertificatesMade made = make_certificates(order);
-  if (!made.problem.empty()) {
-    std::fprintf(stderr, "ctl certs: %s\n", made.problem.c_str());
-    return 2;
-  }
+  if (!made.problem.empty()) return complain("ctl certs: " + made.problem, 2);
   for (const std::string& file : made.files) std::printf("made %s\n", file.c_str());
   if (!made.shortened_to.empty())
     std::printf("They end on %s, as their authority does\n", made.shortened_to.c_str());
@@ -67,4 +48,21 @@ int run_certs(const CertificateOrder& order) {
   return 0;
 }
 
-}  // namespace connect_bridge
+}  // namespace
+
+void add_certs_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<CertificateOrder>();
+  auto* certs = app.add_subcommand(
+      "certs",
+      "Make a private authority, and certificates of it for a server and for clients by name. An "
+      "authority that is in the folder already signs what is new. Nothing is overwritten.");
+  certs->add_option("folder", order->folder, "Where the files are put")->required();
+  certs->add_option("--host", order->hosts,
+                    "A name or address under which clients dial the server");
+  certs->add_option("--client", order->clients, "The name of a client");
+  certs->add_option("--group", order->groups, "A group of these clients, for rules");
+  certs->add_option("--days", order->days, "How long they are valid")
+      ->check(CLI::Range(1, kDaysMax))
+      ->capture_default_str();
+  certs->callback([order, &exit_code] { exit_code = run_certs(*order); });
+}

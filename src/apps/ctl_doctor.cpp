@@ -1,5 +1,3 @@
-#include "apps/ctl_doctor.hpp"
-
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -8,30 +6,43 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_commands.hpp"
 #include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
-#include "core/wire/text.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
 #include "run/diagnosis.hpp"
-#include "run/exit_codes.hpp"
 #include "run/json_members.hpp"
 #include "run/probe.hpp"
+#include "run/program.hpp"
 
 namespace {
 
 using namespace connect_bridge;
+
+struct DoctorOrder {
+  // A file, a URL, an address of a status or a socket; empty: what runs here.
+  std::string what;
+  std::string role;
+  std::string token_file, ca, pin;  // for a URL
+  bool offline = false;
+  bool json = false;
+  bool list = false;
+};
 
 constexpr auto kPatienceOfDoctor = std::chrono::seconds(15);
 constexpr int kSomethingWrong = 1;
 constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
                                       "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
 
-void append(std::vector<Found>& to, std::vector<Found> from, const std::string& subject = {}) {
+void add_found(std::vector<Found>& to, std::vector<Found> from, const std::string& subject = {}) {
   for (Found& found : from) {
     if (found.subject.empty()) found.subject = subject;
     to.push_back(std::move(found));
@@ -93,13 +104,14 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
-  for (const std::string& problem : judged.problems)
-    append(found, {diagnose_problem(problem)}, order.what);
+  for (const std::string& problem : judged.given.problems)
+    add_found(found, {diagnose_problem(problem)}, order.what);
   if (!judged.config) return found;
-  append(found, diagnose_config(*judged.config), order.what);
-  const bool dials = judged.role == Role::kClient && judged.problems.empty() && !order.offline;
+  add_found(found, diagnose_config(*judged.config), order.what);
+  const bool dials =
+      judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
   if (dials)
-    append(found, look_through_link(*judged.config, true), judged.config->dial.url.text("ws"));
+    add_found(found, look_through_link(*judged.config, true), judged.config->dial.url.text("ws"));
   return found;
 }
 
@@ -114,7 +126,7 @@ std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string
   const Parsed parsed = parse_config(parameters, Role::kClient, around);
   for (const auto& problem : parsed.problems) wrong.push_back(to_text(problem));
   std::vector<Found> found;
-  if (parsed.config) append(found, look_through_link(*parsed.config, logs_in), order.what);
+  if (parsed.config) add_found(found, look_through_link(*parsed.config, logs_in), order.what);
   return found;
 }
 
@@ -123,11 +135,12 @@ std::vector<Found> look_at_side(const std::string& where, std::string& role) {
   Asked asked(where, "/api/status");
   if (!asked.problem().empty()) return {};
   const Json status = Json::parse(asked.rest(), nullptr, false);
-  role = member<std::string>(status, "role", "unknown");
+  role = text_in(status, "role");
+  if (role.empty()) role = "unknown";
   std::vector<Found> found = diagnose_status(status);
   ProcessFacts side;
   if (role != "relay" && where.find('/') != std::string::npos && facts_of(where, side))
-    append(found, diagnose_processes(side, this_process()));
+    add_found(found, diagnose_processes(side, this_process()));
   return found;
 }
 
@@ -137,23 +150,17 @@ std::vector<Found> look_at_what_runs() {
   bool any = false;
   for (const std::string& socket : sockets) {
     std::string role;
-    append(found, look_at_side(socket, role), sockets.size() > 1 ? socket : "");
+    add_found(found, look_at_side(socket, role), sockets.size() > 1 ? socket : "");
     any = any || (!role.empty() && role != "relay");
   }
   if (!any) found.push_back({"nobody_runs", {}, {}});
-  append(found, diagnose_machine(this_machine()));
+  add_found(found, diagnose_machine(this_machine()));
   return found;
 }
 
 bool is_socket(const std::string& what) {
   struct stat facts {};
   return ::stat(what.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode);
-}
-
-int no_answers_about(const std::string& what, const std::string& problem) {
-  std::fprintf(stderr, "%s: %s\n", to_text(what, what.size()).c_str(),
-               to_text(problem, problem.size()).c_str());
-  return kExitConfiguration;
 }
 
 int print_list() {
@@ -163,30 +170,6 @@ int print_list() {
                 finding.is_hint ? " (hint)" : "", std::string(finding.cause).c_str(),
                 std::string(finding.cure).c_str());
   return 0;
-}
-
-}  // namespace
-
-CLI::App* add_doctor_command(CLI::App& app, DoctorOrder& order) {
-  auto* doctor = app.add_subcommand("doctor", "Say why it does not work: the cause and the cure");
-  doctor->footer(
-      "Exit code: 0 if nothing is wrong as far as it sees, 1 if something is, 2 if the question is "
-      "wrong.");
-  doctor->add_option("what", order.what,
-                     "A parameter file (of a client also the link that it makes), a URL as "
-                     "wss://robot:9090, an address of status.listen, or a socket. Without it: this "
-                     "user's programs on this machine");
-  doctor->add_option("--role", order.role, "For a file: server or client")
-      ->check(CLI::IsMember({"server", "client"}));
-  doctor->add_option("--token-file", order.token_file,
-                     "For a URL: the file with the token. Without it, and without "
-                     "CONNECT_BRIDGE_TOKEN, the way is tried and no login");
-  doctor->add_option("--ca", order.ca, "For a URL: the authority of the server's certificate");
-  doctor->add_option("--pin", order.pin, "For a URL: the pin of the server's key");
-  doctor->add_flag("--offline", order.offline, "Of a client's file: do not dial");
-  doctor->add_flag("--json", order.json, "As JSON");
-  doctor->add_flag("--list", order.list, "Print all that it can find, as a table");
-  return doctor;
 }
 
 int run_doctor(const DoctorOrder& order) {
@@ -199,14 +182,39 @@ int run_doctor(const DoctorOrder& order) {
   } else if (what.starts_with("ws://") || what.starts_with("wss://")) {
     std::vector<std::string> wrong;
     found = look_at_url(order, wrong);
-    if (!wrong.empty()) return no_answers_about(what, wrong.front());
+    if (!wrong.empty()) return complain(what + ": " + wrong.front(), kExitConfiguration);
   } else if (is_socket(what) || syntax::parse_status_address(what)) {
     std::string role;
     found = look_at_side(what, role);
-    if (role.empty()) return no_answers_about(what, "nobody answers");
+    if (role.empty()) return complain(what + ": nobody answers", kExitConfiguration);
   } else {
     found = look_at_file(order);
   }
   std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);
   return has_fault(found) ? kSomethingWrong : 0;
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<DoctorOrder>();
+  auto* doctor = app.add_subcommand("doctor", "Say why it does not work: the cause and the cure");
+  doctor->footer(
+      "Exit code: 0 if nothing is wrong as far as it sees, 1 if something is, 2 if the question is "
+      "wrong.");
+  doctor->add_option("what", order->what,
+                     "A parameter file (of a client also the link that it makes), a URL as "
+                     "wss://robot:9090, an address of status.listen, or a socket. Without it: this "
+                     "user's programs on this machine");
+  doctor->add_option("--role", order->role, "For a file: server or client")
+      ->check(CLI::IsMember({"server", "client"}));
+  doctor->add_option("--token-file", order->token_file,
+                     "For a URL: the file with the token. Without it, and without "
+                     "CONNECT_BRIDGE_TOKEN, the way is tried and no login");
+  doctor->add_option("--ca", order->ca, "For a URL: the authority of the server's certificate");
+  doctor->add_option("--pin", order->pin, "For a URL: the pin of the server's key");
+  doctor->add_flag("--offline", order->offline, "Of a client's file: do not dial");
+  doctor->add_flag("--json", order->json, "As JSON");
+  doctor->add_flag("--list", order->list, "Print all that it can find, as a table");
+  doctor->callback([order, &exit_code] { exit_code = run_doctor(*order); });
 }

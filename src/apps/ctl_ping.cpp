@@ -1,32 +1,43 @@
-#include "apps/ctl_ping.hpp"
+#include <fmt/format.h>
 
 #include <csignal>
 #include <cstdio>
-#include <fstream>
-#include <optional>
+#include <memory>
+#include <string>
+#include <vector>
 
+#include "apps/ctl_commands.hpp"
 #include "config/syntax.hpp"
 #include "core/policy/pattern.hpp"
-#include "core/wire/text.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
-#include "run/exit_codes.hpp"
+#include "run/host_check.hpp"
 #include "run/pairing.hpp"
 #include "run/probe_report.hpp"
+#include "run/program.hpp"
 
 namespace {
 
 using namespace connect_bridge;
 
+struct PingOrder {
+  std::string file;  // a client's parameter file; empty: what this user's client was paired with
+  double seconds = 10;
+  double interval = 0.2;
+  bool json = false;
+};
+
+struct BenchOrder {
+  std::string file;
+  double seconds = 5;  // of each part
+  std::uint64_t rate = 1'000'000;
+  std::vector<std::string> topics;
+  bool json = false;
+};
+
 constexpr int kNoLink = 1;
 constexpr auto kPatience = std::chrono::seconds(15);
 constexpr auto kOffers = std::chrono::seconds(2);  // until the server has offered its topics
-
-int complain(const std::vector<std::string>& problems, int code) {
-  for (const auto& problem : problems)
-    std::fprintf(stderr, "%s\n", to_text(problem, problem.size()).c_str());
-  return code;
-}
 
 Duration seconds_of(double seconds) {
   return syntax::from_seconds(seconds);
@@ -42,17 +53,25 @@ Start client_start(const std::string& file) {
   return start;
 }
 
-std::optional<BridgeParts> client_parts(const std::string& file, const char* node,
-                                        std::vector<std::string>& problems) {
+// With an open link. Null: there is none, and standard error and `exit_code` say why.
+std::unique_ptr<Probe> open_probe(const std::string& file, const char* node,
+                                  const Probe::Options& options, int& exit_code) {
+  std::signal(SIGPIPE, SIG_IGN);
   const Start start = client_start(file);
-  problems = start.problems;
-  if (!problems.empty()) return std::nullopt;
-  const Parsed parsed = parse_config(start.parameters, Role::kClient, surroundings());
+  std::vector<std::string> problems = start.problems;
+  Parsed parsed;
+  if (problems.empty()) parsed = parse_config(start.parameters, Role::kClient, surroundings());
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
-  if (!parsed.config) return std::nullopt;
-  Assembly assembly = assemble(*parsed.config, node, start);
-  problems = assembly.problems;
-  return std::move(assembly.parts);
+  Assembly assembly;
+  if (parsed.config) assembly = assemble(*parsed.config, node, start);
+  append(problems, assembly.problems);
+  exit_code = complain(fmt::format("{}", fmt::join(problems, "\n")), kExitConfiguration);
+  if (!assembly.parts) return nullptr;
+  auto probe = std::make_unique<Probe>(std::move(*assembly.parts), options);
+  const std::string failure = probe->open(kPatience);
+  if (failure.empty()) return probe;
+  exit_code = complain(failure, kNoLink);
+  return nullptr;
 }
 
 void add_file(CLI::App& command, std::string& file) {
@@ -65,53 +84,10 @@ void add_file(CLI::App& command, std::string& file) {
                      "with");
 }
 
-bool write_file(const std::string& file, const std::string& text) {
-  std::ofstream out(file);
-  if (out << text << std::flush) return true;
-  std::fprintf(stderr, "%s: cannot be written\n", file.c_str());
-  return false;
-}
-
-}  // namespace
-
-CLI::App* add_ping_command(CLI::App& app, PingOrder& order) {
-  auto* ping = app.add_subcommand(
-      "ping", "Measure round trip, jitter and clock of the way to a server, over time");
-  add_file(*ping, order.file);
-  ping->add_option("--seconds", order.seconds, "How long")->check(CLI::Range(1.0, 3600.0));
-  ping->add_option("--interval", order.interval, "Seconds between two questions")
-      ->check(CLI::Range(0.02, 10.0));
-  ping->add_flag("--json", order.json, "As JSON, at the end");
-  return ping;
-}
-
-CLI::App* add_bench_command(CLI::App& app, BenchOrder& order) {
-  auto* bench = app.add_subcommand(
-      "bench", "Measure how good the link to a server is: idle, while sending, while receiving");
-  add_file(*bench, order.file);
-  bench->add_option("--seconds", order.seconds, "How long each part takes")
-      ->check(CLI::Range(1.0, 60.0));
-  bench
-      ->add_option("--rate", order.rate,
-                   "The most bytes per second that it sends. Other links share the way: a robot "
-                   "that is being driven feels it")
-      ->check(CLI::Range(std::uint64_t{1000}, std::uint64_t{10'000'000}));
-  bench->add_option("--topic", order.topics,
-                    "A topic to receive for the load from the server, as the server calls it, or "
-                    "a pattern; several times. Without one nothing is received");
-  bench->add_flag("--json", order.json, "As JSON");
-  bench->add_option("--svg", order.svg, "Also a picture, into this file");
-  return bench;
-}
-
 int run_ping(const PingOrder& order) {
-  std::signal(SIGPIPE, SIG_IGN);
-  std::vector<std::string> problems;
-  auto parts = client_parts(order.file, "/ctl_ping", problems);
-  if (!parts) return complain(problems, kExitConfiguration);
-  Probe probe(std::move(*parts), {seconds_of(order.interval), {}});
-  if (const std::string problem = probe.open(kPatience); !problem.empty())
-    return complain({problem}, kNoLink);
+  int no_link = 0;
+  const auto probe = open_probe(order.file, "/ctl_ping", {seconds_of(order.interval), {}}, no_link);
+  if (!probe) return no_link;
   const auto print = [](const ProbeSpan::Sample& sample) {
     const std::chrono::duration<double> at = sample.at;
     const std::chrono::duration<double, std::milli> round_trip = sample.round_trip;
@@ -119,46 +95,76 @@ int run_ping(const PingOrder& order) {
     std::fflush(stdout);
   };
   const ProbeSpan span =
-      probe.measure(seconds_of(order.seconds), {},
-                    order.json ? std::function<void(const ProbeSpan::Sample&)>{} : print);
+      probe->measure(seconds_of(order.seconds), {},
+                     order.json ? std::function<void(const ProbeSpan::Sample&)>{} : print);
   std::fputs((order.json ? probe_json({{"idle", span}}) : ping_text(span)).c_str(), stdout);
-  probe.close();
+  probe->close();
   return span.ended.empty() ? 0 : kNoLink;
 }
 
 int run_bench(const BenchOrder& order) {
-  std::signal(SIGPIPE, SIG_IGN);
-  std::vector<std::string> problems;
+  std::string wrong;
   for (const auto& topic : order.topics)
-    if (!is_pattern(topic)) problems.push_back(topic + ": this is no name or pattern of topics");
-  if (!problems.empty()) return complain(problems, kExitConfiguration);
-  auto parts = client_parts(order.file, "/ctl_bench", problems);
-  if (!parts) return complain(problems, kExitConfiguration);
-  Probe probe(std::move(*parts),
-              {std::chrono::milliseconds(100), syntax::parse_patterns(order.topics)});
-  if (const std::string problem = probe.open(kPatience); !problem.empty())
-    return complain({problem}, kNoLink);
-  if (!order.topics.empty()) static_cast<void>(probe.measure(kOffers, {}));
-  if (!order.topics.empty() && probe.topics() == 0)
-    complain({"the server offers none of the topics to this login: nothing is received"}, 0);
+    if (!is_pattern(topic)) wrong += topic + ": this is no name or pattern of topics\n";
+  if (!wrong.empty()) return complain(wrong, kExitConfiguration);
+  int no_link = 0;
+  const auto probe =
+      open_probe(order.file, "/ctl_bench",
+                 {std::chrono::milliseconds(100), syntax::parse_patterns(order.topics)}, no_link);
+  if (!probe) return no_link;
+  if (!order.topics.empty()) static_cast<void>(probe->measure(kOffers, {}));
+  if (!order.topics.empty() && probe->topics() == 0)
+    complain("the server offers none of the topics to this login: nothing is received", 0);
   struct Part {
     const char* name;
     Probe::Load load;
   };
   std::vector<Part> plan{{"idle", {}}, {"sending", {order.rate, false}}};
-  if (probe.topics() > 0) {
+  if (probe->topics() > 0) {
     plan.push_back({"receiving", {0, true}});
     plan.push_back({"sending, receiving", {order.rate, true}});
   }
   std::vector<NamedSpan> spans;
   for (const auto& [name, load] : plan) {
     if (!order.json) std::fprintf(stderr, "%s ...\n", name);
-    spans.push_back({name, probe.measure(seconds_of(order.seconds), load)});
+    spans.push_back({name, probe->measure(seconds_of(order.seconds), load)});
     if (!spans.back().span.ended.empty()) break;
   }
   const bool whole = spans.back().span.ended.empty();
-  if (whole) probe.close();
+  if (whole) probe->close();
   std::fputs((order.json ? probe_json(spans) : bench_text(spans)).c_str(), stdout);
-  if (!order.svg.empty() && !write_file(order.svg, bench_svg(spans))) return kExitConfiguration;
   return whole ? 0 : kNoLink;
+}
+
+}  // namespace
+
+void add_ping_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<PingOrder>();
+  auto* ping = app.add_subcommand(
+      "ping", "Measure round trip, jitter and clock of the way to a server, over time");
+  add_file(*ping, order->file);
+  ping->add_option("--seconds", order->seconds, "How long")->check(CLI::Range(1.0, 3600.0));
+  ping->add_option("--interval", order->interval, "Seconds between two questions")
+      ->check(CLI::Range(0.02, 10.0));
+  ping->add_flag("--json", order->json, "As JSON, at the end");
+  ping->callback([order, &exit_code] { exit_code = run_ping(*order); });
+}
+
+void add_bench_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<BenchOrder>();
+  auto* bench = app.add_subcommand(
+      "bench", "Measure how good the link to a server is: idle, while sending, while receiving");
+  add_file(*bench, order->file);
+  bench->add_option("--seconds", order->seconds, "How long each part takes")
+      ->check(CLI::Range(1.0, 60.0));
+  bench
+      ->add_option("--rate", order->rate,
+                   "The most bytes per second that it sends. Other links share the way: a robot "
+                   "that is being driven feels it")
+      ->check(CLI::Range(std::uint64_t{1000}, std::uint64_t{10'000'000}));
+  bench->add_option("--topic", order->topics,
+                    "A topic to receive for the load from the server, as the server calls it, or "
+                    "a pattern; several times. Without one nothing is received");
+  bench->add_flag("--json", order->json, "As JSON");
+  bench->callback([order, &exit_code] { exit_code = run_bench(*order); });
 }

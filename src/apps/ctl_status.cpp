@@ -1,31 +1,33 @@
-#include "apps/ctl_status.hpp"
-
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "apps/ctl_asked.hpp"
+#include "apps/ctl_commands.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
-#include "run/exit_codes.hpp"
+#include "run/program.hpp"
 #include "run/status_screen.hpp"
 
 namespace {
 
-using connect_bridge::Json;
+using namespace connect_bridge;
+
+struct StatusQuestion {
+  std::string where;  // "127.0.0.1:9091", the file of a socket; empty: this user's programs
+  bool json = false;
+  bool watch = false;
+};
 
 constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
 constexpr int kNobodyAnswers = 1;
-
-int complain_of(const std::string& where, const std::string& problem) {
-  std::fprintf(stderr, "%s: %s\n", where.c_str(), problem.c_str());
-  return kNobodyAnswers;
-}
 
 std::size_t rows_of_screen() {
   winsize size{};
@@ -37,10 +39,10 @@ std::size_t rows_of_screen() {
 
 int show_json(const std::string& where) {
   Asked asked(where, "/api/status");
-  if (!asked.problem().empty()) return complain_of(where, asked.problem());
+  if (!asked.problem().empty()) return complain(where + ": " + asked.problem(), kNobodyAnswers);
   // As JSON again, so that nothing but text reaches the terminal.
-  const auto shown = connect_bridge::OrderedJson::parse(asked.rest(), nullptr, false);
-  if (!shown.is_object()) return complain_of(where, "this is no status");
+  const auto shown = OrderedJson::parse(asked.rest(), nullptr, false);
+  if (!shown.is_object()) return complain(where + ": this is no status", kNobodyAnswers);
   std::fputs((shown.dump(1) + "\n").c_str(), stdout);
   return 0;
 }
@@ -48,54 +50,36 @@ int show_json(const std::string& where) {
 // Rates need two.
 int show_screen(const std::string& where, bool watch) {
   Asked asked(where, "/api/events");
-  if (!asked.problem().empty()) return complain_of(where, asked.problem());
+  if (!asked.problem().empty()) return complain(where + ": " + asked.problem(), kNobodyAnswers);
   Json before = asked.next_event();
   do {
     const Json now = asked.next_event();
     if (!now.is_object() || !before.is_object())
-      return complain_of(where, "no status comes any longer");
+      return complain(where + ": no status comes any longer", kNobodyAnswers);
     const bool clears = watch && ::isatty(STDOUT_FILENO) != 0;
     std::fputs(clears ? "\033[H\033[2J" : "", stdout);
-    std::fputs(connect_bridge::status_screen(now, before, rows_of_screen()).c_str(), stdout);
+    std::fputs(status_screen(now, before, rows_of_screen()).c_str(), stdout);
     std::fflush(stdout);
     before = now;
   } while (watch);
   return 0;
 }
 
-}  // namespace
-
-CLI::App* add_status_command(CLI::App& app, StatusQuestion& question) {
-  auto* status = app.add_subcommand(
-      "status", "Show what a running server or client does: links, topics, rates, drops, calls");
-  status->footer(
-      "From another machine: ssh -L 9091:127.0.0.1:9091 ROBOT, then ctl status 127.0.0.1:9091. "
-      "Exit code: 0 if it is shown, 1 if nobody answers, 2 if the address is wrong.");
-  status->add_option("where", question.where,
-                     "An address of status.listen, as 127.0.0.1:9091, or a socket. Without it: "
-                     "this user's programs on this machine");
-  auto* json = status->add_flag("--json", question.json, "As JSON (docs/status.md)");
-  status->add_flag("--watch", question.watch, "Again every second, until Ctrl-C")->excludes(json);
-  return status;
-}
-
 int run_status(const StatusQuestion& question) {
   std::vector<std::string> all{question.where};
   if (question.where.empty()) {
-    all = connect_bridge::status_sockets();
+    all = status_sockets();
   } else if (question.where.find('/') == std::string::npos &&
-             !connect_bridge::syntax::parse_status_address(question.where)) {
-    complain_of(question.where, "this is no address as 127.0.0.1:9091, and no path of a socket");
-    return connect_bridge::kExitConfiguration;
+             !syntax::parse_status_address(question.where)) {
+    return complain(
+        question.where + ": this is no address as 127.0.0.1:9091, and no path of a socket",
+        kExitConfiguration);
   }
-  if (all.empty()) {
-    std::fputs("no server or client of this user runs here\n", stderr);
-    return kNobodyAnswers;
-  }
+  if (all.empty()) return complain("no server or client of this user runs here", kNobodyAnswers);
   if ((question.watch || question.json) && all.size() > 1) {
-    std::fputs("there are several, name one of them:\n", stderr);
-    for (const auto& socket : all) std::fprintf(stderr, "  ctl status %s\n", socket.c_str());
-    return connect_bridge::kExitConfiguration;
+    std::string lines = "there are several, name one of them:\n";
+    for (const auto& socket : all) lines += "  ctl status " + socket + "\n";
+    return complain(lines, kExitConfiguration);
   }
   int worst = 0;
   for (const auto& where : all) {
@@ -103,4 +87,21 @@ int run_status(const StatusQuestion& question) {
     worst = std::max(worst, question.json ? show_json(where) : show_screen(where, question.watch));
   }
   return worst;
+}
+
+}  // namespace
+
+void add_status_command(CLI::App& app, int& exit_code) {
+  const auto question = std::make_shared<StatusQuestion>();
+  auto* status = app.add_subcommand(
+      "status", "Show what a running server or client does: links, topics, rates, drops, calls");
+  status->footer(
+      "From another machine: ssh -L 9091:127.0.0.1:9091 ROBOT, then ctl status 127.0.0.1:9091. "
+      "Exit code: 0 if it is shown, 1 if nobody answers, 2 if the address is wrong.");
+  status->add_option("where", question->where,
+                     "An address of status.listen, as 127.0.0.1:9091, or a socket. Without it: "
+                     "this user's programs on this machine");
+  auto* json = status->add_flag("--json", question->json, "As JSON (docs/status.md)");
+  status->add_flag("--watch", question->watch, "Again every second, until Ctrl-C")->excludes(json);
+  status->callback([question, &exit_code] { exit_code = run_status(*question); });
 }

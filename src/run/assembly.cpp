@@ -16,8 +16,8 @@
 #include "net/certified.hpp"
 #include "net/system_now.hpp"
 #include "ros/types/type_supports.hpp"
-#include "run/activation.hpp"
 #include "run/host_check.hpp"
+#include "run/supervisor.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -48,10 +48,6 @@ Variable environment() {
     const char* const value = std::getenv(name);
     return std::string{value ? value : ""};
   };
-}
-
-void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
-  to.insert(to.end(), from.begin(), from.end());
 }
 
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,

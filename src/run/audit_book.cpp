@@ -1,5 +1,6 @@
 #include "run/audit_book.hpp"
 
+#include <array>
 #include <iterator>
 
 namespace connect_bridge {
@@ -7,17 +8,21 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// An identity's pace. A link may have 4096 channels, which all open at once.
-Pace pace_of(AuditRank rank) {
-  switch (rank) {
-    case AuditRank::kOwn: return {100, milliseconds(1000)};
-    case AuditRank::kCalls: return {1000, milliseconds(50)};
-    case AuditRank::kRefusals: return {500, milliseconds(200)};
-    case AuditRank::kLogins: return {1000, milliseconds(200)};
-    case AuditRank::kChannels: return {5000, milliseconds(100)};
-    case AuditRank::kStrangers: return {100, milliseconds(2000)};  // all together
-  }
-  return {1, milliseconds(1000)};
+// An identity's pace in a rank. A link may have 4096 channels, which all open at once.
+struct RankTraits {
+  const char* word;
+  Pace pace;
+};
+const RankTraits& traits_of(AuditRank rank) {
+  static const std::array<RankTraits, 6> kTraits{{
+      {"own", {100, milliseconds(1000)}},
+      {"calls", {1000, milliseconds(50)}},
+      {"refused_calls", {500, milliseconds(200)}},
+      {"logins", {1000, milliseconds(200)}},
+      {"channels", {5000, milliseconds(100)}},
+      {"strangers", {100, milliseconds(2000)}},  // all together
+  }};
+  return kTraits.at(static_cast<std::size_t>(rank));
 }
 
 }  // namespace
@@ -45,6 +50,10 @@ AuditRank rank_of(const Audit& line) {
     case AuditEvent::kRevoked: break;
   }
   return line.link ? AuditRank::kLogins : AuditRank::kStrangers;
+}
+
+const char* word_of(AuditRank rank) {
+  return traits_of(rank).word;
 }
 
 AuditBook::Account* AuditBook::take(const Audit& line, TimePoint now, bool may_wait) {
@@ -96,7 +105,7 @@ AuditBook::Account& AuditBook::account_of(const Audit& line) {
   const auto known = accounts_.find(key);
   if (known != accounts_.end()) return known->second;
   if (accounts_.size() >= kAccountsMax) key.second.clear();
-  return accounts_.try_emplace(std::move(key), Account{rank, pace_of(rank)}).first->second;
+  return accounts_.try_emplace(std::move(key), Account{rank, traits_of(rank).pace}).first->second;
 }
 
 }  // namespace connect_bridge

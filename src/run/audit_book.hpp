@@ -25,6 +25,8 @@ enum class AuditRank : std::uint8_t {
 };
 
 [[nodiscard]] AuditRank rank_of(const Audit& line);
+// As docs/security.md calls it.
+[[nodiscard]] const char* word_of(AuditRank rank);
 
 // Peers cause most lines, as often as they like. So each identity has a pace for each rank, and a
 // share of the room in which lines of that rank wait for the disk; strangers have one of all

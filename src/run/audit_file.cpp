@@ -19,8 +19,17 @@ std::string cannot(const char* what, const std::string& file) {
 
 }  // namespace
 
+// Whether the name leads to the file that is open.
+bool AuditFile::is_in_place() const {
+  struct stat opened {};
+  struct stat named {};
+  return file_ >= 0 && ::fstat(file_, &opened) == 0 && ::lstat(name_.c_str(), &named) == 0 &&
+         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
 std::string AuditFile::open() {
-  if (file_ >= 0) return {};
+  if (is_in_place()) return {};
+  close();
   // Does not follow a link that others put there, and does not wait for a pipe.
   const int flags = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
   file_ = ::open(name_.c_str(), flags, kOwnerOnly);

@@ -6,8 +6,8 @@
 
 namespace connect_bridge {
 
-// Appends lines. Readable for its owner only (mode 0600). Blocks as long as the disk does. Not
-// thread-safe.
+// Appends lines. Readable for its owner only (mode 0600). Where others have renamed or removed it,
+// a new one is begun. Blocks as long as the disk does. Not thread-safe.
 class AuditFile {
  public:
   explicit AuditFile(std::string file) : name_(std::move(file)) {}
@@ -20,10 +20,11 @@ class AuditFile {
   [[nodiscard]] std::string open();
   // As open(), or that the disk is full ...: then none of the lines is in the file.
   [[nodiscard]] std::string write(const std::string& lines);
-  // The next write() opens the file of that name: others have renamed this one.
-  void close();
 
  private:
+  [[nodiscard]] bool is_in_place() const;
+  void close();
+
   const std::string name_;
   int file_ = -1;
 };

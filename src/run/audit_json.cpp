@@ -22,18 +22,6 @@ void add(OrderedJson& json, const char* key, const std::string& text) {
   if (!text.empty()) json[key] = cut(text);
 }
 
-const char* word_of(AuditRank rank) {
-  switch (rank) {
-    case AuditRank::kOwn: return "own";
-    case AuditRank::kCalls: return "calls";
-    case AuditRank::kRefusals: return "refused_calls";
-    case AuditRank::kLogins: return "logins";
-    case AuditRank::kChannels: return "channels";
-    case AuditRank::kStrangers: return "strangers";
-  }
-  return "unknown";
-}
-
 std::string as_line(const OrderedJson& json) {
   return json.dump(-1, ' ', true, OrderedJson::error_handler_t::replace) + "\n";
 }

@@ -24,13 +24,9 @@ void shorten(std::string& text, std::size_t bytes_max) {
 }  // namespace
 
 AuditLog::AuditLog(std::string file, Tell tell)
-    : AuditLog(
-          [file = std::make_shared<AuditFile>(std::move(file))](const std::string& lines,
-                                                                bool renamed) {
-            if (renamed) file->close();
-            return file->write(lines);
-          },
-          std::move(tell)) {}
+    : AuditLog([file = std::make_shared<AuditFile>(std::move(file))](
+                   const std::string& lines) { return file->write(lines); },
+               std::move(tell)) {}
 
 AuditLog::AuditLog(Write write, Tell tell)
     : write_(std::move(write)), tell_(std::move(tell)), thread_([this] { run(); }) {}
@@ -69,14 +65,6 @@ bool AuditLog::add(Audit line, bool surely) {
   return taken;
 }
 
-void AuditLog::reopen() {
-  {
-    const std::lock_guard lock(mutex_);
-    is_renamed_ = true;
-  }
-  changed_.notify_one();
-}
-
 AuditLog::Counts AuditLog::counts() const {
   const std::lock_guard lock(mutex_);
   return counts_;
@@ -84,20 +72,17 @@ AuditLog::Counts AuditLog::counts() const {
 
 void AuditLog::run() {
   for (bool over = false; !over;) {
-    bool renamed = false;
     {
       std::unique_lock lock(mutex_);
       // What could not be written is tried again after a while.
-      changed_.wait_for(lock, kLookPeriod, [&] {
-        return ending_ || is_renamed_ || (text_.empty() && !waiting_.empty());
-      });
-      renamed = std::exchange(is_renamed_, false);
+      changed_.wait_for(lock, kLookPeriod,
+                        [&] { return ending_ || (text_.empty() && !waiting_.empty()); });
       if (text_.empty()) take_batch();
       over = ending_ && waiting_.empty();
-      if (text_.empty() && !renamed) continue;
+      if (text_.empty()) continue;
       writing_since_ = steady_now();
     }
-    const std::string problem = write_(text_, renamed);
+    const std::string problem = write_(text_);
     bool changed = false;
     {
       const std::lock_guard lock(mutex_);

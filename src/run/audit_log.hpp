@@ -29,9 +29,8 @@ class AuditLog {
   };
 
   using Tell = std::function<void(bool works, const std::string&)>;
-  // Writes all lines or none. `renamed`: the file was, so they go to a new one. Returns what is
-  // wrong.
-  using Write = std::function<std::string(const std::string& lines, bool renamed)>;
+  // Writes all lines or none. Returns what is wrong.
+  using Write = std::function<std::string(const std::string& lines)>;
 
   // `tell` is called when writing begins to fail (with what fails, for people) or works again: from
   // the log's thread, or from that of add() when a write hangs.
@@ -46,8 +45,6 @@ class AuditLog {
   // Any thread, as the others; never blocks for the disk. False: the line is left out; `surely`:
   // also while nothing can be written.
   bool add(Audit line, bool surely = false);
-  // The file was renamed by others: a new one is begun.
-  void reopen();
   [[nodiscard]] Counts counts() const;
 
  private:
@@ -70,7 +67,6 @@ class AuditLog {
   std::vector<AuditBook::Account*> batch_;  // whose lines are in it
   std::optional<TimePoint> writing_since_;  // a write is under way
   Counts counts_;
-  bool is_renamed_ = false;
   bool ending_ = false;
   std::thread thread_;  // last: it uses the others
 };

@@ -12,7 +12,7 @@
 #include "net/system_now.hpp"
 #include "run/audit_json.hpp"
 #include "run/diagnostics.hpp"
-#include "run/exit_codes.hpp"
+#include "run/program.hpp"
 #include "run/status_json.hpp"
 #include "run/worth_telling.hpp"
 #include "version.hpp"
@@ -24,8 +24,7 @@ constexpr char kNotRecorded[] = "the call cannot be recorded, and audit.required
 
 // A loop that is held up longer is worth a line: half a second, or less where links end soon.
 double lag_worth_a_line_ms(Duration dead_after) {
-  return std::min(kLagMsWorthTelling,
-                  std::chrono::duration<double, std::milli>(dead_after).count() / 3);
+  return std::min(kLagMsWorthTelling, milliseconds_of(dead_after) / 3);
 }
 
 ros::GatewayOptions gateway_options(const BridgeParts& parts) {
@@ -58,17 +57,11 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](ConnectionId id) { loop_.arrived(id); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
-      status_file_([this](const std::string& problem) {
-        boost::asio::post(io_, [this, problem] { node_.log(LogLevel::kWarn, problem); });
-      }),
+      status_file_([this](const std::string& problem) { log_later(LogLevel::kWarn, problem); }),
       supervisor_(io_, parts_.notify_socket),
-      seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
+      seconds_(io_),
       stop_(io_, [this] { stop(); }),
-      hangup_(io_,
-              [this] {
-                if (audit_log_) audit_log_->reopen();
-                parameters_.reload();
-              }),
+      hangup_(io_, [this] { parameters_.reload(); }),
       // Two, so that a job of seconds (a high level of zstd) does not delay jobs of milliseconds.
       workers_(2,
                [this](JobDone done) {
@@ -80,19 +73,11 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       login_desk_(
           {parts_.authenticator.get(), std::move(parts_.credential_file), parts_.side.login_timeout,
            ListenOptions::kLoopbackShare * parts_.listen.pending_per_address_max},
-          {[this](Input&& input) {
-             boost::asio::post(
-                 io_, [this, input = std::move(input)]() mutable { loop_.feed(std::move(input)); });
-           },
-           [this](Log&& line) {
-             boost::asio::post(
-                 io_, [this, line = std::move(line)] { node_.log(line.level, line.text); });
-           }}),
+          {[this](Input&& input) { feed_later(std::move(input)); },
+           [this](Log&& line) { log_later(line.level, std::move(line.text)); }}),
       status_site_({node.facts().full_name, parameters_.config().status, parameters_.config().tls,
                     parameters_.config().auth},
-                   [this](LogLevel level, const std::string& text) {
-                     boost::asio::post(io_, [this, level, text] { node_.log(level, text); });
-                   }),
+                   [this](LogLevel level, const std::string& text) { log_later(level, text); }),
       guard_(parts_.side.role == Role::kServer ? "server" : "client") {}
 
 std::string Bridge::open() {
@@ -117,11 +102,9 @@ std::string Bridge::open_audit_log() {
   if (std::string problem = AuditFile(file).open(); !problem.empty())
     return "audit.file: " + problem;
   audit_log_.emplace(file, [this](bool works, const std::string& problem) {
-    boost::asio::post(io_, [this, works, problem] {
-      node_.log(works ? LogLevel::kInfo : LogLevel::kError,
-                works ? "the audit log can be written again"
-                      : "the audit log cannot be written, its lines wait: " + problem);
-    });
+    log_later(works ? LogLevel::kInfo : LogLevel::kError,
+              works ? "the audit log can be written again"
+                    : "the audit log cannot be written, its lines wait: " + problem);
   });
   return {};
 }
@@ -143,6 +126,15 @@ void Bridge::note(AuditEvent event, std::string reason) {
   audit_log_->add(std::move(line));
 }
 
+void Bridge::log_later(LogLevel level, std::string text) {
+  boost::asio::post(io_, [this, level, text = std::move(text)] { node_.log(level, text); });
+}
+
+void Bridge::feed_later(Input&& input) {
+  boost::asio::post(io_,
+                    [this, input = std::move(input)]() mutable { loop_.feed(std::move(input)); });
+}
+
 std::string Bridge::listen() {
   std::string problem = network_.listen(parts_.listen);
   if (problem.empty()) {
@@ -159,7 +151,8 @@ void Bridge::run() {
   guard_.watch();
   stop_.wait_for_signal();
   hangup_.wait_for_signal();
-  seconds_.start();
+  tick_due_ = std::chrono::steady_clock::now();
+  tick();
   loop_.feed(TimePassed{});
   io_.run();
   if (const std::string& file = parameters_.config().status_file; !file.empty())
@@ -274,9 +267,18 @@ void Bridge::on_wake() {
   loop_.step([this](const auto& handle) { return gateway_.drain(handle); });
 }
 
+void Bridge::tick() {
+  const auto now = std::chrono::steady_clock::now();
+  every_second(milliseconds_of(std::max(Duration::zero(), Duration(now - tick_due_))));
+  tick_due_ = std::max(tick_due_ + std::chrono::seconds(1), now);
+  seconds_.expires_at(tick_due_);
+  seconds_.async_wait([this](const boost::system::error_code& error) {
+    if (!error && !stop_.has_begun()) tick();
+  });
+}
+
 void Bridge::every_second(double lag_ms) {
-  lag_ms =
-      std::max(lag_ms, std::chrono::duration<double, std::milli>(loop_.take_longest()).count());
+  lag_ms = std::max(lag_ms, milliseconds_of(loop_.take_longest()));
   const auto times = lag_ms < lag_worth_a_line_ms(parts_.side.dead_after)
                          ? std::nullopt
                          : lags_.count(loop_.now());
@@ -324,6 +326,8 @@ void Bridge::take_status(double lag_ms) {
 void Bridge::take_status_of_next() {
   auto& [picture, left] = *taking_;
   if (left.empty()) {
+    link_places_.follow(picture->side.links);
+    picture->places = link_places_;
     if (status_site_.wanted()) status_site_.publish(picture);
     if (gateway_.diagnostics_wanted()) publish_diagnostics(*picture);
     if (const std::string& file = parameters_.config().status_file; !file.empty())
@@ -337,8 +341,7 @@ void Bridge::take_status_of_next() {
 }
 
 void Bridge::publish_diagnostics(const StatusPicture& picture) {
-  link_places_.follow(picture.side.links);
-  const auto all = diagnostics_of(picture, link_places_, system_now());
+  const auto all = diagnostics_of(picture, system_now());
   const Payload message = diagnostic_array(all, node_.facts().full_name, node_.ros_now());
   gateway_.publish_diagnostics(message.view());
 }
@@ -346,7 +349,6 @@ void Bridge::publish_diagnostics(const StatusPicture& picture) {
 void Bridge::stop() {
   node_.log(LogLevel::kInfo, "stopping");
   supervisor_.stopping();
-  seconds_.stop();
   loop_.feed(StopRequested{});
   note(AuditEvent::kStopped);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -17,13 +18,11 @@
 #include "ros/gateway.hpp"
 #include "run/audit_log.hpp"
 #include "run/heap.hpp"
-#include "run/link_places.hpp"
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
 #include "run/loop.hpp"
 #include "run/loop_guard.hpp"
 #include "run/pairing.hpp"
-#include "run/seconds.hpp"
 #include "run/signals.hpp"
 #include "run/status_file.hpp"
 #include "run/status_site.hpp"
@@ -69,6 +68,9 @@ class Bridge {
   [[nodiscard]] std::string listen();
   void apply(const Config& now);
   void note(AuditEvent event, std::string reason = {});
+  // From threads of others: done by the loop's.
+  void log_later(LogLevel level, std::string text);
+  void feed_later(Input&& input);
   // Whether that was in the middleware.
   bool carry_out(Action&& action);
   void send_request(SendRequest&& request);
@@ -82,6 +84,9 @@ class Bridge {
   void judge_certificate(const Authenticate& request);
   void send();
   void on_wake();
+  // Calls every_second(), and again in a second. The timer waits in the same queue as everything
+  // else, so its delay is the loop's.
+  void tick();
   void every_second(double lag_ms);
   [[nodiscard]] RunStatus run_status(double lag_ms, bool running);
   // The status is taken now, link by link in turns, and then written.
@@ -109,11 +114,12 @@ class Bridge {
     std::vector<LinkId> left;
   };
   std::optional<Taking> taking_;
-  LinkPlaces link_places_;  // of /diagnostics
+  LinkPlaces link_places_;
   HeapTrim heap_;
   Supervisor supervisor_;
   LogLimit lags_;
-  Seconds seconds_;
+  boost::asio::steady_timer seconds_;
+  std::chrono::steady_clock::time_point tick_due_{};
   Stop stop_;
   Hangup hangup_;
   Workers workers_;

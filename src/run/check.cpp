@@ -1,20 +1,20 @@
 #include "run/check.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <optional>
-#include <string_view>
 #include <vector>
 
+#include "auth/secret.hpp"
+#include "auth/token_table.hpp"
 #include "config/explain.hpp"
 #include "config/explain_right.hpp"
 #include "config/syntax.hpp"
+#include "core/ports/pin.hpp"
 #include "core/wire/text.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
-#include "run/exit_codes.hpp"
 #include "run/host_check.hpp"
-#include "run/known_groups.hpp"
+#include "run/program.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -58,19 +58,10 @@ bool find_role(const ros::ParameterFile& file, const std::string& asked, OfNode&
   return true;
 }
 
-// Lines. What somebody else's file contains must be no command to the terminal.
-void print(std::FILE* to, std::string_view lines) {
-  while (!lines.empty()) {
-    const std::string_view line = lines.substr(0, lines.find('\n'));
-    std::fprintf(to, "%s\n", to_text(line, line.size()).c_str());
-    lines.remove_prefix(std::min(line.size() + 1, lines.size()));
-  }
-}
-
 int report(const std::string& file, const std::vector<std::string>& problems) {
-  print(stderr, file + ": " + std::to_string(problems.size()) +
-                    (problems.size() == 1 ? " problem" : " problems"));
-  for (const auto& problem : problems) print(stderr, "  " + problem);
+  say(stderr, file + ": " + std::to_string(problems.size()) +
+                  (problems.size() == 1 ? " problem" : " problems"));
+  for (const auto& problem : problems) say(stderr, "  " + problem);
   return kExitConfiguration;
 }
 
@@ -79,6 +70,49 @@ Parsed parse_as_elsewhere(const ParameterMap& parameters, Role role) {
   Surroundings elsewhere;
   elsewhere.token_in_environment = true;
   return parse_config(parameters, role, elsewhere);
+}
+
+std::string groups_text(const TokenTable::Tokens& tokens, const std::string& file) {
+  const std::string of_all =
+      tokens.count > 1 ? " (of all " + std::to_string(tokens.count) + " tokens together)" : "";
+  return (tokens.groups.empty() ? "none" : to_text(ParameterValue{tokens.groups})) + ", as " +
+         file + " has it" + of_all;
+}
+
+struct KnownGroups {
+  std::vector<std::string> groups;
+  std::string text;  // a line for people: where they come from, or that none are known
+};
+
+// The groups of an identity, as far as the configuration names them: at a server those of all its
+// tokens in auth.token_file, at a client those behind its key in tls.pin. Other login methods name
+// groups only at a login.
+KnownGroups known_groups(const Config& config, const std::string& identity) {
+  const std::string whose = "groups of " + identity + ": ";
+  const std::string none = whose + "none given (--group)";
+  if (config.role == Role::kClient) {
+    for (const std::string& entry : config.tls.pins)
+      if (Identity server = pin_in(entry).is; server.name == identity) {
+        std::string line = whose + to_text(ParameterValue{server.groups}) + ", as tls.pin has it";
+        return {std::move(server.groups), std::move(line)};
+      }
+  }
+  const std::string& file = config.auth.token_file;
+  if (config.role != Role::kServer || config.auth.method != "token" || file.empty())
+    return {{}, none};
+  std::string problem;
+  auto text = read_secret_file(file, problem);
+  if (!text) return {{}, none + "; " + problem};
+  TokenTable table;
+  std::vector<std::string> problems, warnings;
+  // The time does not matter: a token that has expired still shows the groups.
+  table.read(*text, file, 0, problems, warnings);
+  wipe(*text);
+  if (!problems.empty()) return {{}, none + "; " + problems.front()};
+  TokenTable::Tokens tokens = table.of_identity(identity);
+  if (tokens.count == 0) return {{}, none + "; " + file + " has no such identity"};
+  std::string line = whose + groups_text(tokens, file);
+  return {std::move(tokens.groups), std::move(line)};
 }
 
 struct Assembled {
@@ -103,6 +137,14 @@ Assembled assemble_harmless(Config config, const std::string& node) {
 
 }  // namespace
 
+void say(std::FILE* to, std::string_view lines) {
+  while (!lines.empty()) {
+    const std::string_view line = lines.substr(0, lines.find('\n'));
+    std::fprintf(to, "%s\n", to_text(line, line.size()).c_str());
+    lines.remove_prefix(std::min(line.size() + 1, lines.size()));
+  }
+}
+
 OfNode read_for_node(const std::string& file, const std::string& asked_role) {
   OfNode result;
   const ros::ParameterFile read = ros::read_parameter_file(file);
@@ -122,46 +164,41 @@ OfNode read_for_node(const std::string& file, const std::string& asked_role) {
 }
 
 FileJudged judge_file(const std::string& file, const std::string& role) {
-  OfNode of_node = read_for_node(file, role);
-  FileJudged judged;
-  judged.taken_as = of_node.taken_as;
-  judged.role = of_node.role;
-  judged.node = of_node.node;
-  judged.problems = std::move(of_node.problems);
-  if (!judged.problems.empty()) return judged;
-  Parsed parsed = parse_config(of_node.parameters, of_node.role, surroundings());
-  for (const auto& problem : parsed.problems) judged.problems.push_back(to_text(problem));
-  HostFindings host = check_host(of_node.parameters);
-  for (const auto* found : {&host.problems, &host.ended})
-    judged.problems.insert(judged.problems.end(), found->begin(), found->end());
+  FileJudged judged{read_for_node(file, role), {}, {}, {}};
+  const OfNode& given = judged.given;
+  std::vector<std::string>& problems = judged.given.problems;
+  if (!problems.empty()) return judged;
+  Parsed parsed = parse_config(given.parameters, given.role, surroundings());
+  for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
+  HostFindings host = check_host(given.parameters);
+  append(problems, host.problems);
+  append(problems, host.ended);
   if (parsed.config) {
-    Assembled assembled = assemble_harmless(*parsed.config, of_node.node);
+    Assembled assembled = assemble_harmless(*parsed.config, given.node);
     if (std::string why = who_may_change_rules(*parsed.config, {file}); !why.empty())
-      (parsed.config->reached_by_others ? judged.problems : host.warnings)
-          .push_back(std::move(why));
-    const auto& problems = assembled.assembly.problems;
-    judged.problems.insert(judged.problems.end(), problems.begin(), problems.end());
+      (parsed.config->reached_by_others ? problems : host.warnings).push_back(std::move(why));
+    append(problems, assembled.assembly.problems);
     judged.warnings = std::move(assembled.assembly.warnings);
     judged.not_loaded = std::move(assembled.not_loaded);
   }
-  judged.warnings.insert(judged.warnings.end(), host.warnings.begin(), host.warnings.end());
+  append(judged.warnings, host.warnings);
   judged.config = std::move(parsed.config);
-  judged.parameters = std::move(of_node.parameters);
   return judged;
 }
 
 int check_file(const std::string& file, const std::string& asked_role) {
   const FileJudged judged = judge_file(file, asked_role);
-  if (judged.node.empty()) return report(file, judged.problems);
-  print(judged.problems.empty() ? stdout : stderr, judged.taken_as);
-  const int code = judged.problems.empty() ? 0 : report(file, judged.problems);
+  const OfNode& given = judged.given;
+  if (given.node.empty()) return report(file, given.problems);
+  say(given.problems.empty() ? stdout : stderr, given.taken_as);
+  const int code = given.problems.empty() ? 0 : report(file, given.problems);
   std::optional<Config> rest = judged.config;
-  if (!rest) rest = parse_as_elsewhere(judged.parameters, judged.role).config;
+  if (!rest) rest = parse_as_elsewhere(given.parameters, given.role).config;
   if (!rest) return code;
   if (code != 0) std::puts("The rest of the file means:");
-  print(stdout, explain(*rest));
-  if (!judged.not_loaded.empty()) print(stdout, judged.not_loaded + ": not loaded by ctl check");
-  for (const auto& warning : judged.warnings) print(stdout, "warning: " + warning);
+  say(stdout, explain(*rest));
+  if (!judged.not_loaded.empty()) say(stdout, judged.not_loaded + ": not loaded by ctl check");
+  for (const auto& warning : judged.warnings) say(stdout, "warning: " + warning);
   return code;
 }
 
@@ -184,10 +221,10 @@ int explain_file(const std::string& file, const std::string& asked_role,
   if (!asked.who.name.empty() && asked.who.groups.empty()) {
     KnownGroups known = known_groups(*parsed.config, asked.who.name);
     asked.who.groups = std::move(known.groups);
-    print(stdout, known.text);
+    say(stdout, known.text);
   }
   const RightAnswer answer = explain_right(*parsed.config, asked);
-  print(stdout, answer.text);
+  say(stdout, answer.text);
   return answer.allowed ? 0 : kExitNotAllowed;
 }
 

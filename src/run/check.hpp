@@ -1,8 +1,10 @@
 // `ctl check FILE`: what a side would do with a parameter file, without starting it.
 #pragma once
 
+#include <cstdio>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/explain_right.hpp"
@@ -10,25 +12,24 @@
 
 namespace connect_bridge {
 
+// Prints lines: text, whatever somebody else's file has put there.
+void say(std::FILE* to, std::string_view lines);
+
 // The part of a parameter file for one of our nodes.
 struct OfNode {
   Role role = Role::kServer;
   std::string node;      // full name; empty: the file cannot be read, and the rest is not known
   std::string taken_as;  // a line for people: the role, and why this one
   ParameterMap parameters;
-  std::vector<std::string> problems;  // empty: the rest is valid
+  std::vector<std::string> problems;
 };
 // `role`: as for check_file().
 [[nodiscard]] OfNode read_for_node(const std::string& file, const std::string& role);
 
 // What a parameter file means for one of our programs, and all that is wrong with it.
 struct FileJudged {
-  std::string taken_as;  // a line for people: the role, and why this one
-  Role role = Role::kServer;
-  std::string node;  // full name; empty: the file cannot be read, and the rest is not known
-  ParameterMap parameters;
-  std::optional<Config> config;       // present exactly if the parameters are valid
-  std::vector<std::string> problems;  // also those that only this machine shows
+  OfNode given;                  // its problems are also those that only this machine shows
+  std::optional<Config> config;  // present exactly if the parameters are valid
   std::vector<std::string> warnings;
   std::string not_loaded;  // a key, of what is not executed or asked here; empty: none
 };

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <optional>
 #include <utility>
 
@@ -126,41 +125,12 @@ std::string_view sign_in(const std::array<Sign, N>& signs, std::string_view text
 
 // ---- a status
 
-std::string text_in(const Json& of, const char* name) {
-  return member<std::string>(of, name, {}, kTextBytes);
-}
-double number_in(const Json& of, const char* name) {
-  return member<double>(of, name);
-}
-bool is_set(const Json& of, const char* name) {
-  return member<bool>(of, name);
-}
-
-// Seconds since 1970 of "2026-01-31T12:00:00.123Z".
-std::optional<double> moment_of(const std::string& text) {
-  std::tm parts{};
-  if (text.empty() || ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S", &parts) == nullptr)
-    return std::nullopt;
-  return static_cast<double>(::timegm(&parts));
-}
-
-// By the reason.
-constexpr auto kMissing = std::to_array<Sign>({
-    {"no_rule", "no_rule"},
-    {"other_peer", "other_peer"},
-    {"denied", "denied"},
-    {"rule_type", "rule_type"},
-    {"not_taken", "not_taken"},
-    {"not_given", "not_given"},
-    {"other_type", "other_type"},
-    {"not_there", "not_there"},
-    {"type_unknown", "type_not_installed"},
-    {"qos", "qos"},
-    {"lost", "lost_in_middleware"},
-});
-
-// What a side cannot take, by its reason.
-std::string_view declined_for(const std::string& why) {
+// Of a name that is missing. Most reasons are findings.
+std::string_view missing_for(const std::string& reason, const std::string& why) {
+  if (reason == "type_unknown") return "type_not_installed";
+  if (reason == "lost") return "lost_in_middleware";
+  const Finding* const same = finding_of(reason);
+  if (reason != "declined") return same ? same->id : "declined";
   if (why.find("definition") != std::string::npos || why.find("hash") != std::string::npos)
     return "definitions_differ";
   if (why.find("install") != std::string::npos) return "type_not_installed";
@@ -191,10 +161,8 @@ void Doctor::add(std::string_view id, std::string subject, std::string detail) {
 
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
-    const std::string reason = text_in(name, "reason"), text = text_in(name, "text");
-    const std::string_view id =
-        reason == "declined" ? declined_for(text) : sign_in(kMissing, reason, "declined");
-    add(id, text_in(name, "name"), text);
+    const std::string text = text_in(name, "text");
+    add(missing_for(text_in(name, "reason"), text), text_in(name, "name"), text);
   }
 }
 
@@ -275,8 +243,7 @@ void Doctor::side(const Json& status) {
   const Json& links = part_of(status, "links");
   const bool open = std::any_of(links.begin(), links.end(),
                                 [](const Json& link) { return is_set(link, "open"); });
-  const auto now = moment_of(text_in(status, "time")),
-             since = moment_of(text_in(status, "started"));
+  const auto now = moment_in(status, "time"), since = moment_in(status, "started");
   if (!open && is_client) {
     const std::string failure = text_in(status, "last_failure");
     add("not_linked", {}, failure);
@@ -295,8 +262,8 @@ void Doctor::side(const Json& status) {
     add("memory_full", {}, fmt::format("{:.0f} MB", used / 1e6));
   if (const std::string problem = text_in(part_of(status, "audit"), "problem"); !problem.empty())
     add("audit_fails", {}, problem);
-  const std::string until = text_in(status, "certificate_valid_until");
-  if (const auto end = moment_of(until); end && now) {
+  if (const auto end = moment_in(status, "certificate_valid_until"); end && now) {
+    const std::string until = text_in(status, "certificate_valid_until");
     constexpr double kDay = 86'400;
     if (*end <= *now)
       add("certificate_expired", {}, "on " + until);

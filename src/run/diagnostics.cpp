@@ -17,10 +17,6 @@ using Level = Diagnostic::Level;
 constexpr Stamp kDay = 24 * 3600 * kStampSecond;
 constexpr Stamp kLoginDays = 7;
 
-double milliseconds_of(Duration time) {
-  return std::chrono::duration<double, std::milli>(time).count();
-}
-
 // What ended the last connection has addresses in it: of it the kind of cause alone.
 std::string cause_of(const std::string& failure) {
   const Finding* const finding =
@@ -84,9 +80,9 @@ Diagnostic of_side(const StatusPicture& picture, Stamp now) {
   return made;
 }
 
-Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, std::size_t place,
-                   Stamp now) {
-  Diagnostic made{Level::kOk, named_at(picture, "link " + std::to_string(place)), {}, {}};
+Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, Stamp now) {
+  const std::string place = std::to_string(picture.places.of(link));
+  Diagnostic made{Level::kOk, named_at(picture, "link " + place), {}, {}};
   OrderedJson facts = facts_of(link, Names::kHidden);
   facts.erase("peer");
   facts.erase("identity");
@@ -109,11 +105,9 @@ void Diagnostic::add(Level worse, const std::string& text) {
   message += (message.empty() ? "" : "; ") + text;
 }
 
-std::vector<Diagnostic> diagnostics_of(const StatusPicture& picture, const LinkPlaces& places,
-                                       Stamp now) {
+std::vector<Diagnostic> diagnostics_of(const StatusPicture& picture, Stamp now) {
   std::vector<Diagnostic> all{of_side(picture, now)};
-  for (const LinkStatus& link : picture.side.links)
-    all.push_back(of_link(picture, link, places.of(link), now));
+  for (const LinkStatus& link : picture.side.links) all.push_back(of_link(picture, link, now));
   return all;
 }
 

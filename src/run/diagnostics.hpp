@@ -8,7 +8,6 @@
 
 #include "core/base/bytes.hpp"
 #include "core/base/time.hpp"
-#include "run/link_places.hpp"
 #include "run/status_json.hpp"
 
 namespace connect_bridge {
@@ -25,10 +24,9 @@ struct Diagnostic {
 };
 
 // The side, its certificate if it shows one, and each link with its path, the login among it.
-// `places`: has followed the links of the picture. Neither people nor addresses are in it: whoever
+// Neither people nor addresses are in it: whoever
 // may see the topic, perhaps at a peer, is none of those who may look at the status.
-[[nodiscard]] std::vector<Diagnostic> diagnostics_of(const StatusPicture& picture,
-                                                     const LinkPlaces& places, Stamp now);
+[[nodiscard]] std::vector<Diagnostic> diagnostics_of(const StatusPicture& picture, Stamp now);
 
 // A diagnostic_msgs/msg/DiagnosticArray, serialized.
 [[nodiscard]] Payload diagnostic_array(const std::vector<Diagnostic>& all,

@@ -11,6 +11,10 @@
 
 namespace connect_bridge {
 
+inline void append(std::vector<std::string>& to, const std::vector<std::string>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
 struct HostFindings {
   std::vector<std::string> problems;  // a program does not start with these
   std::vector<std::string> ended;     // it starts with certificates that peers refuse by now

@@ -3,27 +3,50 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <ctime>
+#include <optional>
 #include <string>
-#include <type_traits>
 
 #include "core/base/json.hpp"
 #include "core/wire/text.hpp"
 
 namespace connect_bridge {
 
-// A text, a bool or a number; `otherwise`, if the member is missing or something else. Of a text
-// what a terminal may show, at most `text_bytes`.
-template <class T>
-[[nodiscard]] T member(const Json& of, const char* name, T otherwise = {},
-                       std::size_t text_bytes = 200) {
+// Of a text what a terminal may show, and not more than a name may have.
+[[nodiscard]] inline std::string text_in(const Json& of, const char* name) {
+  constexpr std::size_t kTextBytes = 300;
   const auto found = of.find(name);
-  if (found == of.end()) return otherwise;
-  if constexpr (std::is_same_v<T, std::string>)
-    return found->is_string() ? to_text(found->template get<std::string>(), text_bytes) : otherwise;
-  else if constexpr (std::is_same_v<T, bool>)
-    return found->is_boolean() ? found->template get<bool>() : otherwise;
-  else
-    return found->is_number() ? found->template get<T>() : otherwise;
+  return found != of.end() && found->is_string() ? to_text(found->get<std::string>(), kTextBytes)
+                                                 : std::string{};
+}
+
+[[nodiscard]] inline double number_in(const Json& of, const char* name) {
+  const auto found = of.find(name);
+  return found != of.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+[[nodiscard]] inline std::uint64_t count_in(const Json& of, const char* name) {
+  const auto found = of.find(name);
+  return found != of.end() && found->is_number() ? found->get<std::uint64_t>() : 0;
+}
+
+[[nodiscard]] inline bool is_set(const Json& of, const char* name) {
+  const auto found = of.find(name);
+  return found != of.end() && found->is_boolean() && found->get<bool>();
+}
+
+// The moment of a member like "2026-01-31T12:00:00.123Z", in seconds since 1970.
+[[nodiscard]] inline std::optional<double> moment_in(const Json& of, const char* name) {
+  std::tm parts{};
+  double seconds = 0;
+  if (std::sscanf(text_in(of, name).c_str(), "%d-%d-%dT%d:%d:%lf", &parts.tm_year, &parts.tm_mon,
+                  &parts.tm_mday, &parts.tm_hour, &parts.tm_min, &seconds) != 6)
+    return std::nullopt;
+  parts.tm_year -= 1900;
+  parts.tm_mon -= 1;
+  return static_cast<double>(::timegm(&parts)) + seconds;
 }
 
 // A list or an object; an empty one, if the member is missing or something else.

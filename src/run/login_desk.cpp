@@ -32,9 +32,9 @@ LoginDesk::LoginDesk(Options options, Ports ports)
   if (!options_.authenticator && !options_.credential_file) return;
   // The first one also does the periodic refresh, so that with one thread no other thread uses the
   // method.
-  threads_.emplace_back([this] { look_around(); });
+  threads_.emplace_back([this] { work(true); });
   const unsigned threads = options_.authenticator ? options_.authenticator->threads() : 1;
-  for (unsigned i = 1; i < threads; ++i) threads_.emplace_back([this] { judge_all(); });
+  for (unsigned i = 1; i < threads; ++i) threads_.emplace_back([this] { work(false); });
 }
 
 LoginDesk::~LoginDesk() {
@@ -81,18 +81,7 @@ std::optional<LoginDesk::Waiting> LoginDesk::take_next() {
   return renewal ? renewals_.take() : strangers_.take();
 }
 
-void LoginDesk::judge_all() {
-  for (;;) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return ending_ || anybody_waits(); });
-    if (ending_) return;
-    auto next = take_next();
-    lock.unlock();
-    if (next) judge(std::move(*next));
-  }
-}
-
-void LoginDesk::look_around() {
+void LoginDesk::work(bool refreshes) {
   auto due = Clock::now() + kRefreshPeriod;
   for (;;) {
     std::unique_lock lock(mutex_);
@@ -103,10 +92,14 @@ void LoginDesk::look_around() {
     if (next) judge(std::move(*next));
     if (Clock::now() < due) continue;
     due = Clock::now() + kRefreshPeriod;
-    if (options_.authenticator) tell(options_.authenticator->refresh(system_now()));
-    if (!options_.credential_file) continue;
-    if (auto credential = options_.credential_file->changed()) tell(std::move(*credential));
+    if (refreshes) refresh();
   }
+}
+
+void LoginDesk::refresh() {
+  if (options_.authenticator) tell(options_.authenticator->refresh(system_now()));
+  if (!options_.credential_file) return;
+  if (auto credential = options_.credential_file->changed()) tell(std::move(*credential));
 }
 
 void LoginDesk::judge(Waiting next) {

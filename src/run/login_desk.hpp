@@ -61,10 +61,11 @@ class LoginDesk {
 
   [[nodiscard]] bool anybody_waits() const { return !renewals_.empty() || !strangers_.empty(); }
   [[nodiscard]] std::optional<Waiting> take_next();
-  void judge_all();
+  // A thread: judges who waits. `refreshes`: it also does the periodic refresh.
+  void work(bool refreshes);
   void judge(Waiting next);
   void refuse(ConnectionId connection, const std::string& why);
-  void look_around();
+  void refresh();
   void tell(Refreshed&& refreshed);
   void tell(Credential&& credential);
 

@@ -46,9 +46,8 @@ void Metrics::count(const StatusPicture& picture) {
   last_ = picture;
   now_.clear();
   of_links_.clear();
-  places_.follow(picture.side.links);
   for (const LinkStatus& link : picture.side.links) {
-    add_link(places_.of(link), link);
+    add_link(picture.places.of(link), link);
     for (const auto& topic : link.topics) add_topic(link, topic);
     for (const auto& service : link.services) add_service(link, service);
   }

@@ -8,7 +8,6 @@
 #include <string>
 #include <tuple>
 
-#include "run/link_places.hpp"
 #include "run/status_json.hpp"
 
 namespace connect_bridge {
@@ -47,7 +46,6 @@ class Metrics {
   Series<double> now_;
   Series<std::uint64_t> of_links_;  // counters of the links that there are
   Totals before_, next_;
-  LinkPlaces places_;
 };
 
 }  // namespace connect_bridge

@@ -14,22 +14,14 @@
 
 #include "auth/credential.hpp"
 #include "auth/file_trust.hpp"
+#include "auth/token_file.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/json.hpp"
 #include "core/base/sha256.hpp"
 #include "ros/parameters/parameter_file.hpp"
-#include "run/status_file.hpp"
 
 namespace connect_bridge {
 namespace {
-
-std::string ros_home() {
-  const char* home = std::getenv("ROS_HOME");
-  if (home && *home) return home;
-  home = std::getenv("HOME");
-  const passwd* const user = home && *home ? nullptr : ::getpwuid(::geteuid());
-  return std::string{user ? user->pw_dir : home ? home : ""} + "/.ros";
-}
 
 // "/robot1/connect_client" is "robot1.connect_client".
 std::string folder_name(const std::string& node) {
@@ -50,6 +42,14 @@ bool is_rule(const std::string& key) {
 }
 
 }  // namespace
+
+std::string ros_home() {
+  const char* home = std::getenv("ROS_HOME");
+  if (home && *home) return home;
+  home = std::getenv("HOME");
+  const passwd* const user = home && *home ? nullptr : ::getpwuid(::geteuid());
+  return std::string{user ? user->pw_dir : home ? home : ""} + "/.ros";
+}
 
 // The lock ends with the process, whatever ends it; what stands in the file stays.
 RunningMark::RunningMark(const std::string& file, std::uint16_t port)
@@ -147,7 +147,7 @@ std::string PairingFolder::write_parameters(const ParameterMap& parameters) cons
   for (const auto& [key, value] : parameters)
     text += "\n    " + key + ": " +
             std::visit([](const auto& held) { return Json(held).dump(); }, value);
-  return write_atomically(parameter_file(), text, true);
+  return write_secret_file(parameter_file(), text + "\n");
 }
 
 bool goes_by_pairing(const ParameterMap& given) {

@@ -16,6 +16,9 @@ namespace connect_bridge {
 // The cure where a folder has other uses.
 inline constexpr char kOwnName[] = "give this one a name: --ros-args -r __node:=NAME";
 
+// $ROS_HOME, or ~/.ros.
+[[nodiscard]] std::string ros_home();
+
 // The server that runs with a folder.
 struct RunningServer {
   pid_t process = 0;

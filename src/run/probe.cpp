@@ -91,7 +91,7 @@ ProbeSpan Probe::measure(Duration time, const Load& load,
                          const std::function<void(const ProbeSpan::Sample&)>& each) {
   span_ = {};
   each_ = each;
-  span_since_ = load_since_ = steady_now();
+  span_since_ = steady_now();
   const std::uint64_t repeated = repeated_;
   const bool listens = std::exchange(load_, load).receive;
   if (listens != load.receive) show_graph();
@@ -149,17 +149,12 @@ void Probe::carry_out(Action&& action) {
           [&](CreateMirror& a) {
             boost::asio::post(io_, [this, made = MirrorMade{a.id, next_gid()}] { handle(made); });
             if (a.topic.find("/_") != std::string::npos) return;  // of bridges among themselves
-            counted_.insert(a.id);
-            Received& topic = topics_[a.topic];
-            topic.type = a.type;
-            if (topic.mirrors.insert(a.id).second && load_.receive) show_graph();
+            topics_[a.topic] = a.type;
+            if (mirrors_.insert(a.id).second && load_.receive) show_graph();
           },
-          [&](DestroyMirror& a) {
-            counted_.erase(a.id);
-            for (auto& [name, topic] : topics_) topic.mirrors.erase(a.id);
-          },
+          [&](DestroyMirror& a) { mirrors_.erase(a.id); },
           [&](Publish& a) {
-            if (counted_.contains(a.mirror)) span_.received_bytes += a.payload.size();
+            if (mirrors_.contains(a.mirror)) span_.received_bytes += a.payload.size();
           },
           [&](DecompressJob& a) { workers_.add(std::move(a)); },
           [&](CompressJob& a) { workers_.add(std::move(a)); },
@@ -178,10 +173,10 @@ Gid Probe::next_gid() {
 // A listener of every topic that is offered, or of none.
 void Probe::show_graph() {
   GraphChanged graph;
-  for (const auto& [name, topic] : topics_) {
+  for (const auto& [name, type] : topics_) {
     TopicState state;
     state.name = name;
-    state.type = topic.type;
+    state.type = type;
     Endpoint listener;
     listener.gid.bytes.fill(1);
     listener.node_namespace = "/";
@@ -221,7 +216,7 @@ std::optional<Packet> Probe::filler() {
   static const Payload text = make_filler();
   const auto rate = static_cast<double>(load_.send_bytes_per_second);
   if (rate == 0) return std::nullopt;
-  const double seconds = std::chrono::duration<double>(steady_now() - load_since_).count();
+  const double seconds = std::chrono::duration<double>(steady_now() - span_since_).count();
   if (static_cast<double>(span_.sent_bytes) > rate * seconds) {
     pulls_.expires_after(kPullPeriod);
     pulls_.async_wait([this](const boost::system::error_code& error) {

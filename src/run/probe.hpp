@@ -61,11 +61,6 @@ class Probe {
   void close();
 
  private:
-  struct Received {
-    std::string type;
-    std::set<MirrorId> mirrors;
-  };
-
   void handle(Input&& input);
   void carry_out(Action&& action);
   void note_sample();
@@ -84,13 +79,12 @@ class Probe {
   Side side_;
   Network network_;
   boost::asio::steady_timer timer_;
-  boost::asio::steady_timer pulls_;  // the load
-  std::map<std::string, Received> topics_;
-  std::set<MirrorId> counted_;
+  boost::asio::steady_timer pulls_;            // the load
+  std::map<std::string, std::string> topics_;  // their types
+  std::set<MirrorId> mirrors_;                 // of these topics
   std::uint64_t gids_ = 0;
   ConnectionId connection_{};
   Load load_;
-  TimePoint load_since_{};
   TimePoint span_since_{};
   ProbeSpan span_;
   std::function<void(const ProbeSpan::Sample&)> each_;

@@ -18,7 +18,6 @@
 #include "ros/rcl/middleware.hpp"
 #include "run/arguments.hpp"
 #include "run/assembly.hpp"
-#include "run/exit_codes.hpp"
 #include "run/heap.hpp"
 #include "run/host_check.hpp"
 #include "run/invitation_text.hpp"
@@ -134,7 +133,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   std::vector<std::string> problems;
   const auto config = read_config(node, role, start.parameters, problems);
   const HostFindings host = check_host(start.parameters);
-  problems.insert(problems.end(), host.problems.begin(), host.problems.end());
+  append(problems, host.problems);
   if (!config && says_nothing(start.parameters) && facts.others_with_parameters.empty())
     return refuse(problems,
                   role == Role::kServer
@@ -145,7 +144,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   const std::string others = who_may_change_rules(*config, facts.parameter_files);
   if (!others.empty() && config->reached_by_others) problems.push_back(others);
   Assembly assembly = assemble(*config, facts.full_name, start);
-  problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
+  append(problems, assembly.problems);
   if (!problems.empty()) return refuse(problems);
   const std::string no_sockets = take_sockets(*assembly.parts);
   if (!no_sockets.empty()) return refuse({no_sockets});
@@ -191,8 +190,7 @@ int run_program(Role role, int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   ignore_early_hangup();
   auto wrong = ros::problems_of_parameter_files(argc, argv);
-  const auto remaps = ros::problems_of_remaps(argc, argv);
-  wrong.insert(wrong.end(), remaps.begin(), remaps.end());
+  append(wrong, ros::problems_of_remaps(argc, argv));
   if (!wrong.empty()) return refuse(wrong);
   tune_heap();
   LastSteps last_steps;
@@ -205,10 +203,9 @@ int run_program(Role role, int argc, char** argv) {
       return robot_end(known.parameter_overrides, read_arguments(known.arguments, role),
                        known.full_name) != role;  // the robot's images, at the operator
     };
-    std::optional<SlowStart> slow;
-    slow.emplace(SlowStart::kPatience, [] { std::fputs(kSlowStartText, stderr); });
+    auto slow = says_if_slow(kSlowStartPatience, [] { std::fputs(kSlowStartText, stderr); });
     ros::Node node(options);
-    slow.reset();
+    slow = {};
     return start(node, role, argc, argv, last_steps);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "Not started: %s\n", error.what());

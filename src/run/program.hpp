@@ -1,13 +1,17 @@
-// The programs `server` and `client`: they differ in the role alone.
+// The programs `server` and `client`: they differ in the role alone. How they and `ctl` end.
 #pragma once
 
 #include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
 
-// Exit codes: 0 orderly end, --help or --version, 1 ROS does not start, 2 wrong configuration (also
-// a parameter file that cannot be read) or the port cannot be opened, 3 an error while running, or
-// the loop stood still (run/loop_guard.hpp).
+// Exit codes; 0 is an orderly end, --help or --version.
+inline constexpr int kExitRos = 1;         // ROS does not start
+inline constexpr int kExitNotAllowed = 1;  // `ctl explain`: nothing that was asked is allowed
+// The configuration, or the invitation, is wrong, or the port cannot be opened.
+inline constexpr int kExitConfiguration = 2;
+inline constexpr int kExitFailed = 3;  // an error, or a loop that stood still, ended it
+
 int run_program(Role role, int argc, char** argv);
 
 }  // namespace connect_bridge

@@ -43,8 +43,8 @@ class Stop {
 // whose terminal is closed.
 void ignore_early_hangup();
 
-// SIGHUP: read the parameter file again and begin a new file of the audit log, as for any program
-// that runs in the background. Thread: that of the io_context.
+// SIGHUP: read the parameter file again, as for any program that runs in the background. Thread:
+// that of the io_context.
 class Hangup {
  public:
   Hangup(boost::asio::io_context& io, std::function<void()> reload);

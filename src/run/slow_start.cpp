@@ -1,5 +1,8 @@
 #include "run/slow_start.hpp"
 
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
 #include <utility>
 
 namespace connect_bridge {
@@ -10,19 +13,13 @@ const char kSlowStartText[] =
     "for what it left in shared memory: end all ROS programs, then delete /dev/shm/fastdds_* and "
     "/dev/shm/sem.fastdds_* (fastrtps_* before Kilted).\n";
 
-SlowStart::SlowStart(std::chrono::milliseconds patience, std::function<void()> say)
-    : thread_([this, patience, say = std::move(say)] {
-        std::unique_lock lock(mutex_);
-        if (!changed_.wait_for(lock, patience, [this] { return ended_; })) say();
-      }) {}
-
-SlowStart::~SlowStart() {
-  {
-    const std::lock_guard lock(mutex_);
-    ended_ = true;
-  }
-  changed_.notify_one();
-  thread_.join();
+std::jthread says_if_slow(std::chrono::milliseconds patience, std::function<void()> say) {
+  return std::jthread([patience, say = std::move(say)](const std::stop_token& ended) {
+    std::mutex mutex;
+    std::condition_variable_any changed;
+    std::unique_lock lock(mutex);
+    if (!changed.wait_for(lock, ended, patience, [&] { return ended.stop_requested(); })) say();
+  });
 }
 
 }  // namespace connect_bridge

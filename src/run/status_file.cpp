@@ -13,12 +13,7 @@ namespace connect_bridge {
 
 namespace {
 
-// A file system that cannot promise it says EINVAL.
-bool is_kept(std::FILE* file) {
-  return ::fsync(::fileno(file)) == 0 || errno == EINVAL;
-}
-
-constexpr mode_t kOwnerOnly = S_IRUSR | S_IWUSR;
+constexpr mode_t kFirstMode = S_IRUSR | S_IWUSR;
 
 // It names people and addresses: for its owner alone, unless the owner has let others read it. The
 // mode of somebody else's file is that user's choice.
@@ -26,22 +21,21 @@ mode_t mode_of(const std::string& file) {
   struct stat found {};
   const bool replaces =
       ::lstat(file.c_str(), &found) == 0 && S_ISREG(found.st_mode) && found.st_uid == ::geteuid();
-  return replaces ? found.st_mode & 0777 : kOwnerOnly;
+  return replaces ? found.st_mode & 0777 : kFirstMode;
 }
 
 }  // namespace
 
-std::string write_atomically(const std::string& file, const std::string& text, bool lasting) {
+std::string write_atomically(const std::string& file, const std::string& text) {
   const std::string part = file + ".part";
   {
     // Created as a new file, so that a link that somebody else put there is not followed.
     std::remove(part.c_str());
-    const int made = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerOnly);
+    const int made = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kFirstMode);
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(
         made < 0 ? nullptr : ::fdopen(made, "w"), &std::fclose);
     if (!out || ::fchmod(made, mode_of(file)) != 0 ||
-        std::fprintf(out.get(), "%s\n", text.c_str()) < 0 || std::fflush(out.get()) != 0 ||
-        (lasting && !is_kept(out.get())))
+        std::fprintf(out.get(), "%s\n", text.c_str()) < 0 || std::fflush(out.get()) != 0)
       return "cannot write " + part + ": " + std::strerror(errno);
   }
   if (std::rename(part.c_str(), file.c_str()) != 0)

@@ -15,10 +15,8 @@
 namespace connect_bridge {
 
 // Replaces the file in one step; returns what went wrong, or nothing. It keeps its mode; a new one
-// is its owner's alone. `lasting`: what was written is on the disk before the file is replaced, so
-// a loss of power leaves the old or the new text.
-std::string write_atomically(const std::string& file, const std::string& text,
-                             bool lasting = false);
+// is its owner's alone. It does not wait for the disk: after a loss of power it may be empty.
+std::string write_atomically(const std::string& file, const std::string& text);
 
 // The text is made, and written, by a thread of its own: neither a long status nor a slow disk
 // takes time of the loop.

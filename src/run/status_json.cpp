@@ -2,16 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/base/json.hpp"
 #include "core/policy/treatment.hpp"
 #include "run/audit_json.hpp"
 
 namespace connect_bridge {
 namespace {
-
-double milliseconds(Duration d) {
-  return static_cast<double>(d.count()) / 1e6;
-}
 
 std::string rfc3339_of(Stamp time) {
   return rfc3339(std::chrono::system_clock::time_point(
@@ -105,6 +103,25 @@ OrderedJson to_value(const MissingName& missing) {
 
 }  // namespace
 
+void LinkPlaces::follow(const std::vector<LinkStatus>& links) {
+  const auto has = [](const auto& all, const auto& is) {
+    return std::any_of(all.begin(), all.end(), is);
+  };
+  for (auto& place : places_)
+    if (!has(links, [&](const LinkStatus& link) { return link.number == place; })) place = 0;
+  for (const LinkStatus& link : links) {
+    if (has(places_, [&](std::uint64_t place) { return place == link.number; })) continue;
+    auto free = std::find(places_.begin(), places_.end(), 0U);
+    if (free == places_.end()) free = places_.insert(free, 0);
+    *free = link.number;
+  }
+}
+
+std::size_t LinkPlaces::of(const LinkStatus& link) const {
+  const auto place = std::find(places_.begin(), places_.end(), link.number);
+  return static_cast<std::size_t>(place - places_.begin()) + 1;
+}
+
 OrderedJson facts_of(const LinkStatus& link, Names names) {
   OrderedJson json = {
       {"link", link.number},
@@ -121,11 +138,11 @@ OrderedJson facts_of(const LinkStatus& link, Names names) {
       {"unacknowledged_bytes", link.unacknowledged_bytes},
       {"memory_bytes", link.memory_bytes},
       {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
-      {"path_queue_ms", milliseconds(link.path_queue)}};
+      {"path_queue_ms", milliseconds_of(link.path_queue)}};
   if (link.clock.known)
-    json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
-                     {"round_trip_ms", milliseconds(link.clock.round_trip)},
-                     {"error_bound_ms", milliseconds(link.clock.error_bound)}};
+    json["clock"] = {{"offset_ms", milliseconds_of(link.clock.offset)},
+                     {"round_trip_ms", milliseconds_of(link.clock.round_trip)},
+                     {"error_bound_ms", milliseconds_of(link.clock.error_bound)}};
   if (link.login_end != 0) json["login_valid_until"] = rfc3339_of(link.login_end);
   return json;
 }

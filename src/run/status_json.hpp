@@ -1,8 +1,11 @@
 // The status of a side as JSON, for the status file and for who asks (docs/status.md).
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/json.hpp"
 #include "core/ports/net_options.hpp"
@@ -29,14 +32,32 @@ struct RunStatus {
   Stamp certificate_end = 0;  // 0: this side shows none that ends
 };
 
+// A small number for each link that there is, for names that must not come without end.
+// The lowest that is free is given: those of links that have ended serve again.
+class LinkPlaces {
+ public:
+  // The links that there are now.
+  void follow(const std::vector<LinkStatus>& links);
+  // From 1 on; of a link of the last follow().
+  [[nodiscard]] std::size_t of(const LinkStatus& link) const;
+
+ private:
+  std::vector<std::uint64_t> places_;  // the number of the link there; 0: free
+};
+
 // The status of a side at one moment; nobody changes it.
 struct StatusPicture {
   Status side;
   RunStatus run;
+  LinkPlaces places = {};  // of its links
 };
 
 // The version of what to_json() writes. It changes when a member is removed or changes its meaning.
 inline constexpr int kStatusSchema = 1;
+
+[[nodiscard]] inline double milliseconds_of(Duration time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
 
 // Whether it says who the people on the links are.
 enum class Names : std::uint8_t { kShown, kHidden };

@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <ctime>
 #include <map>
-#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -34,22 +31,10 @@ std::string shown_ms(double ms) {
   return ms < 10'000 ? fmt::format("{:.0f} ms", ms) : fmt::format("{:.0f} s", ms / 1000);
 }
 
-std::string shown_span(std::int64_t s) {
+std::string shown_span(std::uint64_t s) {
   if (s < 120) return fmt::format("{} s", s);
   if (s < 7200) return fmt::format("{} min", s / 60);
   return s < 172'800 ? fmt::format("{} h", s / 3600) : fmt::format("{} days", s / 86'400);
-}
-
-// Milliseconds of "2026-01-31T12:00:00.123Z".
-std::optional<double> time_of(const Json& status) {
-  std::tm parts{};
-  double seconds = 0;
-  if (std::sscanf(member<std::string>(status, "time").c_str(), "%d-%d-%dT%d:%d:%lf", &parts.tm_year,
-                  &parts.tm_mon, &parts.tm_mday, &parts.tm_hour, &parts.tm_min, &seconds) != 6)
-    return std::nullopt;
-  parts.tm_year -= 1900;
-  parts.tm_mon -= 1;
-  return static_cast<double>(::timegm(&parts)) * 1e3 + seconds * 1e3;
 }
 
 std::string joined_counts(const Json& counts) {
@@ -62,12 +47,11 @@ std::string joined_counts(const Json& counts) {
 }
 
 std::string topic_state(const Json& topic) {
-  const auto declined = member<std::string>(topic, "declined");
+  const auto declined = text_in(topic, "declined");
   if (!declined.empty()) return "does not cross: " + declined;
-  if (!member<bool>(topic, "demanded"))
-    return member<std::string>(topic, "direction") == "export" ? "nobody listens there"
-                                                               : "nobody listens here";
-  if (member<std::uint64_t>(topic, "origins") == 0) return "no publisher";
+  if (!is_set(topic, "demanded"))
+    return text_in(topic, "direction") == "export" ? "nobody listens there" : "nobody listens here";
+  if (count_in(topic, "origins") == 0) return "no publisher";
   return "flows";
 }
 
@@ -110,19 +94,17 @@ class StatusTable {
 
 // Counts of the earlier status, by link, direction and name.
 std::string topic_key(const Json& link, const Json& topic) {
-  return fmt::format("{} {} {} {}", member<std::uint64_t>(link, "link"),
-                     member<std::string>(topic, "direction"), member<std::string>(topic, "topic"),
-                     member<std::string>(topic, "type"));
+  return fmt::format("{} {} {} {}", count_in(link, "link"), text_in(topic, "direction"),
+                     text_in(topic, "topic"), text_in(topic, "type"));
 }
 
 StatusTable topic_table(const Json& now, const Json& before) {
   std::map<std::string, std::pair<double, double>> had;
   for (const Json& link : part_of(before, "links"))
     for (const Json& topic : part_of(link, "topics"))
-      had[topic_key(link, topic)] = {member<double>(topic, "messages"),
-                                     member<double>(topic, "bytes")};
-  const auto then = time_of(before), at = time_of(now);
-  const double seconds = then && at ? (*at - *then) / 1e3 : 0;
+      had[topic_key(link, topic)] = {number_in(topic, "messages"), number_in(topic, "bytes")};
+  const auto then = moment_in(before, "time"), at = moment_in(now, "time");
+  const double seconds = then && at ? *at - *then : 0;
   StatusTable table(
       {"TOPIC", "DIRECTION", "LINK", "MESSAGES/S", "BYTES/S", "AGE", "QUEUED", "DROPPED", "STATE"});
   for (const Json& link : part_of(now, "links"))
@@ -130,17 +112,17 @@ StatusTable topic_table(const Json& now, const Json& before) {
       const auto old = had.find(topic_key(link, topic));
       const bool known = old != had.end() && seconds > 0;
       const auto rate = [&](const char* name, double was) {
-        return known ? std::max(0.0, member<double>(topic, name) - was) / seconds : 0;
+        return known ? std::max(0.0, number_in(topic, name) - was) / seconds : 0;
       };
       const double messages = rate("messages", known ? old->second.first : 0);
       const double bytes = rate("bytes", known ? old->second.second : 0);
       table.add(bytes,
-                {member<std::string>(topic, "topic"), member<std::string>(topic, "direction"),
-                 std::to_string(member<std::uint64_t>(link, "link")),
+                {text_in(topic, "topic"), text_in(topic, "direction"),
+                 std::to_string(count_in(link, "link")),
                  known ? fmt::format("{:.{}f}", messages, messages < 10 ? 1 : 0) : "",
                  known ? shown_bytes(bytes) : "",
-                 topic.contains("latency_ms") ? shown_ms(member<double>(topic, "latency_ms")) : "",
-                 std::to_string(member<std::uint64_t>(topic, "queued")),
+                 topic.contains("latency_ms") ? shown_ms(number_in(topic, "latency_ms")) : "",
+                 std::to_string(count_in(topic, "queued")),
                  joined_counts(part_of(topic, "dropped")), topic_state(topic)});
     }
   return table;
@@ -151,22 +133,19 @@ StatusTable call_table(const Json& now) {
                      "FAILED", "STATE"});
   for (const Json& link : part_of(now, "links"))
     for (const Json& service : part_of(link, "services")) {
-      auto name = member<std::string>(service, "service");
+      auto name = text_in(service, "service");
       if (name.ends_with(kGoal)) name = name.substr(0, name.size() - kGoal.size()) + " (goals)";
       Json failed = Json::object();
       for (const char* how : {"refused", "timed_out", "forgotten", "lost"})
-        failed[how] = member<std::uint64_t>(service, how);
-      const auto declined = member<std::string>(service, "declined");
-      const auto count = [&](const char* what) {
-        return std::to_string(member<std::uint64_t>(service, what));
-      };
-      table.add(member<double>(service, "pending") + member<double>(service, "calls") / 1e9,
-                {name, member<std::string>(service, "direction"),
-                 std::to_string(member<std::uint64_t>(link, "link")), count("pending"),
-                 count("calls"), count("answered"), joined_counts(failed),
-                 !declined.empty()                   ? "does not cross: " + declined
-                 : member<bool>(service, "attached") ? "can be called"
-                                                     : "nobody calls"});
+        failed[how] = count_in(service, how);
+      const auto declined = text_in(service, "declined");
+      const auto count = [&](const char* what) { return std::to_string(count_in(service, what)); };
+      table.add(number_in(service, "pending") + number_in(service, "calls") / 1e9,
+                {name, text_in(service, "direction"), std::to_string(count_in(link, "link")),
+                 count("pending"), count("calls"), count("answered"), joined_counts(failed),
+                 !declined.empty()             ? "does not cross: " + declined
+                 : is_set(service, "attached") ? "can be called"
+                                               : "nobody calls"});
     }
   return table;
 }
@@ -175,32 +154,28 @@ StatusTable missing_table(const Json& now) {
   StatusTable table({"DOES NOT CROSS", "KIND", "DIRECTION", "LINK", "WHY"});
   for (const Json& link : part_of(now, "links"))
     for (const Json& missing : part_of(link, "missing"))
-      table.add(0, {member<std::string>(missing, "name"), member<std::string>(missing, "kind"),
-                    member<std::string>(missing, "direction"),
-                    std::to_string(member<std::uint64_t>(link, "link")),
-                    member<std::string>(missing, "text")});
+      table.add(0,
+                {text_in(missing, "name"), text_in(missing, "kind"), text_in(missing, "direction"),
+                 std::to_string(count_in(link, "link")), text_in(missing, "text")});
   return table;
 }
 
 std::string link_lines(const Json& link) {
-  const bool open = member<bool>(link, "open");
-  std::string text = fmt::format(
-      "link {}  {} {} {}  {}\n", member<std::uint64_t>(link, "link"),
-      member<std::string>(link, "identity"), member<std::string>(link, "node"),
-      member<std::string>(link, "peer"),
-      open ? "open for " + shown_span(member<std::int64_t>(link, "open_seconds")) : "lost");
+  const bool open = is_set(link, "open");
+  std::string text =
+      fmt::format("link {}  {} {} {}  {}\n", count_in(link, "link"), text_in(link, "identity"),
+                  text_in(link, "node"), text_in(link, "peer"),
+                  open ? "open for " + shown_span(count_in(link, "open_seconds")) : "lost");
   const auto clock = link.find("clock");
-  const double rate = member<double>(link, "rate_bytes_per_second");
+  const double rate = number_in(link, "rate_bytes_per_second");
   text += fmt::format(
       "  round trip {}, rate of the path {}, queue of the path {}, sent {}, received {}, queued "
       "{}, "
       "connected {} times\n",
-      clock == link.end() ? "unknown" : shown_ms(member<double>(*clock, "round_trip_ms")),
-      rate > 0 ? shown_bytes(rate) + "/s" : "unknown",
-      shown_ms(member<double>(link, "path_queue_ms")),
-      shown_bytes(member<double>(link, "sent_bytes")),
-      shown_bytes(member<double>(link, "received_bytes")),
-      shown_bytes(member<double>(link, "queued_bytes")), member<std::uint64_t>(link, "connects"));
+      clock == link.end() ? "unknown" : shown_ms(number_in(*clock, "round_trip_ms")),
+      rate > 0 ? shown_bytes(rate) + "/s" : "unknown", shown_ms(number_in(link, "path_queue_ms")),
+      shown_bytes(number_in(link, "sent_bytes")), shown_bytes(number_in(link, "received_bytes")),
+      shown_bytes(number_in(link, "queued_bytes")), count_in(link, "connects"));
   return text;
 }
 
@@ -209,17 +184,14 @@ std::string relay_screen(const Json& now, std::size_t rows) {
   StatusTable robots({"ROBOT", "FROM", "HERE", "VISITORS", "ALL VISITORS", "SENT", "RECEIVED"});
   for (const Json& robot : part_of(now, "robots"))
     robots.add(
-        member<double>(robot, "sent_bytes") + member<double>(robot, "received_bytes"),
-        {member<std::string>(robot, "robot"), member<std::string>(robot, "peer"),
-         member<bool>(robot, "open") ? shown_span(member<std::int64_t>(robot, "open_seconds"))
-                                     : "gone",
-         std::to_string(member<std::uint64_t>(robot, "pairs")),
-         std::to_string(member<std::uint64_t>(robot, "visitors")),
-         shown_bytes(member<double>(robot, "sent_bytes")),
-         shown_bytes(member<double>(robot, "received_bytes"))});
-  std::string text =
-      fmt::format("relay  {} robots\nversion {}, since {}\n", robots.size(),
-                  member<std::string>(now, "version"), member<std::string>(now, "started"));
+        number_in(robot, "sent_bytes") + number_in(robot, "received_bytes"),
+        {text_in(robot, "robot"), text_in(robot, "peer"),
+         is_set(robot, "open") ? shown_span(count_in(robot, "open_seconds")) : "gone",
+         std::to_string(count_in(robot, "pairs")), std::to_string(count_in(robot, "visitors")),
+         shown_bytes(number_in(robot, "sent_bytes")),
+         shown_bytes(number_in(robot, "received_bytes"))});
+  std::string text = fmt::format("relay  {} robots\nversion {}, since {}\n", robots.size(),
+                                 text_in(now, "version"), text_in(now, "started"));
   text += "who came: " + joined_counts(part_of(now, "strangers")) + "\n";
   if (const auto refused = joined_counts(part_of(now, "refused")); !refused.empty())
     text += "refused: " + refused + "\n";
@@ -230,19 +202,18 @@ std::string relay_screen(const Json& now, std::size_t rows) {
 }  // namespace
 
 std::string status_screen(const Json& now, const Json& before, std::size_t rows) {
-  if (member<std::string>(now, "role") == "relay") return relay_screen(now, rows);
+  if (text_in(now, "role") == "relay") return relay_screen(now, rows);
   const Json& links = part_of(now, "links");
   const auto open = std::count_if(links.begin(), links.end(),
-                                  [](const Json& link) { return member<bool>(link, "open"); });
-  std::string text =
-      fmt::format("{} ({})  {}\nversion {}, since {}, loop lag {}, memory of peers {} of {}\n",
-                  member<std::string>(now, "node"), member<std::string>(now, "role"),
-                  open == 1 ? "1 link is open" : fmt::format("{} links are open", open),
-                  member<std::string>(now, "version"), member<std::string>(now, "started"),
-                  shown_ms(member<double>(now, "loop_lag_ms")),
-                  shown_bytes(member<double>(now, "memory_max_used_bytes")),
-                  shown_bytes(member<double>(now, "memory_max_bytes")));
-  if (const auto failure = member<std::string>(now, "last_failure"); !failure.empty())
+                                  [](const Json& link) { return is_set(link, "open"); });
+  std::string text = fmt::format(
+      "{} ({})  {}\nversion {}, since {}, loop lag {}, memory of peers {} of {}\n",
+      text_in(now, "node"), text_in(now, "role"),
+      open == 1 ? "1 link is open" : fmt::format("{} links are open", open),
+      text_in(now, "version"), text_in(now, "started"), shown_ms(number_in(now, "loop_lag_ms")),
+      shown_bytes(number_in(now, "memory_max_used_bytes")),
+      shown_bytes(number_in(now, "memory_max_bytes")));
+  if (const auto failure = text_in(now, "last_failure"); !failure.empty())
     text += "last failure: " + failure + "\n";
   if (const auto refused = joined_counts(part_of(now, "strangers")); !refused.empty())
     text += "who came: " + refused + "\n";

@@ -41,10 +41,6 @@ std::string policy_of_page() {
          "form-action 'none'";
 }
 
-double in_milliseconds(Duration time) {
-  return std::chrono::duration<double, std::milli>(time).count();
-}
-
 SharedText shared(std::string text) {
   return std::make_shared<const std::string>(std::move(text));
 }
@@ -120,8 +116,8 @@ void StatusSite::take(const std::shared_ptr<const StatusPicture>& picture) {
   std::map<std::uint64_t, std::deque<Point>> history;
   for (const LinkStatus& link : picture_->side.links) {
     auto& points = history[link.number] = std::move(history_[link.number]);
-    points.push_back({link.clock.known ? in_milliseconds(link.clock.round_trip) : 0,
-                      in_milliseconds(link.path_queue), link.rate});
+    points.push_back({link.clock.known ? milliseconds_of(link.clock.round_trip) : 0,
+                      milliseconds_of(link.path_queue), link.rate});
     if (points.size() > kHistoryPoints) points.pop_front();
   }
   history_ = std::move(history);

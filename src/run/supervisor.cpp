@@ -3,6 +3,8 @@
 #include <sys/un.h>
 
 #include <boost/asio/buffer.hpp>
+#include <charconv>
+#include <optional>
 
 namespace connect_bridge {
 namespace {
@@ -10,7 +12,29 @@ namespace {
 // One less than fits: a path ends with a zero.
 constexpr std::size_t kAddressSizeMax = sizeof(sockaddr_un::sun_path) - 1;
 
+constexpr int kFirstSocket = 3;
+constexpr int kSocketsMax = 8;
+
+std::optional<int> whole_number(const std::string& text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
 }  // namespace
+
+PassedSockets passed_sockets(int pid, const std::string& sockets_for, const std::string& count) {
+  // Sockets of another process (a parent or ancestor) are not ours.
+  if (whole_number(sockets_for) != pid)
+    return {{}, "listen.address: systemd has passed no socket to this process (LISTEN_PID)"};
+  const int sockets = whole_number(count).value_or(0);
+  if (sockets < 1 || sockets > kSocketsMax)
+    return {{}, "listen.address: systemd must pass 1 to 8 sockets (LISTEN_FDS)"};
+  PassedSockets passed;
+  for (int i = 0; i < sockets; ++i) passed.sockets.push_back(kFirstSocket + i);
+  return passed;
+}
 
 Supervisor::Supervisor(boost::asio::io_context& io, std::string address) : socket_(io) {
   const bool is_abstract = address.starts_with('@');

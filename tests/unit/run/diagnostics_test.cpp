@@ -35,10 +35,9 @@ StatusPicture picture(std::vector<std::uint64_t> numbers, Role role = Role::kSer
   return made;
 }
 
-std::vector<Diagnostic> told(const StatusPicture& picture) {
-  LinkPlaces places;
-  places.follow(picture.side.links);
-  return diagnostics_of(picture, places, kToday);
+std::vector<Diagnostic> told(StatusPicture picture) {
+  picture.places.follow(picture.side.links);
+  return diagnostics_of(picture, kToday);
 }
 
 TEST(Diagnostics, OfTheSideAndEachLinkInTheWordsOfTheStatus) {

@@ -35,6 +35,7 @@ StatusPicture picture(std::vector<std::pair<std::uint64_t, std::vector<TopicStat
     link.topics = std::move(topics);
     made.side.links.push_back(std::move(link));
   }
+  made.places.follow(made.side.links);
   return made;
 }
 
@@ -77,8 +78,11 @@ TEST(Metrics, CountersOfATopicOnlyGrow) {
 
 TEST(Metrics, APlaceServesAgain) {
   Metrics metrics;
-  metrics.count(picture({{7, {}}, {8, {}}}));
-  metrics.count(picture({{8, {}}, {9, {}}}));
+  StatusPicture now = picture({{7, {}}, {8, {}}});
+  metrics.count(now);
+  now.side.links = picture({{8, {}}, {9, {}}}).side.links;
+  now.places.follow(now.side.links);
+  metrics.count(now);
   EXPECT_THAT(metrics.text(true), AllOf(HasSubstr("link=\"1\""), HasSubstr("link=\"2\""),
                                         Not(HasSubstr("link=\"3\""))));
 }
