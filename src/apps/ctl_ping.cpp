@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,6 +34,7 @@ struct BenchOrder {
   std::uint64_t rate = 1'000'000;
   std::vector<std::string> topics;
   bool json = false;
+  std::string svg;  // a file to write, too; empty: none
 };
 
 constexpr int kNoLink = 1;
@@ -84,6 +86,13 @@ void add_file(CLI::App& command, std::string& file) {
                      "with");
 }
 
+bool write_file(const std::string& file, const std::string& text) {
+  std::ofstream out(file);
+  if (out << text << std::flush) return true;
+  std::fprintf(stderr, "%s: cannot be written\n", file.c_str());
+  return false;
+}
+
 int run_ping(const PingOrder& order) {
   int no_link = 0;
   const auto probe = open_probe(order.file, "/ctl_ping", {seconds_of(order.interval), {}}, no_link);
@@ -133,6 +142,7 @@ int run_bench(const BenchOrder& order) {
   const bool whole = spans.back().span.ended.empty();
   if (whole) probe->close();
   std::fputs((order.json ? probe_json(spans) : bench_text(spans)).c_str(), stdout);
+  if (!order.svg.empty() && !write_file(order.svg, bench_svg(spans))) return kExitConfiguration;
   return whole ? 0 : kNoLink;
 }
 
@@ -166,5 +176,6 @@ void add_bench_command(CLI::App& app, int& exit_code) {
                     "A topic to receive for the load from the server, as the server calls it, or "
                     "a pattern; several times. Without one nothing is received");
   bench->add_flag("--json", order->json, "As JSON");
+  bench->add_option("--svg", order->svg, "Also a picture, into this file");
   bench->callback([order, &exit_code] { exit_code = run_bench(*order); });
 }

@@ -59,6 +59,15 @@ OrderedJson json_of(const NamedSpan& named) {
   return json;
 }
 
+// A round number, so that the axis has about four marks.
+double mark_step(double most) {
+  const double rough = std::max(most, 1e-3) / 4;
+  const double power = std::pow(10, std::floor(std::log10(rough)));
+  for (const double times : {1.0, 2.0, 5.0})
+    if (times * power >= rough) return times * power;
+  return 10 * power;
+}
+
 }  // namespace
 
 ProbeFigures figures_of(const ProbeSpan& span) {
@@ -118,6 +127,43 @@ std::string probe_json(const std::vector<NamedSpan>& spans) {
   OrderedJson json = {{"schema", 1}, {"spans", OrderedJson::array()}};
   for (const auto& named : spans) json["spans"].push_back(json_of(named));
   return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+std::string bench_svg(const std::vector<NamedSpan>& spans) {
+  constexpr double kLeft = 60, kTop = 30, kWide = 800, kHigh = 260;
+  double most = 0, all = 0;
+  for (const auto& [name, span] : spans) {
+    most = std::max(most, figures_of(span).longest);
+    all += in_ms(span.took);
+  }
+  const double step = mark_step(most);
+  const double top = std::max(step * std::ceil(most / step), step);
+  const auto x = [&](double ms) { return kLeft + kWide * ms / std::max(all, 1.0); };
+  const auto y = [&](double ms) { return kTop + kHigh * (1 - ms / top); };
+  std::string text = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" "
+      "font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+      kLeft + kWide + 20, kTop + kHigh + 30);
+  for (double mark = 0; mark <= top + step / 2; mark += step)
+    text += fmt::format(
+        "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/>"
+        "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:g} ms</text>\n",
+        kLeft, kLeft + kWide, y(mark), kLeft - 6, y(mark) + 4, mark);
+  double from = 0;
+  for (const auto& [name, span] : spans) {
+    text += fmt::format(
+        "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#888\"/>"
+        "<text x=\"{3:.1f}\" y=\"{4}\">{5}</text>\n<polyline fill=\"none\" stroke=\"#06c\" "
+        "points=\"",
+        x(from), kTop, kTop + kHigh, x(from) + 4, kTop - 8, name);
+    for (const auto& sample : span.samples)
+      text +=
+          fmt::format("{:.1f},{:.1f} ", x(from + in_ms(sample.at)), y(in_ms(sample.round_trip)));
+    text += "\"/>\n";
+    from += in_ms(span.took);
+  }
+  return text + fmt::format("<text x=\"{}\" y=\"{}\">round trip over {:.0f} s</text>\n</svg>\n",
+                            kLeft, kTop + kHigh + 20, all / 1000);
 }
 
 }  // namespace connect_bridge

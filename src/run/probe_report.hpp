@@ -1,4 +1,4 @@
-// What a probe has seen, as text and JSON.
+// What a probe has seen, as text, JSON and SVG.
 #pragma once
 
 #include <string>
@@ -31,5 +31,7 @@ struct NamedSpan {
 [[nodiscard]] std::string bench_text(const std::vector<NamedSpan>& spans);
 // An object with the figures and samples of each span.
 [[nodiscard]] std::string probe_json(const std::vector<NamedSpan>& spans);
+// Round trips over time, one span beside the other.
+[[nodiscard]] std::string bench_svg(const std::vector<NamedSpan>& spans);
 
 }  // namespace connect_bridge

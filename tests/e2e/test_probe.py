@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import xml.etree.ElementTree as xml
 
 import pytest
 import yaml
@@ -42,14 +43,15 @@ def test_ping_measures_and_leaves_nothing(pair):
     assert pair.client.text().count("link open with") == 1
 
 
-def test_bench_sends_and_receives_what_the_login_may(pair):
+def test_bench_sends_and_receives_what_the_login_may(pair, tmp_path):
     publisher = pair.robot.publisher(String, "/t/load")
     timer = pair.robot.tester.create_timer(
         0.02, lambda: publisher.publish(String(data="x" * 5000))
     )
+    svg = tmp_path / "bench.svg"
     try:
         made = ctl("bench", pair.client.parameters_file, "--seconds", 2, "--rate", 200_000,
-                   "--topic", "/t/load", "--json")
+                   "--topic", "/t/load", "--json", "--svg", svg)
     finally:
         timer.cancel()
     assert made.returncode == 0, made.stderr
@@ -62,6 +64,8 @@ def test_bench_sends_and_receives_what_the_login_may(pair):
         assert spans[name]["received_bytes"] > 100_000, spans[name]
     for span in spans.values():
         assert span["answers"] > 5
+    texts = [element.text for element in xml.parse(svg).iter() if element.text]
+    assert {"idle", "sending", "receiving"} <= set(texts)
 
 
 def test_bench_receives_nothing_without_a_right(pair):

@@ -62,5 +62,12 @@ TEST(ProbeReport, Json) {
   EXPECT_FALSE(span.contains("ended"));
 }
 
+TEST(ProbeReport, Svg) {
+  const std::string svg = bench_svg({{"idle", span_of({10, 20})}, {"sending", span_of({90})}});
+  EXPECT_THAT(svg, AllOf(HasSubstr("<svg xmlns"), HasSubstr(">sending</text>"),
+                         HasSubstr(">100 ms</text>"), HasSubstr("over 4 s")));
+  EXPECT_THAT(bench_svg({}), HasSubstr("</svg>"));
+}
+
 }  // namespace
 }  // namespace connect_bridge
