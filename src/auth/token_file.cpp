@@ -46,9 +46,13 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
 
-  // One writer after the other, as long as it is held. Whoever may open the folder can hold it
-  // without end, so it is waited for only so long. What is wrong, or nothing.
-  [[nodiscard]] std::string lock() const {
+  // One writer after the other, in the order in which they came, as long as it is held.
+  void lock() const {
+    if (handle_ >= 0) ::flock(handle_, LOCK_EX);
+  }
+  // For who must not wait long: whoever may open the folder can hold it without end. Asks again and
+  // again, and so may come last of many writers. What is wrong, or nothing.
+  [[nodiscard]] std::string lock_soon() const {
     const auto until = std::chrono::steady_clock::now() + kLockTime;
     while (handle_ >= 0 && ::flock(handle_, LOCK_EX | LOCK_NB) != 0) {
       if (errno != EWOULDBLOCK && errno != EINTR) break;  // a file system without locks
@@ -195,7 +199,7 @@ std::string token_entries_problem(const std::string& text, const std::string& na
 std::string append_token_entry(const std::string& named, const TokenEntry& entry) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  if (const std::string held = folder.lock(); !held.empty()) return file + ": " + held;
+  folder.lock();
   std::string text, problem;
   if (::access(file.c_str(), F_OK) == 0) {
     auto before = read_secret_file(file, problem);
@@ -215,7 +219,7 @@ std::string replace_token_entries(const std::string& named, const TokenEntry& en
                                   const Digest& former) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  if (const std::string held = folder.lock(); !held.empty()) return file + ": " + held;
+  if (const std::string held = folder.lock_soon(); !held.empty()) return file + ": " + held;
   std::size_t removed = 0;
   std::string problem;
   std::string text = text_without(file, entry.identity, former, removed, problem);
@@ -230,7 +234,7 @@ std::string remove_token_entries(const std::string& named, const std::string& id
                                  std::size_t& removed) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  if (const std::string held = folder.lock(); !held.empty()) return file + ": " + held;
+  folder.lock();
   std::string problem;
   std::string rest = text_without(file, identity, std::nullopt, removed, problem);
   if (!problem.empty()) return problem;

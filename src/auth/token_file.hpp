@@ -29,12 +29,13 @@ struct TokenEntry {
 // owner alone. Returns what is wrong, empty if nothing.
 [[nodiscard]] std::string write_secret_file(const std::string& file, const std::string& text);
 
-// Adds an entry at the end, as write_secret_file() does. Two writers wait for each other, at most a
-// second. Returns what is wrong, empty if nothing; then the file is as it was.
+// Adds an entry at the end, as write_secret_file() does. Two writers wait for each other. Returns
+// what is wrong, empty if nothing; then the file is as it was.
 [[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry);
 
 // This one in place of all entries of its identity, in one step and with the same care; one of them
-// must be the token `former`, so that of several who have it one alone succeeds.
+// must be the token `former`, so that of several who have it one alone succeeds. Waits for other
+// writers at most a second: its thread may be everybody's.
 [[nodiscard]] std::string replace_token_entries(const std::string& file, const TokenEntry& entry,
                                                 const Digest& former);
 

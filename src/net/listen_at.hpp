@@ -18,6 +18,6 @@ struct ListenResult {
 // port is set.
 [[nodiscard]] ListenResult listen_at(boost::asio::ip::tcp::acceptor& acceptor,
                                      const std::string& address, std::uint16_t port,
-                                     const std::string& port_key = "listen.port");
+                                     const std::string& port_key);
 
 }  // namespace connect_bridge

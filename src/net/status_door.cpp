@@ -14,7 +14,6 @@
 #include <cerrno>
 #include <cstring>
 
-#include "net/listen_at.hpp"
 #include "net/proxy_header.hpp"
 #include "net/status_request.hpp"
 #include "net/steady_now.hpp"
@@ -23,7 +22,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::milliseconds kAcceptRetry{100};
+constexpr std::chrono::milliseconds kFileAcceptRetry{100};
 constexpr std::chrono::seconds kEventsAtLeast{5};  // however large they are
 constexpr char kAcceptsNothing[] =
     "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -225,13 +224,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
 };
 
 StatusDoor::StatusDoor(asio::io_context& io, Ports ports, Times times)
-    : io_(io),
-      ports_(std::move(ports)),
-      times_(times),
-      door_(io),
-      file_door_(io),
-      retry_(io),
-      file_retry_(io) {}
+    : io_(io), ports_(std::move(ports)), times_(times), file_door_(io), file_retry_(io) {}
 
 StatusDoor::~StatusDoor() {
   close();
@@ -239,9 +232,8 @@ StatusDoor::~StatusDoor() {
 
 void StatusDoor::close() {
   ErrorCode ignored;
-  door_.close(ignored);
+  if (doors_) doors_->close();
   file_door_.close(ignored);
-  retry_.cancel();
   file_retry_.cancel();
   if (!file_.empty()) ::unlink(file_.c_str());
   file_.clear();
@@ -256,10 +248,13 @@ std::string StatusDoor::listen(const std::string& address, std::uint16_t port,
     tls_ = tls_files_->get(problem);
     if (!tls_) return problem;
   }
-  const ListenResult result = listen_at(door_, address, port, "status.listen");
-  if (!result.warning.empty()) ports_.log(LogLevel::kWarn, result.warning);
-  if (result.problem.empty()) accept();
-  return result.problem;
+  const auto arrived = [weak = weak_from_this()](TcpSocket socket) {
+    if (const auto self = weak.lock()) self->admit(std::move(socket), false);
+  };
+  doors_ = std::make_shared<TcpDoors>(io_, TcpDoors::Events{arrived, ports_.log}, "status.listen");
+  const std::string problem = doors_->open({address}, port);
+  if (problem.empty()) doors_->accept();
+  return problem;
 }
 
 // Nobody can connect before listen(), and then the mode is right.
@@ -279,8 +274,7 @@ std::string StatusDoor::listen_at_file(const std::string& file) {
 }
 
 std::uint16_t StatusDoor::port() const {
-  ErrorCode none;
-  return door_.is_open() ? door_.local_endpoint(none).port() : std::uint16_t{0};
+  return doors_ ? doors_->port() : std::uint16_t{0};
 }
 
 void StatusDoor::check_files() {
@@ -291,26 +285,13 @@ void StatusDoor::check_files() {
   ports_.log(news->used ? LogLevel::kInfo : LogLevel::kWarn, "status.listen: " + news->text);
 }
 
-void StatusDoor::accept() {
-  door_.async_accept(io_.get_executor(),
-                     [weak = weak_from_this()](ErrorCode error, TcpSocket socket) {
-                       const auto self = weak.lock();
-                       if (!self || !self->door_.is_open()) return;
-                       if (error)
-                         return self->retry(self->retry_, [&door = *self] { door.accept(); });
-                       self->admit(std::move(socket), false);
-                       self->accept();
-                     });
-}
-
 // A transport asks nothing of its socket that only TCP has, so it gets the descriptor of any.
 void StatusDoor::accept_at_file() {
   file_door_.async_accept(
       [weak = weak_from_this()](ErrorCode error, asio::local::stream_protocol::socket from) {
         const auto self = weak.lock();
         if (!self || !self->file_door_.is_open()) return;
-        if (error)
-          return self->retry(self->file_retry_, [&door = *self] { door.accept_at_file(); });
+        if (error) return self->accept_at_file_later();
         TcpSocket socket(self->io_);
         ErrorCode failed;
         socket.assign(asio::ip::tcp::v4(), from.release(failed), failed);
@@ -320,10 +301,10 @@ void StatusDoor::accept_at_file() {
 }
 
 // Out of descriptors: asking again at once would spin.
-void StatusDoor::retry(asio::steady_timer& timer, std::function<void()> accept) {
-  timer.expires_after(kAcceptRetry);
-  timer.async_wait([weak = weak_from_this(), accept = std::move(accept)](ErrorCode cancelled) {
-    if (const auto self = weak.lock(); self && !cancelled) accept();
+void StatusDoor::accept_at_file_later() {
+  file_retry_.expires_after(kFileAcceptRetry);
+  file_retry_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
+    if (const auto self = weak.lock(); self && !cancelled) self->accept_at_file();
   });
 }
 

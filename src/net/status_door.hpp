@@ -14,6 +14,7 @@
 #include "core/base/pace.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
+#include "net/tcp_doors.hpp"
 #include "net/tls_files.hpp"
 #include "net/transport.hpp"
 
@@ -91,9 +92,8 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   class Session;
   using Sessions = std::list<std::shared_ptr<Session>>;
 
-  void accept();
   void accept_at_file();
-  void retry(asio::steady_timer& timer, std::function<void()> accept);
+  void accept_at_file_later();
   [[nodiscard]] std::size_t streams(bool is_private) const;
   void admit(TcpSocket socket, bool is_private);
   void remove(const std::shared_ptr<Session>& session);
@@ -101,10 +101,10 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   asio::io_context& io_;
   const Ports ports_;
   const Times times_;
-  asio::ip::tcp::acceptor door_;
+  std::shared_ptr<TcpDoors> doors_;  // null: nowhere by TCP
   asio::local::stream_protocol::acceptor file_door_;
   std::string file_;
-  asio::steady_timer retry_, file_retry_;
+  asio::steady_timer file_retry_;
   std::optional<TlsFiles> tls_files_;
   TlsContext tls_;
   AddressPaces paces_{20, std::chrono::milliseconds(500)};  // of TLS handshakes, by address

@@ -29,7 +29,7 @@ std::string TcpDoors::open(std::vector<std::string> addresses, std::uint16_t por
 
 std::string TcpDoors::bind(const std::string& address, std::uint16_t port) {
   const auto door = std::make_shared<Door>(io_);
-  const ListenResult result = listen_at(door->acceptor, address, port);
+  const ListenResult result = listen_at(door->acceptor, address, port, port_key_);
   if (!result.warning.empty()) events_.log(LogLevel::kWarn, result.warning);
   if (result.problem.empty()) doors_.push_back(door);
   return result.problem;

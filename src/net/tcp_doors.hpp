@@ -23,7 +23,9 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
     std::function<void(LogLevel, const std::string&)> log;
   };
 
-  TcpDoors(asio::io_context& io, Events events) : io_(io), events_(std::move(events)) {}
+  // `port_key`: where the port is set.
+  TcpDoors(asio::io_context& io, Events events, std::string port_key = "listen.port")
+      : io_(io), events_(std::move(events)), port_key_(std::move(port_key)) {}
 
   // As ListenOptions has them; one of both. Empty, or what is wrong.
   [[nodiscard]] std::string open(std::vector<std::string> addresses, std::uint16_t port);
@@ -53,6 +55,7 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
 
   asio::io_context& io_;
   Events events_;
+  const std::string port_key_;
   std::vector<DoorPtr> doors_;
   LogLimit no_room_;
 };
