@@ -23,14 +23,10 @@ class BridgeNodes {
       if (topic.name == kClaimsTopic)
         for (const Endpoint& publisher : topic.publishers) add(publisher);
   }
-  // A server's gid is not always known.
-  [[nodiscard]] bool own(const Server& server) const {
-    return names_.contains(node_of(server)) ||
-           (server.gid != Gid{} && participants_.contains(participant_of(server.gid)));
-  }
-  [[nodiscard]] bool own(const Endpoint& endpoint) const {
+  // Of an Endpoint or a Server, whose gid is not always known.
+  [[nodiscard]] bool own(const auto& endpoint) const {
     return names_.contains(node_of(endpoint)) ||
-           participants_.contains(participant_of(endpoint.gid));
+           (endpoint.gid != Gid{} && participants_.contains(participant_of(endpoint.gid)));
   }
   [[nodiscard]] bool empty() const { return names_.empty() && participants_.empty(); }
 

@@ -28,33 +28,22 @@ std::optional<ChannelOffer> LinkOffer::open(OutgoingChannel& channel) {
   return offer;
 }
 
-LinkOffer::Review LinkOffer::review(bool used) {
+std::optional<Ending> LinkOffer::review(bool used) {
   asked_ = is_open();
   auto right = export_right(side_, link_, *what_);
   switch (right.answer) {
-    case ExportRight::Answer::kNotAccepted: return Review::kNotAccepted;
-    case ExportRight::Answer::kForbidden: return Review::kForbidden;
-    case ExportRight::Answer::kNotWhole: return Review::kNotWhole;
+    case ExportRight::Answer::kNotAccepted: return Ending{"the peer does not accept it any longer"};
+    case ExportRight::Answer::kForbidden:
+      return Ending{"no rule allows exporting it any longer", "not_permitted"};
+    case ExportRight::Answer::kNotWhole: return Ending{"a part of its action no longer exists"};
     case ExportRight::Answer::kYes:
     case ExportRight::Answer::kUnknown: break;
   }
   if (is_open() && !used && is_declined() && *declined_under_ != link_.accepts.lists())
-    return Review::kAgain;
-  if (!(right.decision.treatment == treatment())) return Review::kNewTerms;
+    return offered_again();
+  if (terms_ == Terms::kFixed && !(right.decision.treatment == treatment())) return offered_again();
   decision_ = std::move(right.decision);
-  return Review::kStays;
-}
-
-Ending LinkOffer::ending_of(Review review) {
-  switch (review) {
-    case Review::kNotAccepted: return {"the peer does not accept it any longer"};
-    case Review::kForbidden: return {"no rule allows exporting it any longer", "not_permitted"};
-    case Review::kNotWhole: return {"a part of its action no longer exists"};
-    case Review::kStays:
-    case Review::kNewTerms:
-    case Review::kAgain: break;
-  }
-  return {"it is to be offered again"};
+  return std::nullopt;
 }
 
 void LinkOffer::close(const Ending& why) {

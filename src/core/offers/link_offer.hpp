@@ -18,9 +18,16 @@ namespace connect_bridge {
 // its owner obeys. Single-threaded.
 class LinkOffer {
  public:
+  // What other terms of the rules mean.
+  enum class Terms : std::uint8_t {
+    kFixed,    // it is offered again under them
+    kFollowed  // they hold from the review on
+  };
+
   // `side` and `link` outlive it.
-  LinkOffer(const SideView& side, Link& link, std::shared_ptr<const LocalInterface> what)
-      : side_(side), link_(link), what_(std::move(what)) {}
+  LinkOffer(const SideView& side, Link& link, std::shared_ptr<const LocalInterface> what,
+            Terms terms)
+      : side_(side), link_(link), what_(std::move(what)), terms_(terms) {}
   LinkOffer(const LinkOffer&) = delete;
   LinkOffer& operator=(const LinkOffer&) = delete;
   ~LinkOffer();
@@ -31,21 +38,12 @@ class LinkOffer {
   // Only if it is due.
   [[nodiscard]] std::optional<ChannelOffer> open(OutgoingChannel& channel);
 
-  // What follows from changed rules, `accepts` or actions.
-  enum class Review : std::uint8_t {
-    kStays,        // as it is; what is not open is due
-    kNewTerms,     // the rules treat it in another way: take_terms() if it is to stay so
-    kAgain,        // the peer may have it, but under a new channel
-    kNotAccepted,  // the peer does not take it any longer
-    kForbidden,    // the rules here do not allow it any longer
-    kNotWhole,     // a part of its action does not exist any longer
-  };
-  // `used`: it is demanded, or the peer is attached. Then it has not been forgotten.
-  [[nodiscard]] Review review(bool used);
-  // The present terms hold from now on.
-  void take_terms() { decision_ = export_right(side_, link_, *what_).decision; }
-  // Why it ends, or is offered again.
-  [[nodiscard]] static Ending ending_of(Review review);
+  // What follows from changed rules, `accepts` or actions: why it ends, or is offered again under a
+  // new channel; nullopt: it stays, and what is not open is due. `used`: it is demanded, or the
+  // peer is attached. Then it has not been forgotten.
+  [[nodiscard]] std::optional<Ending> review(bool used);
+  // Why what the peer may still have ends.
+  [[nodiscard]] static Ending offered_again() { return {"it is to be offered again"}; }
 
   // Ends the channel and sends `withdraw`. The offer is not due again before a review.
   void close(const Ending& why);
@@ -67,7 +65,7 @@ class LinkOffer {
   [[nodiscard]] Link& link() const { return link_; }
   // Its name at the peer; if the peer does not see it, its name here.
   [[nodiscard]] std::string wire_name() const { return link_.names.wire_name(what_->key.first); }
-  // The terms under which it was opened, or which were taken since.
+  // The terms under which it was opened, or which a review has brought since.
   [[nodiscard]] const Decision& decision() const { return decision_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
 
@@ -75,6 +73,7 @@ class LinkOffer {
   const SideView& side_;
   Link& link_;
   std::shared_ptr<const LocalInterface> what_;
+  Terms terms_;
   ChannelId number_;  // none: the peer does not have it
   bool asked_ = false;
   Decision decision_;

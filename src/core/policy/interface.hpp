@@ -28,7 +28,6 @@ struct Interface {
 };
 
 // ---- actions
-// -------------------------------------------------------------------------------------
 
 // The services (first) and topics that an action consists of.
 enum class ActionPart : std::uint8_t { kSendGoal, kCancelGoal, kGetResult, kFeedback, kStatus };
@@ -62,7 +61,6 @@ struct PartOfAction {
 [[nodiscard]] std::string shown(InterfaceKind kind, const std::string& name, std::string_view type);
 
 // ---- parameters
-// ----------------------------------------------------------------------------------
 
 struct ParameterService {
   std::string_view token;  // the last one of its name
@@ -95,7 +93,6 @@ inline constexpr std::string_view kBridgeNames = "/_connect_bridge/";
 }
 
 // ---- types
-// ---------------------------------------------------------------------------------------
 
 // "package/msg/Type", "package/action/Type_FeedbackMessage", and the event topics of service
 // introspection ("package/srv/Type_Event").
@@ -106,7 +103,6 @@ inline constexpr std::string_view kBridgeNames = "/_connect_bridge/";
 [[nodiscard]] bool is_action_type(std::string_view type);
 
 // ---- what opens it
-// -------------------------------------------------------------------------------
 
 enum class OpenedBy : std::uint8_t { kNothing, kTopics, kServices, kActions, kParameters };
 

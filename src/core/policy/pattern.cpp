@@ -25,33 +25,13 @@ std::uint64_t bit_of(std::size_t place) {
   return std::uint64_t{1} << place % 64;
 }
 
-// The tokens of "/a/b/c", one after the other.
-class Tokens {
- public:
-  explicit Tokens(std::string_view name) : name_(name) { load(1); }
-
-  [[nodiscard]] bool done() const { return begin_ > name_.size(); }
-  [[nodiscard]] std::string_view token() const { return name_.substr(begin_, end_ - begin_); }
-  void advance() { load(end_ + 1); }
-
- private:
-  void load(std::size_t begin) {
-    begin_ = begin;
-    if (done()) return;
-    end_ = name_.find('/', begin);
-    if (end_ == std::string_view::npos) end_ = name_.size();
-  }
-  std::string_view name_;
-  std::size_t begin_ = 0;
-  std::size_t end_ = 0;
-};
-
 // What is wrong with a pattern, or null.
 const char* fault_of(std::string_view text) {
   if (text.empty() || text.front() != '/') return "an absolute name that starts with '/'";
   if (text.size() > kNameBytesMax) return "at most 255 characters";
-  for (Tokens tokens(text); !tokens.done(); tokens.advance()) {
-    const auto token = tokens.token();
+  for (std::size_t begin = 1; begin <= text.size();) {
+    const auto token = text.substr(begin, text.find('/', begin) - begin);
+    begin += token.size() + 1;
     if (token.empty()) return "no empty part between or after '/'";
     if (token == "**") continue;
     if (token.find("**") != std::string_view::npos) return "'**' only as a whole part";
@@ -76,16 +56,16 @@ PatternSet::PatternSet(const std::vector<std::string_view>& texts) {
   const std::size_t words = (bytes + texts.size() + kBits - 1) / kBits;
   for (Words* const of : {&any_, &stars_, &first_, &ends_}) of->resize(words);
   literal_.assign(kLast - kFirst + 1, Words(words));
-  for (std::size_t i = 0; i < texts.size(); ++i) compile(texts[i], i);
+  for (const auto text : texts) compile(text);
   std::stable_sort(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
     return a.prefix.size() < b.prefix.size();
   });
 }
 
-void PatternSet::compile(std::string_view text, std::size_t member) {
+void PatternSet::compile(std::string_view text) {
   const auto mark = [&](Words& words) { words[size_ / kBits] |= bit_of(size_); };
   const auto star = text.find('*');
-  members_.push_back({std::string(text.substr(0, star)), member, size_});
+  members_.push_back({std::string(text.substr(0, star)), size_});
   bool first = text[star - 1] == '/';
   bool any = false;
   for (auto left = text.substr(star); !left.empty(); ++size_) {

@@ -42,12 +42,11 @@ class PatternSet {
 
   struct Member {
     std::string prefix;  // up to its first star
-    std::size_t member;
-    std::size_t place;  // of that star
+    std::size_t place;   // of that star
   };
   class Reader;
 
-  void compile(std::string_view text, std::size_t member);
+  void compile(std::string_view text);
 
   std::vector<Member> members_;  // by the lengths of their prefixes
   std::vector<std::size_t> last_places_;

@@ -20,7 +20,7 @@ Attachment::Attachment(RealService& service, Link& link, ServiceExports& exports
       link_(link),
       exports_(exports),
       load_(exports.loads.try_emplace(link.id, link.memory).first->second),
-      offer_(exports, link, service.what()) {}
+      offer_(exports, link, service.what(), LinkOffer::Terms::kFollowed) {}
 
 // ---- what is offered
 
@@ -56,14 +56,14 @@ Compression Attachment::compression_of(std::size_t bytes) const {
   return how;
 }
 
-LinkOffer::Review Attachment::review() {
-  const auto review = offer_.review(held_);
-  if (review != LinkOffer::Review::kNewTerms) return review;
-  offer_.take_terms();
+std::optional<Ending> Attachment::review() {
+  const Treatment before = offer_.treatment();
+  if (auto why = offer_.review(held_)) return why;
+  if (offer_.treatment() == before) return std::nullopt;
   if (held_) admit();
   if (offer_.is_open())
     link_.sending().add_channel(offer_.number(), queue_of_calls(offer_.decision()));
-  return LinkOffer::Review::kStays;
+  return std::nullopt;
 }
 
 void Attachment::admit() {

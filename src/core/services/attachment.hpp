@@ -40,9 +40,8 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   // ---- what is offered
   // The offer, once for each connection and set of rules; nullopt if the peer may not have it.
   [[nodiscard]] std::optional<ChannelOffer> offer(const Now& now);
-  // What follows from changed rules, `accepts` or actions; new terms are applied here, and count as
-  // kStays.
-  [[nodiscard]] LinkOffer::Review review();
+  // What follows from changed rules, `accepts` or actions: why it ends (LinkOffer::review).
+  [[nodiscard]] std::optional<Ending> review();
   // The connection is gone: calls go on, answers wait for the link's return.
   void on_link_lost();
   // There is no state that another connection could need.

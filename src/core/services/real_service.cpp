@@ -90,9 +90,8 @@ std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
 void RealService::review(Link& link, const Now& now) {
   const auto it = attachments_.find(link.id);
   if (it == attachments_.end()) return;
-  const auto review = it->second.review();
   // What is to be offered again is collected afterwards by whoever asks for the review.
-  if (review != LinkOffer::Review::kStays) remove(it, LinkOffer::ending_of(review), now);
+  if (const auto why = it->second.review()) remove(it, *why, now);
 }
 
 void RealService::on_link_lost(LinkId link) {
@@ -104,7 +103,7 @@ void RealService::on_link_lost(LinkId link) {
 
 void RealService::on_link_dead(LinkId link, const Now& now) {
   const auto it = attachments_.find(link);
-  if (it != attachments_.end()) remove(it, {"it is to be offered again"}, now);
+  if (it != attachments_.end()) remove(it, LinkOffer::offered_again(), now);
 }
 
 void RealService::remove(Attachments::iterator attachment, const Ending& why, const Now& now) {

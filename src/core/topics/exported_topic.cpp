@@ -119,10 +119,10 @@ void ExportedTopic::review(const Link& link, const Now& now) {
   const auto it = offers_.find(link.id);
   if (it == offers_.end()) return;
   if (it->second.is_open()) {
-    const auto review = it->second.review();
-    if (review == LinkOffer::Review::kStays) return;  // mutant: rules_withdraw
+    const auto why = it->second.review();
+    if (!why) return;  // mutant: rules_withdraw
     backlogs_.end(link.id, DropReason::kWithdrawn, now);
-    it->second.withdraw(LinkOffer::ending_of(review));
+    it->second.withdraw(*why);
   }
   if (offers_.erase(link.id)) update_subscription(now);
 }

@@ -13,7 +13,7 @@ TopicOffer::TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
     : context_(context),
       topic_(topic),
       link_(link),
-      offer_(context, link, topic.what()),
+      offer_(context, link, topic.what(), LinkOffer::Terms::kFixed),
       parameter_events_(are_parameter_events(link, *topic.what())),
       early_({context.timers, &topic}),
       held_(link.memory, {context.timers, &topic}) {}
@@ -38,11 +38,10 @@ std::set<OriginId> TopicOffer::withheld() const {
   return result;
 }
 
-LinkOffer::Review TopicOffer::review() {
-  using Review = LinkOffer::Review;
-  const Review review = offer_.review(demanded());
+std::optional<Ending> TopicOffer::review() {
+  if (auto why = offer_.review(demanded())) return why;
   const bool same = withheld() == withheld_ && is_hash_of(type_hash_, topic_.type_hash());
-  return review == Review::kStays && !same ? Review::kAgain : review;
+  return same ? std::nullopt : std::optional(LinkOffer::offered_again());
 }
 
 std::optional<ChannelOffer> TopicOffer::open() {

@@ -31,9 +31,9 @@ class TopicOffer final : public OutgoingChannel {
 
   // Opens a channel for the topic, if the peer may have it.
   [[nodiscard]] std::optional<ChannelOffer> open();
-  // To be called when rules, `accepts`, actions or the type's definition have changed. Unless the
-  // result is that it stays, the caller withdraws the offer.
-  [[nodiscard]] LinkOffer::Review review();
+  // To be called when rules, `accepts`, actions or the type's definition have changed. Why it
+  // ends: the caller withdraws the offer; nullopt: it stays.
+  [[nodiscard]] std::optional<Ending> review();
   // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
   // Sends the origins of the topic that are new, have a name now, or are gone.

@@ -8,17 +8,27 @@
 namespace connect_bridge::topics_test {
 namespace {
 
-using Review = LinkOffer::Review;
-
 struct NoChannel final : OutgoingChannel {};
 
 // /a is offered to peer 1.
 struct Offered : Actions {
-  explicit Offered(const Rule& rule = everything()) { policy = Policy({rule}); }
+  explicit Offered(const Rule& rule = everything(),
+                   LinkOffer::Terms terms = LinkOffer::Terms::kFixed)
+      : subject(
+            side, peer.link,
+            std::make_shared<LocalInterface>(LocalInterface{InterfaceKind::kTopic, {"/a", kType}}),
+            terms) {
+    policy = Policy({rule});
+  }
 
   std::optional<ChannelOffer> open() { return subject.open(channel); }
   void accept(std::vector<std::string> topics) {
     peer.link.accepts.adopt(Accepts{{{std::move(topics), {}}}, {}});
+  }
+  // Why it ends; empty: it stays.
+  std::string review(bool used) {
+    const auto why = subject.review(used);
+    return why ? why->reason : "";
   }
   void decline() { subject.on_decline({subject.number(), "failed", "no room"}, ms(0)); }
   // The events of the audit log since the last call, with the rule.
@@ -31,9 +41,7 @@ struct Offered : Actions {
 
   OneLink peer;
   NoChannel channel;
-  LinkOffer subject{
-      side, peer.link,
-      std::make_shared<LocalInterface>(LocalInterface{InterfaceKind::kTopic, {"/a", kType}})};
+  LinkOffer subject;
 };
 
 TEST(LinkOffer, OpensAChannelForWhatThePeerMayHave) {
@@ -44,14 +52,14 @@ TEST(LinkOffer, OpensAChannelForWhatThePeerMayHave) {
   EXPECT_EQ(offer->name, "/a");
   EXPECT_EQ(s.peer.link.outgoing(offer->channel), &s.channel);
   EXPECT_FALSE(s.subject.is_due());
-  EXPECT_EQ(s.subject.review(false), Review::kStays);
+  EXPECT_EQ(s.review(false), "");
 }
 
 TEST(LinkOffer, AnAnswerThatIsNoHoldsUntilAReview) {
   Offered s(rule({"/b"}, {}));
   EXPECT_FALSE(s.open());
   EXPECT_FALSE(s.subject.is_due());
-  EXPECT_EQ(s.subject.review(false), Review::kForbidden);
+  EXPECT_EQ(s.review(false), "no rule allows exporting it any longer");
   EXPECT_TRUE(s.subject.is_due());
 }
 
@@ -59,25 +67,25 @@ TEST(LinkOffer, EndsWithItsRightAndSaysWhy) {
   Offered s;
   ASSERT_TRUE(s.open());
   s.accept({"/b"});
-  EXPECT_EQ(s.subject.review(true), Review::kNotAccepted);
+  EXPECT_EQ(s.review(true), "the peer does not accept it any longer");
   s.policy = Policy();
-  EXPECT_EQ(s.subject.review(true), Review::kForbidden);
-  s.subject.close(LinkOffer::ending_of(Review::kForbidden));
+  EXPECT_EQ(s.review(true), "no rule allows exporting it any longer");
+  s.subject.close(*s.subject.review(true));
   EXPECT_EQ(s.peer.said(), "withdraw 1 not_permitted\n");
   EXPECT_EQ(s.peer.link.outgoing({1}), nullptr);
 }
 
-TEST(LinkOffer, TheOwnerDecidesWhetherNewTermsAreTaken) {
-  Offered s;
-  ASSERT_TRUE(s.open());
-  Rule slower = everything();
-  slower.treatment.max_rate = 1;
-  s.policy = Policy({slower});
-  EXPECT_EQ(s.subject.review(true), Review::kNewTerms);
-  EXPECT_EQ(s.subject.treatment().max_rate, 0);
-  s.subject.take_terms();
-  EXPECT_EQ(s.subject.review(true), Review::kStays);
-  EXPECT_EQ(s.subject.treatment().max_rate, 1);
+TEST(LinkOffer, ItsOwnerDecidesWhetherNewTermsAreFollowed) {
+  for (const auto terms : {LinkOffer::Terms::kFixed, LinkOffer::Terms::kFollowed}) {
+    Offered s(everything(), terms);
+    ASSERT_TRUE(s.open());
+    Rule slower = everything();
+    slower.treatment.max_rate = 1;
+    s.policy = Policy({slower});
+    const bool follows = terms == LinkOffer::Terms::kFollowed;
+    EXPECT_EQ(s.review(true), follows ? "" : "it is to be offered again");
+    EXPECT_EQ(s.subject.treatment().max_rate, follows ? 1 : 0);
+  }
 }
 
 TEST(LinkOffer, WhatWasDeclinedIsOfferedAgainUnderAnotherList) {
@@ -85,12 +93,12 @@ TEST(LinkOffer, WhatWasDeclinedIsOfferedAgainUnderAnotherList) {
   ASSERT_TRUE(s.open());
   s.decline();
   EXPECT_EQ(s.subject.declined(), "no room");
-  EXPECT_EQ(s.subject.review(false), Review::kStays);
+  EXPECT_EQ(s.review(false), "");
   s.accept({"/a"});
-  EXPECT_EQ(s.subject.review(true), Review::kStays);  // the peer uses it, so it knows it
-  EXPECT_EQ(s.subject.review(false), Review::kAgain);
+  EXPECT_EQ(s.review(true), "");  // the peer uses it, so it knows it
+  EXPECT_EQ(s.review(false), "it is to be offered again");
   s.subject.on_taken();
-  EXPECT_EQ(s.subject.review(false), Review::kStays);
+  EXPECT_EQ(s.review(false), "");
 }
 
 TEST(LinkOffer, ALostConnectionEndsTheChannelAndAsksAgain) {
@@ -100,11 +108,11 @@ TEST(LinkOffer, ALostConnectionEndsTheChannelAndAsksAgain) {
   s.subject.lose();
   s.peer.lose();
   EXPECT_FALSE(s.subject.is_open());
-  EXPECT_EQ(s.subject.review(false), Review::kStays);  // what the peer accepts is not known
+  EXPECT_EQ(s.review(false), "");  // what the peer accepts is not known
   s.peer.connect();
   ASSERT_TRUE(s.open());
   s.accept({"/a"});
-  EXPECT_EQ(s.subject.review(false), Review::kStays);
+  EXPECT_EQ(s.review(false), "");
 }
 
 TEST(LinkOffer, TheAuditLogHasItsRule) {
@@ -124,7 +132,8 @@ TEST(LinkOffer, GivesBackItsChannel) {
     Offered s;
     LinkOffer other(
         s.side, peer.link,
-        std::make_shared<LocalInterface>(LocalInterface{InterfaceKind::kTopic, {"/a", kType}}));
+        std::make_shared<LocalInterface>(LocalInterface{InterfaceKind::kTopic, {"/a", kType}}),
+        LinkOffer::Terms::kFixed);
     ASSERT_TRUE(other.open(s.channel));
     EXPECT_NE(peer.link.outgoing({1}), nullptr);
   }

@@ -39,7 +39,7 @@ TEST(TopicOffer, OpensAChannelForWhatThePeerMayHave) {
   EXPECT_EQ(offered->name, "/a");
   EXPECT_EQ(offered->origins.size(), 1U);
   EXPECT_EQ(s.peer.link.outgoing(offered->channel), &s.offer);
-  EXPECT_EQ(s.offer.review(), LinkOffer::Review::kStays);
+  EXPECT_FALSE(s.offer.review());
 }
 
 // What it said is kept nowhere.
@@ -64,7 +64,7 @@ TEST(TopicOffer, NewRulesOrAcceptsMakeItStale) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
   s.peer.link.accepts.adopt(Accepts{{{{"/b"}, {}}}, {}});
-  EXPECT_EQ(s.offer.review(), LinkOffer::Review::kNotAccepted);
+  EXPECT_EQ(s.offer.review()->reason, "the peer does not accept it any longer");
   s.offer.withdraw({});
   EXPECT_EQ(s.peer.said(), "withdraw 1\n");
   EXPECT_EQ(s.peer.link.outgoing({1}), nullptr);
@@ -79,7 +79,7 @@ TEST(TopicOffer, WithAnotherDefinitionOfItsTypeItIsOfferedAgain) {
   ASSERT_TRUE(s.offer.open());
   hashed.type_hash = "RIHS01_other";
   s.see(hashed);
-  EXPECT_EQ(s.offer.review(), LinkOffer::Review::kAgain);
+  EXPECT_EQ(s.offer.review()->reason, LinkOffer::offered_again().reason);
 }
 
 // Their sum is beyond 32 bits.
