@@ -30,7 +30,6 @@ class ConfigMaker {
   Parsed make(ReadAt moment) {
     values_.store(config_);
     if (is_server()) config_.auth.plugin_options = read_plugin_options(values_);
-    config_.https_proxy = read_https_proxy(config_.auth, around_, parsed_.problems);
     check_tls();
     if (is_server()) {
       check_listen();

@@ -35,7 +35,6 @@ struct Config {
   // Where the token (a client's credential) comes from, strongest first: `token`, `token_file`, the
   // environment variable.
   LoginOptions auth;
-  std::optional<HttpProxy> https_proxy;  // on the way to `auth.jwt_keys` or `auth.service`
   SocketOptions socket;
   Policy policy;
   PeerNames names;

@@ -84,14 +84,12 @@ std::string login_text(const Config& config) {
                  "its groups (organizations)";
   }
   if (config.role == Role::kServer && config.auth.method == "jwt") {
-    return fmt::format("login: JWT of {} for {}, signed by a key in {}{}",
+    return fmt::format("login: JWT of {} for {}, signed by a key in {}",
                        config.auth.option("jwt_issuer"), config.auth.option("jwt_audience"),
-                       syntax::url_to_show(config.auth.option("jwt_keys")),
-                       proxy_words(config.https_proxy));
+                       syntax::url_to_show(config.auth.option("jwt_keys")));
   }
   if (config.role == Role::kServer && config.auth.method == "service")
-    return "login: as the service " + syntax::url_to_show(config.auth.option("service")) + " says" +
-           proxy_words(config.https_proxy);
+    return "login: as the service " + syntax::url_to_show(config.auth.option("service")) + " says";
   if (config.role == Role::kServer && config.auth.method == "plugin")
     return "login: as the plugin " + config.auth.plugin + " decides";
   std::string source = "the environment variable CONNECT_BRIDGE_TOKEN";

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/http_proxy.hpp"
 #include "config/syntax.hpp"
 #include "core/ports/pin.hpp"
 
@@ -112,21 +111,6 @@ std::map<std::string, std::string> read_plugin_options(const CheckedValues& valu
     if (!value.empty()) options.emplace(spec.key.substr(kLogin.size()), std::move(value));
   }
   return options;
-}
-
-std::optional<HttpProxy> read_https_proxy(const LoginOptions& auth, const Surroundings& around,
-                                          Problems& problems) {
-  const bool service = auth.method == "service";
-  const auto address = syntax::parse_http_url(auth.option(service ? "service" : "jwt_keys"));
-  if (!address || !address->secure) return std::nullopt;
-  std::string wrong;
-  auto proxy = environment_proxy(address->host, address->port, around.variable, wrong);
-  if (!wrong.empty())
-    add(problems, service ? "auth.service" : "auth.jwt_keys", "",
-        fmt::format("http://host:port in the environment variable {}; or its host in no_proxy, "
-                    "if it is reached without a proxy",
-                    wrong));
-  return proxy;
 }
 
 void check_login(const CheckedValues& values, const Config& config, const Surroundings& around,

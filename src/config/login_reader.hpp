@@ -13,11 +13,6 @@ namespace connect_bridge {
 // What a library with a login method gets: the rows of the login that have no field.
 [[nodiscard]] std::map<std::string, std::string> read_plugin_options(const CheckedValues& values);
 
-// The proxy on the way to the address that this login method asks. Adds what is wrong with the
-// environment's.
-[[nodiscard]] std::optional<HttpProxy> read_https_proxy(const LoginOptions& auth,
-                                                        const Surroundings& around,
-                                                        std::vector<Problem>& problems);
 // Adds contradictions between the keys of the login; role and login of `config` are set.
 void check_login(const CheckedValues& values, const Config& config, const Surroundings& around,
                  std::vector<Problem>& problems);

@@ -80,35 +80,6 @@ TEST(HttpProxy, IsThatOfTheEnvironment) {
             "http_proxy: none, if the server is reached without a proxy");
 }
 
-// A server asks an identity service, or for keys, by the same proxy.
-TEST(HttpProxy, IsOnTheWayOfAServersLoginMethod) {
-  const auto taken_by = [](const std::string& service, const Environment& environment) {
-    const ParameterMap given{{"auth.method", "service"}, {"auth.service", service}};
-    const Parsed made = parsed(given, environment, Role::kServer);
-    return made.config ? text_of(made.config->https_proxy) : to_text(made.problems.at(0));
-  };
-  const std::string service = "https://id.example/login";
-  const Environment environment{{"https_proxy", "http://me:hush@p:1"}};
-  EXPECT_EQ(taken_by(service, environment), "p 1 me:hush");
-  EXPECT_EQ(taken_by(service, {}), "none");
-  EXPECT_EQ(taken_by("http://localhost:9/login", environment), "none");
-  EXPECT_EQ(taken_by(service, {{"https_proxy", "http://p:1"}, {"no_proxy", ".example"}}), "none");
-  EXPECT_EQ(taken_by(service, {{"HTTPS_PROXY", "http://me:hush@p:x"}}),
-            "auth.service: expected http://host:port in the environment variable HTTPS_PROXY; or "
-            "its host in no_proxy, if it is reached without a proxy");
-  const ParameterMap given{{"auth.method", "service"}, {"auth.service", service + "?key=hush"}};
-  EXPECT_THAT(explain(parsed(given, environment, Role::kServer).config.value()),
-              HasSubstr("login: as the service https://id.example/login?... says; through the HTTP "
-                        "proxy p:1, with a login\n"));
-  const ParameterMap keys{{"auth.method", "jwt"},
-                          {"auth.jwt_keys", "https://id.example/keys"},
-                          {"auth.jwt_issuer", "i"},
-                          {"auth.jwt_audience", "a"}};
-  const Config config = parsed(keys, environment, Role::kServer).config.value();
-  EXPECT_EQ(text_of(config.https_proxy), "p 1 me:hush");
-  EXPECT_THAT(explain(config), HasSubstr("/keys; through the HTTP proxy p:1, with a login\n"));
-}
-
 TEST(HttpProxy, IsThatOfTheParameters) {
   const Environment environment{{"https_proxy", "http://p:1"}};
   ParameterMap given{{"url", "wss://robot.example"}, {"http_proxy", "none"}};

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
@@ -16,6 +17,7 @@
 namespace connect_bridge::test {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 // The bridge's own server answers a GET, too: what it is, with HTTP 426.
@@ -131,6 +133,17 @@ TEST_F(HttpsTest, IsBoundInTime) {
   request.url.host = "127.0.0.1";
   request.url.port = silent.local_endpoint().port();
   EXPECT_EQ(fetched(pair.loop, std::nullopt).problem, "no answer in time");
+}
+
+TEST_F(HttpsTest, ThatTheEnvironmentNamesNoProxyIsToldAtTheStart) {
+  const char* const kept = std::getenv("https_proxy");
+  const std::string before = kept ? kept : "";
+  std::vector<std::string> problems;
+  ::setenv("https_proxy", "http://me:hush@p:x", 1);
+  static_cast<void>(https_fetch({true, "id.example", 443, "/"}, "", problems));
+  static_cast<void>(https_fetch({false, "127.0.0.1", 80, "/"}, "", problems));
+  kept ? ::setenv("https_proxy", before.c_str(), 1) : ::unsetenv("https_proxy");
+  EXPECT_THAT(problems, ElementsAre("environment variable https_proxy: not a proxy's URL"));
 }
 
 }  // namespace
