@@ -209,7 +209,8 @@ std::deque<OutMessage> ChannelQueue::take_unarrived() {
   std::deque<OutMessage> taken;
   // In this order they were accepted: first what was sent, then what is partly sent, then what
   // waits.
-  for (auto& [message, bytes] : sent_.take()) {
+  resend_bytes_ = 0;
+  for (auto& [message, bytes] : std::exchange(sent_, {})) {
     --counts_.sent;
     counts_.sent_bytes -= bytes;
     taken.push_back(std::move(message));
@@ -335,7 +336,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now)
   const Whole result{message.subject, message.sequence, message.resumes};
   if (!message.tracked && !message.resumes) return std::nullopt;
   const auto bytes = message.body.size();
-  if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);  // mutant: resent
+  if (result.resumes) keep_sent(unprepared(std::move(whole)), bytes);  // mutant: resent
   return result;
 }
 

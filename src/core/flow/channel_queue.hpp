@@ -30,39 +30,6 @@ struct Turn {
   std::uint64_t end = 0;  // as expected when it began
 };
 
-// Sent messages of one channel that may not have arrived and are to be sent again on the next
-// connection, in the order in which they were sent.
-class SentMessages {
- public:
-  struct Sent {
-    OutMessage message;     // as it would be sent again
-    std::size_t bytes = 0;  // of its body as it left
-  };
-
-  void add(OutMessage message, std::size_t bytes) {
-    bytes_ += kept_bytes_of(message);
-    sent_.push_back({std::move(message), bytes});
-  }
-  // The peer has all of this message.
-  void arrived(std::uint32_t sequence) {
-    if (sent_.empty() || sent_.front().message.sequence != sequence) return;
-    bytes_ -= kept_bytes_of(sent_.front().message);
-    sent_.pop_front();
-  }
-  void clear() { static_cast<void>(take()); }
-  // Bodies, and kKeptMessageBytes for each.
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  // Returns all; empty afterwards.
-  std::deque<Sent> take() {
-    bytes_ = 0;
-    return std::exchange(sent_, {});
-  }
-
- private:
-  std::deque<Sent> sent_;
-  std::uint64_t bytes_ = 0;
-};
-
 // Belongs to an Outbox. Every message pushed ends as sent or dropped under one reason; counts() is
 // exact after each call.
 class ChannelQueue {
@@ -147,11 +114,19 @@ class ChannelQueue {
 
   // ---- over connections
   // The peer has all of a message that resumes.
-  void arrived(std::uint32_t sequence) { sent_.arrived(sequence); }
+  void arrived(std::uint32_t sequence) {
+    if (sent_.empty() || sent_.front().message.sequence != sequence) return;
+    resend_bytes_ -= kept_bytes_of(sent_.front().message);
+    sent_.pop_front();
+  }
   // Forgets the sent messages: nobody waits for their arrival any longer.
-  void forget_sent() { sent_.clear(); }
-  // Bytes of messages that were sent and are kept until the peer has them (SentMessages).
-  [[nodiscard]] std::uint64_t resend_bytes() const { return sent_.bytes(); }
+  void forget_sent() {
+    sent_.clear();
+    resend_bytes_ = 0;
+  }
+  // Bytes of messages that were sent and are kept until the peer has them: bodies, and
+  // kKeptMessageBytes for each.
+  [[nodiscard]] std::uint64_t resend_bytes() const { return resend_bytes_; }
   // The messages that resume and that may not have arrived, in the order of the channel: those that
   // are sent, the one that is partly sent, those that wait. Here they count as never accepted: the
   // next connection's queue counts them, so that each counts once.
@@ -223,6 +198,11 @@ class ChannelQueue {
     Payload raw;        // of what was prepared smaller
     Budget::Hold room;  // of that (DeltaEncoder::Body)
   };
+  // May not have arrived, and is to be sent again on the next connection.
+  struct Sent {
+    OutMessage message;     // as it would be sent again
+    std::size_t bytes = 0;  // of its body as it left
+  };
   // The first of those that wait, prepared.
   struct Front {
     std::optional<DeltaEncoder::Body> smaller;  // none: it leaves as it is
@@ -260,6 +240,10 @@ class ChannelQueue {
   Open begin(const Now& now);
   // All of it was handed out.
   std::optional<Whole> end(Open whole, const Now& now);
+  void keep_sent(OutMessage message, std::size_t bytes) {
+    resend_bytes_ += kept_bytes_of(message);
+    sent_.push_back({std::move(message), bytes});
+  }
   // The message as it was before it was made smaller.
   static OutMessage unprepared(Open open);
   // Whether it waits for the large message that it follows; if so, settles_at() is no later.
@@ -302,7 +286,8 @@ class ChannelQueue {
       turns_;  // of states, while some wait: when each had its last
   std::optional<Duration> last_wait_;
   std::optional<TimePoint> rests_until_;
-  SentMessages sent_;  // wholly, that resume; until the peer has them
+  std::deque<Sent> sent_;  // wholly, that resume; until the peer has them
+  std::uint64_t resend_bytes_ = 0;
   std::optional<Open> open_;
   Together& together_;
   std::optional<DeltaEncoder> deltas_;

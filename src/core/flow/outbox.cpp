@@ -220,7 +220,12 @@ std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
 }
 
 Packet Outbox::next_control(const Now& now) {
-  Packet packet = controls_.take();
+  const std::string text = std::move(controls_.front());
+  controls_.pop_front();
+  control_bytes_ -= text.size();
+  Packet packet;
+  packet.text = true;
+  packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
   cap_.sent(packet.size(), now.steady);
   packet.more = more_waits();
   return packet;

@@ -63,7 +63,10 @@ class Outbox {
   void push(ChannelQueue& queue, OutMessage message, const Now& now);
   // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
   [[nodiscard]] bool push_control(std::string text) {
-    return controls_.push(std::move(text), options_.control_bytes_max);
+    if (control_bytes_ + text.size() > options_.control_bytes_max) return false;
+    control_bytes_ += text.size();
+    controls_.push_back(std::move(text));
+    return true;
   }
   // Queues an ack or time frame (SmallFrames::push).
   void push_small(const Frame& frame) { small_.push(frame); }
@@ -137,40 +140,12 @@ class Outbox {
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 
  private:
-  // The control texts that wait to be sent.
-  class ControlQueue {
-   public:
-    // False: it would exceed `bytes_max`, and nothing was queued.
-    [[nodiscard]] bool push(std::string text, std::uint64_t bytes_max) {
-      if (bytes_ + text.size() > bytes_max) return false;
-      bytes_ += text.size();
-      texts_.push_back(std::move(text));
-      return true;
-    }
-    // The next text. Only if one waits.
-    Packet take() {
-      const std::string text = std::move(texts_.front());
-      texts_.pop_front();
-      bytes_ -= text.size();
-      Packet packet;
-      packet.text = true;
-      packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
-      return packet;
-    }
-    [[nodiscard]] bool empty() const { return texts_.empty(); }
-    [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-
-   private:
-    std::deque<std::string> texts_;
-    std::uint64_t bytes_ = 0;
-  };
-
   Packet next_control(const Now& now);
   [[nodiscard]] bool more_waits() const {
     return !schedule_.empty() || !controls_.empty() || small_.waits() || small_.aborts_wait();
   }
   [[nodiscard]] std::uint64_t held_bytes() const {
-    return data_bytes_ + controls_.bytes() + resend_bytes_;
+    return data_bytes_ + control_bytes_ + resend_bytes_;
   }
   // A small message of a channel without a configured priority leaves right after the urgent ones,
   // as long as such messages use little of the link's rate; otherwise all that waits on the channel
@@ -210,7 +185,8 @@ class Outbox {
   std::uint64_t kept_bytes_ = 0;  // of channels that keep
   std::uint64_t arrivals_ = 0;
 
-  ControlQueue controls_;
+  std::deque<std::string> controls_;  // texts that wait
+  std::uint64_t control_bytes_ = 0;
   SmallFrames small_;
   bool small_first_ = true;  // where texts wait, too: they take turns
 

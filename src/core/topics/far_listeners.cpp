@@ -59,8 +59,7 @@ void FarListeners::add(OfLink& of_link, const ListenerTold& listener) {
   ++told->second.listeners;
   if (!is_new) return;
   told->second.type_hash = listener.type_hash;
-  decide(*of_link.link, *topic, told->second);
-  if (told->second.permitted) join(of_link, *topic, told->second);
+  decide(of_link, *topic, told->second);
 }
 
 void FarListeners::remove(OfLink& of_link,
@@ -70,109 +69,82 @@ void FarListeners::remove(OfLink& of_link,
   if (!topic) return;
   const auto told = of_link.topics.find(*topic);
   if (--told->second.listeners > 0) return;
-  if (told->second.permitted) leave(of_link, *topic);
+  leave(of_link, *topic, told->second);
   of_link.topics.erase(told);
 }
 
 // By both sides' rules for a topic that this side exports (docs/protocol.md, "listeners", rule 2).
-void FarListeners::decide(const Link& link, const TopicKey& key, Told& told) const {
-  told.permitted = false;
-  if (!link.accepts) return;
+void FarListeners::decide(const OfLink& of_link, const TopicKey& key, Told& told) {
+  const Link& link = *of_link.link;
   const std::string name = link.names.wire_name(key.first);
-  const Interface what{InterfaceKind::kTopic, name, key.second};
-  const auto right = export_right(side_, link, what);
-  if (!right.is_allowed_here()) return;
-  told.permitted = right.answer == ExportRight::Answer::kYes;
-  told.rule = right.decision.treatment.qos;
+  const auto right = export_right(side_, link, Interface{InterfaceKind::kTopic, name, key.second});
+  if (right.answer != ExportRight::Answer::kYes) return leave(of_link, key, told);
+  const QosOverride before = std::exchange(told.rule, right.decision.treatment.qos);
+  if (!told.topic) return join(of_link, key, told);
+  if (!(told.rule == before)) changed_.insert(key);  // it is subscribed in another way (rules_of)
 }
 
 void FarListeners::review(const Link& link, const Now& now) {
   const auto at = links_.find(link.id);
   if (at == links_.end()) return;
-  OfLink& of_link = at->second;
-  for (auto& [key, told] : of_link.topics) {
-    const bool was_permitted = told.permitted;
-    const QosOverride before = told.rule;
-    decide(link, key, told);
-    if (told.permitted && !was_permitted) join(of_link, key, told);
-    if (!told.permitted && was_permitted) leave(of_link, key);
-    // It may have to be subscribed in another way (rules_of).
-    if (told.permitted && was_permitted && !(told.rule == before)) changed_.insert(key);
-  }
-  serve(of_link, now);
+  for (auto& [key, told] : at->second.topics) decide(at->second, key, told);
+  serve(at->second, now);
 }
 
 void FarListeners::on_link_lost(LinkId link) {
   const auto at = links_.find(link);
   if (at == links_.end()) return;
-  for (const auto& [key, told] : at->second.topics)
-    if (told.permitted) leave(at->second, key);
+  for (auto& [key, told] : at->second.topics) leave(at->second, key, told);
   links_.erase(at);
 }
 
 // ---- which of them count
 
-void FarListeners::join(OfLink& of_link, const TopicKey& key, const Told& told) {
-  Topic& topic = topics_[key];
-  topic.links[of_link.link->id] = &told;
-  if (topic.counts) {
+void FarListeners::join(const OfLink& of_link, const TopicKey& key, Told& told) {
+  told.topic = &topics_[key];
+  told.topic->links[of_link.link->id] = &told;
+  if (told.topic->counts) {
     changed_.insert(key);
   } else {
-    review(key, topic);
+    review(key, *told.topic);
   }
 }
 
-void FarListeners::leave(OfLink& of_link, const TopicKey& key) {
-  of_link.waiting.erase(key);
-  const auto at = topics_.find(key);
-  Topic& topic = at->second;
-  topic.links.erase(of_link.link->id);
-  if (topic.counts) changed_.insert(key);
-  review(key, topic);
-  if (topic.links.empty()) topics_.erase(at);
+void FarListeners::leave(const OfLink& of_link, const TopicKey& key, Told& told) {
+  Topic* const topic = std::exchange(told.topic, nullptr);
+  if (!topic) return;
+  topic->links.erase(of_link.link->id);
+  if (topic->counts) changed_.insert(key);
+  review(key, *topic);
+  if (topic->links.empty()) topics_.erase(key);
 }
 
 void FarListeners::review(const TopicKey& key, Topic& topic) {
-  if (topic.links.empty()) return count(key, topic, false);
-  if (is_published(side_, key)) {
-    give_back(topic);
-    return count(key, topic, true);
-  }
-  if (topic.counts && topic.links.contains(topic.payer)) return;
-  if (topic.counts) {
-    // Its publishers are gone, or those who had the place: it stays where another one has room.
-    give_back(topic);
-    for (const auto& [link, told] : topic.links)
-      if (take_place(key, topic, links_.at(link))) return;
-    count(key, topic, false);
-  }
-  for (const auto& [link, told] : topic.links) links_.at(link).waiting.insert(key);
+  const bool published = !topic.links.empty() && is_published(side_, key);
+  if (published || !topic.links.contains(topic.payer)) give_back(topic);
+  // Its publishers are gone, or those who had the place: it stays where another one has room.
+  if (topic.counts && !published)
+    for (auto it = topic.links.begin(); it != topic.links.end() && !topic.payer; ++it)
+      take_place(topic, *links_.at(it->first).link);
+  count(key, topic, published || topic.payer);
 }
 
-bool FarListeners::take_place(const TopicKey& key, Topic& topic, const OfLink& payer) {
-  Account& account = *payer.link->account;
-  if (!has_place(account)) return false;
-  topic.place = account.listened.hold(1);
-  topic.payer = payer.link->id;
-  count(key, topic, true);
-  return true;
+void FarListeners::take_place(Topic& topic, const Link& payer) {
+  if (!has_place(*payer.account)) return;
+  topic.place = payer.account->listened.hold(1);
+  topic.payer = payer.id;
 }
 
 void FarListeners::give_back(Topic& topic) {
+  if (!topic.payer) return;
   topic.payer = {};
-  if (topic.place.amount() == 0) return;
   topic.place.release();
-  const bool awaited = std::any_of(links_.begin(), links_.end(),
-                                   [](const auto& of) { return !of.second.waiting.empty(); });
+  const bool awaited = std::any_of(topics_.begin(), topics_.end(),
+                                   [](const auto& other) { return !other.second.counts; });
   if (awaited) due_ = TimePoint{};
 }
 
 void FarListeners::count(const TopicKey& key, Topic& topic, bool counts) {
-  if (counts) {
-    for (const auto& [link, told] : topic.links) links_.at(link).waiting.erase(key);
-  } else {
-    give_back(topic);
-  }
   if (std::exchange(topic.counts, counts) != counts) changed_.insert(key);
 }
 
@@ -192,10 +164,14 @@ void FarListeners::on_time(const Now& now) {
 
 // A subscription that comes or goes costs every process of the graph, and this one's loop.
 void FarListeners::serve(OfLink& of_link, const Now& now) {
-  if (of_link.waiting.empty()) return;
   Account& account = *of_link.link->account;
-  const Outputs::Paying paying(side_.outputs, account.time);
-  while (!of_link.waiting.empty()) {
+  const auto next_waiting = [&] {
+    return std::find_if(of_link.topics.begin(), of_link.topics.end(), [](const auto& told) {
+      return told.second.topic && !told.second.topic->counts;
+    });
+  };
+  for (auto next = next_waiting(); next != of_link.topics.end(); next = next_waiting()) {
+    const Outputs::Paying paying(side_.outputs, account.time);
     // When one ends, give_back() looks here again.
     if (!has_place(account))
       return side_.outputs.log_once(account.told, LogLevel::kWarn,
@@ -206,8 +182,8 @@ void FarListeners::serve(OfLink& of_link, const Now& now) {
                                         " topics for one identity, and " +
                                         std::to_string(Shares::kListenedMax) + " for all");
     if (account.listeners.ask(of_link, now.steady) != Appearing::Answer::kNow) return;
-    const TopicKey key = *of_link.waiting.begin();
-    static_cast<void>(take_place(key, topics_.at(key), of_link));
+    take_place(*next->second.topic, *of_link.link);
+    count(next->first, *next->second.topic, true);
   }
 }
 
@@ -223,11 +199,6 @@ std::vector<TopicKey> FarListeners::told_by(LinkId link) const {
   if (const auto at = links_.find(link); at != links_.end())
     for (const auto& [key, told] : at->second.topics) keys.push_back(key);
   return keys;
-}
-
-bool FarListeners::listens(const TopicKey& topic, LinkId link) const {
-  const Topic* const known = counting(topic);
-  return known && known->links.contains(link);
 }
 
 std::vector<LinkId> FarListeners::links_of(const TopicKey& topic) const {

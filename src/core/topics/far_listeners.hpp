@@ -44,7 +44,6 @@ class FarListeners {
   // The topics that count, or do not any longer, or for other links, since the last call.
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return counting(topic) != nullptr; }
-  [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
   // The links that listen to it.
   [[nodiscard]] std::vector<LinkId> links_of(const TopicKey& topic) const;
   // All that this peer listens to, whether our rules allow it or not; local names.
@@ -60,12 +59,13 @@ class FarListeners {
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 
  private:
+  struct Topic;
   // A topic as one peer has named it.
   struct Told {
     std::uint32_t listeners = 0;
     std::string type_hash;
-    bool permitted = false;
-    QosOverride rule;  // while it is permitted
+    Topic* topic = nullptr;  // while the peer may have it
+    QosOverride rule;        // the same
   };
   struct OfLink final : Appearing::Waiting {
     OfLink(FarListeners& owner, Link& of) : link(&of), owner_(owner) {}
@@ -75,7 +75,6 @@ class FarListeners {
     // By the peer's numbers; without a topic: not one that it can have.
     std::map<ListenerId, std::optional<TopicKey>> listeners;
     std::map<TopicKey, Told> topics;
-    std::set<TopicKey> waiting;  // of these, for a place
 
    private:
     FarListeners& owner_;
@@ -92,12 +91,14 @@ class FarListeners {
 
   void add(OfLink& of_link, const ListenerTold& told);
   void remove(OfLink& of_link, std::map<ListenerId, std::optional<TopicKey>>::iterator listener);
-  void decide(const Link& link, const TopicKey& key, Told& told) const;
-  void join(OfLink& of_link, const TopicKey& key, const Told& told);
-  void leave(OfLink& of_link, const TopicKey& key);
+  // Whether the peer may have it, and by which rule.
+  void decide(const OfLink& of_link, const TopicKey& key, Told& told);
+  void join(const OfLink& of_link, const TopicKey& key, Told& told);
+  void leave(const OfLink& of_link, const TopicKey& key, Told& told);
   // Whether the topic may count where it is now, and at whose expense.
   void review(const TopicKey& key, Topic& topic);
-  [[nodiscard]] bool take_place(const TopicKey& key, Topic& topic, const OfLink& payer);
+  // At this link's expense, if there is room.
+  void take_place(Topic& topic, const Link& payer);
   void give_back(Topic& topic);
   void count(const TopicKey& key, Topic& topic, bool counts);
   // Gives places to the topics of this link that wait, as far as there are any.

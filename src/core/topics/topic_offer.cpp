@@ -236,11 +236,6 @@ std::optional<OutSample> TopicOffer::take_held(const Now& now) {
   return sample;
 }
 
-bool TopicOffer::is_awaited() const {
-  return is_open() && !demanded() && !early_.is_over() &&
-         context_.listeners.listens(topic_.key(), link_.id);
-}
-
 void TopicOffer::keep_early(const OutSample& sample, TimePoint since, const Now& now) {
   const auto [reason, count] = early_.add(sample, since, context_.early, link_.account, now);
   drop(reason, count);

@@ -78,8 +78,8 @@ class TopicOffer final : public OutgoingChannel {
   // As drop(), for a sample that was admitted: what was to leave together with it waits no longer.
   void lose(const OutSample& sample, DropReason reason);
 
-  // Whether the peer listens and may not yet have had time to demand what it was offered.
-  [[nodiscard]] bool is_awaited() const;
+  // Of a peer that listens: whether it may not yet have had time to demand what it was offered.
+  [[nodiscard]] bool is_awaited() const { return is_open() && !demanded() && !early_.is_over(); }
   // Keeps the sample for the peer's demand, see EarlySamples.
   void keep_early(const OutSample& sample, TimePoint since, const Now& now);
   // The peer has said whether it wants the topic.

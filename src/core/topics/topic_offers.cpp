@@ -87,14 +87,14 @@ bool TopicOffers::demanded() const {
 bool TopicOffers::want_live(const TopicKey& topic) const {
   bool asked = false;
   const auto wants_kept = [&](const TopicOffer& offer) {
-    if (!offer.demanded() && !offer.is_awaited()) return false;
     asked = true;
     return !offer.is_live();
   };
   for (const auto& [link, offer] : busy_)
-    if (wants_kept(*offer)) return false;
+    if (offer->demanded() && wants_kept(*offer)) return false;
   for (const LinkId link : context_.listeners.links_of(topic))
-    if (const auto of = offers_.find(link); of != offers_.end() && wants_kept(of->second))
+    if (const auto of = offers_.find(link);
+        of != offers_.end() && of->second.is_awaited() && wants_kept(of->second))
       return false;
   return asked || drives(Treatment{}, topic);
 }
