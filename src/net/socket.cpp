@@ -271,11 +271,7 @@ void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool ord
 void Socket::set_deadline() {
   if (deadline_set_) return;
   deadline_set_ = true;
-  deadline_.expires_after(kCloseTime);
-  deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
-    const auto self = weak.lock();
-    if (self && !error) self->on_deadline();
-  });
+  call_after(deadline_, kCloseTime, if_alive(this, &Socket::on_deadline));
 }
 
 void Socket::on_deadline() {
@@ -323,12 +319,9 @@ void Socket::drop(const char* why) {
 }
 
 void Socket::check_address() {
-  ErrorCode error;
-  const auto local = socket_->next_layer().socket().local_endpoint(error);
-  if (state_ != State::kOpen || error || local.address().is_loopback()) return;
-  const std::string address = local.address().to_string();
-  // An address with a scope ("fe80::1%eth0") belongs to its interface.
-  if (!is_own_address(address.substr(0, address.find('%'))))
+  if (state_ != State::kOpen) return;
+  const std::string address = lost_address(socket_->next_layer().socket());
+  if (!address.empty())
     end(std::nullopt, "the address " + address + " of this machine is gone", false);
 }
 

@@ -91,6 +91,17 @@ class Relay : public std::enable_shared_from_this<Relay> {
   };
   using RobotPtr = std::shared_ptr<Robot>;
 
+  // A handler that calls `then` with this, with `of` and with what it gets, if both are still
+  // there.
+  template <class Of, class Then>
+  auto with(const std::shared_ptr<Of>& of, Then then) {
+    return [weak = weak_from_this(), at = std::weak_ptr{of}, then](const auto&... got) {
+      const auto self = weak.lock();
+      const auto it = at.lock();
+      if (self && it) std::invoke(then, *self, it, got...);
+    };
+  }
+
   void admit(TcpSocket socket);
   void on_arrived(const CallerPtr& caller, RelayArrival::State state);
   // Closes it, and forgets it wherever it is.
