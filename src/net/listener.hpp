@@ -17,7 +17,7 @@
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/admission.hpp"
-#include "net/door_counts.hpp"
+#include "net/network.hpp"
 #include "net/proxy_header.hpp"
 #include "net/refusals.hpp"
 #include "net/relay_door.hpp"
