@@ -29,7 +29,7 @@ constexpr Duration kJudgePeriod = std::chrono::seconds(60);
 // A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
 constexpr std::array<unsigned char, 7> kNoSuchName{21, 3, 3, 0, 2, 2, 112};
 
-// What waits is found by this: how long a look-up takes shows nothing of a ticket.
+// Who waits is found by this: how long a look-up takes shows nothing of a ticket.
 std::string key_of(std::string_view ticket) {
   return to_hex(sha256(view_of(ticket)));
 }
@@ -142,7 +142,6 @@ void Relay::on_arrived(const CallerPtr& caller, RelayArrival::State state) {
 
 void Relay::drop(const CallerPtr& caller) {
   calling_.erase(caller);
-  waiting_.erase(caller->ticket);
   caller->limit.cancel();
   caller->place.reset();
   caller->place_at_robot.reset();
@@ -243,9 +242,8 @@ void Relay::on_login(const RobotPtr& robot, std::string_view words) {
   robot->lines->limit_lines(kRobotLineMax);
   robot->lines->say("welcome");
   // It has not heard of them if its connection was dead.
-  for (const auto& entry : waiting_)
-    if (const auto waits = entry.second.lock(); waits && waits->robot == robot->name)
-      robot->lines->say(waits->call);
+  for (const CallerPtr& caller : calling_)
+    if (!caller->ticket.empty() && caller->robot == robot->name) robot->lines->say(caller->call);
   limit(robot, kRelaySilence);
   log_(LogLevel::kInfo, robot->name + " is here, from " + robot->peer);
 }
@@ -284,7 +282,6 @@ void Relay::on_visitor(const CallerPtr& caller) {
   caller->place_at_robot = visitors_.take_pending(caller->robot);
   caller->place_at_robot->give_way = caller->place->give_way;
   caller->ticket = key_of(ticket);
-  waiting_[caller->ticket] = caller;
   call_after(caller->limit, kTicketTime, with(caller, [](Relay& self, const CallerPtr& it) {
                self.refuse(it, RelayRefusal::kRobotSilent);
              }));
@@ -295,9 +292,11 @@ void Relay::on_visitor(const CallerPtr& caller) {
 }
 
 void Relay::on_ticket(const CallerPtr& caller, const std::string& ticket) {
-  const auto found = waiting_.find(key_of(ticket));
-  const auto visitor = found == waiting_.end() ? nullptr : found->second.lock();
-  if (!visitor) return drop(caller, RelayRefusal::kWrongTicket);
+  const auto found =
+      std::find_if(calling_.begin(), calling_.end(),
+                   [key = key_of(ticket)](const CallerPtr& waits) { return waits->ticket == key; });
+  if (found == calling_.end()) return drop(caller, RelayRefusal::kWrongTicket);
+  const CallerPtr visitor = *found;
   const auto weak = weak_from_this();
   const std::string robot = visitor->robot;
   const auto joint = std::make_shared<Joint>(

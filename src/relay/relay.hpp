@@ -73,7 +73,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::shared_ptr<Admission::Pending> place;
     std::shared_ptr<Admission::Pending> place_at_robot;
     std::string robot;
-    std::string ticket;  // the key in waiting_; empty: it does not wait there
+    std::string ticket;  // its hash; empty: no robot is asked to fetch it
     std::string call;    // what the robot is told of it
   };
   using CallerPtr = std::shared_ptr<Caller>;
@@ -135,8 +135,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   AddressPaces robot_paces_;  // of visitors, by robot: each costs it a connection
   Pace pace_;                 // of control handshakes
   std::unordered_set<CallerPtr> calling_;
-  std::unordered_map<std::string, std::weak_ptr<Caller>> waiting_;  // by the hash of their ticket
-  std::unordered_set<RobotPtr> strangers_;                          // without a login yet
+  std::unordered_set<RobotPtr> strangers_;  // without a login yet
   std::unordered_map<std::string, RobotPtr> robots_;
   std::unordered_set<std::shared_ptr<Joint>> joints_;
   std::unordered_map<std::string, RelayUse> uses_;  // by robot; none that is not here and unpaired
