@@ -81,23 +81,21 @@ std::string TcpDoors::bind(const std::string& address, std::uint16_t port) {
 }
 
 std::string TcpDoors::take(const std::vector<int>& sockets) {
-  std::string problem;
-  for (std::size_t i = 0; i < sockets.size() && problem.empty(); ++i) problem = take(sockets[i]);
-  return problem;
-}
-
-std::string TcpDoors::take(int socket) {
-  const auto option = [socket](int name) {
-    int value = -1;
-    socklen_t size = sizeof value;
-    return getsockopt(socket, SOL_SOCKET, name, &value, &size) == 0 ? value : -1;
-  };
-  const int family = option(SO_DOMAIN);
-  if ((family != AF_INET && family != AF_INET6) || option(SO_TYPE) != SOCK_STREAM ||
-      option(SO_ACCEPTCONN) != 1)
-    return "the socket " + std::to_string(socket) +
-           " that this process was given does not listen for TCP";
-  return use(socket, family == AF_INET ? asio::ip::tcp::v4() : asio::ip::tcp::v6());
+  for (const int socket : sockets) {
+    const auto option = [socket](int name) {
+      int value = -1;
+      socklen_t size = sizeof value;
+      return getsockopt(socket, SOL_SOCKET, name, &value, &size) == 0 ? value : -1;
+    };
+    const int family = option(SO_DOMAIN);
+    if ((family != AF_INET && family != AF_INET6) || option(SO_TYPE) != SOCK_STREAM ||
+        option(SO_ACCEPTCONN) != 1)
+      return "the socket " + std::to_string(socket) +
+             " that this process was given does not listen for TCP";
+    const auto kind = family == AF_INET ? asio::ip::tcp::v4() : asio::ip::tcp::v6();
+    if (std::string problem = use(socket, kind); !problem.empty()) return problem;
+  }
+  return {};
 }
 
 std::string TcpDoors::use(int socket, const asio::ip::tcp& family) {

@@ -53,7 +53,6 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
 
   // An IP address, or "localhost". Empty, or what is wrong.
   std::string bind(const std::string& address, std::uint16_t port);
-  std::string take(int socket);
   // A socket that listens already.
   std::string use(int socket, const asio::ip::tcp& family);
   void accept(const DoorPtr& door);
