@@ -8,7 +8,7 @@ function(connect_layer name)
   if(sources)
     # Those that include Boost.Beast are compiled as one: it takes longer than all else in them.
     set(with_beast ${sources})
-    list(FILTER with_beast INCLUDE REGEX "/net/(accept|dial|http_proxy|network|socket|status_door)\\.cpp$")
+    list(FILTER with_beast INCLUDE REGEX "/net/(accept|dial|network|socket|status_door|way)\\.cpp$")
     list(REMOVE_ITEM sources ${with_beast} "")
     add_library(connect_${name} STATIC ${with_beast} ${sources})
     target_link_libraries(connect_${name} PUBLIC connect_options ${ARGN})

@@ -43,7 +43,7 @@ bool is_proxy_protocol(asio::const_buffer received) {
 }
 
 // Why the request does not open a connection of this protocol.
-std::optional<Refusal> refusal_of(const UpgradeRequest& request, const AcceptOptions& options) {
+std::optional<Refusal> refusal_of(const UpgradeRequest& request, bool secure) {
   const std::string target = to_string(request.target());
   const std::string path = target.substr(0, target.find('?'));
   const std::string here = "This is a ROS2 Connect server. ";
@@ -54,7 +54,7 @@ std::optional<Refusal> refusal_of(const UpgradeRequest& request, const AcceptOpt
     return Refusal{http::status::upgrade_required,
                    here + "Connect with a WebSocket of the subprotocol " + kSubprotocol +
                        ":\n  ros2 run connect_bridge client --ros-args -p url:=" +
-                       (options.tls ? "wss://" : "ws://") + to_string(request[http::field::host]) +
+                       (secure ? "wss://" : "ws://") + to_string(request[http::field::host]) +
                        path};
   }
   if (!names_subprotocol(request[http::field::sec_websocket_protocol])) {
@@ -79,40 +79,38 @@ bool names_subprotocol(beast::string_view list) {
   return http::token_list{list}.exists(kSubprotocol);
 }
 
-struct Acceptance::Request {
+struct Listener::Visitor::Request {
   beast::flat_buffer buffer{kRequestHeaderBytesMax};
   http::request_parser<http::empty_body> parser;
   http::response<http::string_body> response;
 };
 
-Acceptance::Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options,
-                       Identify identify, AwaitTurn await_turn)
-    : options_(std::move(options)),
-      socket_(std::make_shared<WebSocket>(std::move(socket))),
+Listener::Visitor::Visitor(Listener& listener, TcpSocket socket, ConnectionOpened opened, By sender)
+    : from(std::move(opened)),
+      by(sender),
+      socket(std::make_shared<WebSocket>(std::move(socket))),
+      listener_(&listener),
       request_(std::make_unique<Request>()),
-      identify_(std::move(identify)),
-      await_turn_(std::move(await_turn)),
-      deadline_(socket_->get_executor()) {
+      deadline_(listener.io_) {
   request_->parser.header_limit(kRequestHeaderBytesMax);
 }
 
-Acceptance::~Acceptance() = default;
+Listener::Visitor::~Visitor() = default;
 
-void Acceptance::start(Done done) {
-  done_ = std::move(done);
-  if (!identify_ || options_->told_by != ToldBy::kProxyProtocol) return line_up();
-  set_deadline(options_->timeout);
+void Listener::Visitor::start() {
+  if (by != By::kProxy || listener_->options_.told_by != ToldBy::kProxyProtocol) return line_up();
+  set_deadline(listener_->options_.handshake_timeout);
   read_proxy();
 }
 
 // No byte more than the header: what follows belongs to TLS or HTTP.
-void Acceptance::read_proxy() {
+void Listener::Visitor::read_proxy() {
   const ProxyHeader header = read_proxy_header(proxy_header_);
   if (header.state == ProxyHeader::State::kWrong) {
-    notice_ =
+    notice =
         "refused, since this trusted proxy sends no header of the PROXY protocol "
         "(listen.proxy_header)";
-    return fail(notice_);
+    return fail(notice);
   }
   if (header.state == ProxyHeader::State::kComplete) {
     if (identified(header.source)) line_up();
@@ -120,92 +118,95 @@ void Acceptance::read_proxy() {
   }
   const std::size_t have = proxy_header_.size();
   proxy_header_.resize(have + header.missing);
-  asio::async_read(socket_->next_layer().socket(),
+  asio::async_read(socket->next_layer().socket(),
                    asio::buffer(proxy_header_.data() + have, header.missing),
                    [self = shared_from_this()](ErrorCode error, std::size_t) {
-                     if (!self->done_) return;
+                     if (!self->listener_) return;
                      if (error) return self->fail(failure_text(error, nullptr, {}));
                      self->read_proxy();
                    });
 }
 
-bool Acceptance::identified(const std::optional<Source>& source) {
-  const bool may_go_on = identify_(source);
+bool Listener::Visitor::identified(const std::optional<Source>& source) {
+  const bool may_go_on = listener_->identify(*this, source);
   if (!may_go_on) fail("dropped, too many handshakes");
   return may_go_on;
 }
 
-bool Acceptance::read_forwarded() {
-  if (!identify_) return notice_unheard(), true;
-  if (options_->told_by == ToldBy::kProxyProtocol) return true;
+bool Listener::Visitor::read_forwarded() {
   const auto fields = request_->parser.get().equal_range(kForwardedHeader);
+  if (by != By::kProxy) {
+    if (fields.first != fields.second)
+      notice = std::string{"its "} + kForwardedHeader +
+               " is ignored, since listen.trusted_proxies does not name it: limits count its "
+               "address";
+    return true;
+  }
+  if (listener_->options_.told_by == ToldBy::kProxyProtocol) return true;
   std::vector<std::string_view> lines;
   for (auto field = fields.first; field != fields.second; ++field)
     lines.emplace_back(field->value().data(), field->value().size());
-  const auto source = forwarded_source(lines, options_->proxies);
+  const auto source = forwarded_source(lines, listener_->proxies_);
   if (!source)
-    notice_ = std::string{"this trusted proxy does not say in "} + kForwardedHeader +
-              " for whom it connects: limits count its own address";
+    notice = std::string{"this trusted proxy does not say in "} + kForwardedHeader +
+             " for whom it connects: limits count its own address";
   return identified(source);
 }
 
-void Acceptance::notice_unheard() {
-  if (request_->parser.get().count(kForwardedHeader) == 0) return;
-  notice_ = std::string{"its "} + kForwardedHeader +
-            " is ignored, since listen.trusted_proxies does not name it: limits count its address";
+void Listener::Visitor::line_up() {
+  set_deadline(kWaitTimes * listener_->options_.handshake_timeout);
+  listener_->line_up(shared_from_this());  // which may end this one
 }
 
-void Acceptance::line_up() {
-  set_deadline(kWaitTimes * options_->timeout);
-  const AwaitTurn await_turn = std::move(await_turn_);  // it may end this one
-  await_turn(shared_from_this());
-}
-
-void Acceptance::begin() {
-  if (!done_) return;
-  set_deadline(options_->timeout);  // mutant: handshake_time
-  if (!options_->tls) return read_request();
-  Transport& transport = socket_->next_layer();
-  transport.start_tls(options_->tls);
+void Listener::Visitor::begin() {
+  if (!listener_) return;
+  set_deadline(listener_->options_.handshake_timeout);  // mutant: handshake_time
+  if (!listener_->tls_) return read_request();
+  Transport& transport = socket->next_layer();
+  transport.start_tls(listener_->tls_->context());
   transport.async_tls_handshake(
       true, [self = shared_from_this()](ErrorCode error) { self->on_tls(error); });
 }
 
-void Acceptance::on_tls(const ErrorCode& error) {
-  if (!done_) return;
+void Listener::Visitor::on_tls(const ErrorCode& error) {
+  if (!listener_) return;
   if (!error) return read_request();
   if (is_plain_http(error)) return answer_plain_http();
-  fail("TLS: " + failure_text(error, socket_->next_layer().tls(), {}));
+  fail("TLS: " + failure_text(error, socket->next_layer().tls(), {}));
 }
 
 // Written below TLS: a client that sent plain HTTP cannot read anything else.
-void Acceptance::answer_plain_http() {
+void Listener::Visitor::answer_plain_http() {
   static constexpr char kAnswer[] =
       "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\n"
       "This is a ROS2 Connect server with TLS: use wss:// instead of ws://.\n";
   problem_ = "plain HTTP on a TLS port";
   set_deadline(kRefusalTime);
-  TcpSocket& socket = socket_->next_layer().socket();
-  asio::async_write(socket, asio::buffer(kAnswer, sizeof kAnswer - 1),
-                    [self = shared_from_this()](ErrorCode, std::size_t) {
-                      if (!self->done_) return;
-                      self->socket_->next_layer().finish([self] { self->fail(self->problem_); });
-                    });
+  asio::async_write(
+      socket->next_layer().socket(), asio::buffer(kAnswer, sizeof kAnswer - 1),
+      [self = shared_from_this()](ErrorCode error, std::size_t) { self->on_answered(error); });
 }
 
-void Acceptance::read_request() {
+// The answer is to arrive before the end does.
+void Listener::Visitor::on_answered(const ErrorCode& error) {
+  if (!listener_) return;
+  if (error) return fail(problem_);
+  socket->next_layer().finish([self = shared_from_this()] { self->fail(self->problem_); });
+}
+
+void Listener::Visitor::read_request() {
   http::async_read_header(
-      socket_->next_layer(), request_->buffer, request_->parser,
+      socket->next_layer(), request_->buffer, request_->parser,
       [self = shared_from_this()](ErrorCode error, std::size_t) { self->on_request(error); });
 }
 
-void Acceptance::on_request(const ErrorCode& error) {
-  if (!done_) return;
+void Listener::Visitor::on_request(const ErrorCode& error) {
+  if (!listener_) return;
   if (error == http::error::header_limit || error == http::error::buffer_overflow) {
     return refuse(431, "The HTTP header is too long.");
   }
   if (error && is_proxy_protocol(request_->buffer.cdata())) {
-    notice_ =
+    notice =
         "its header of the PROXY protocol is refused: listen.trusted_proxies does not name it, or "
         "listen.proxy_header is not proxy_protocol";
   }
@@ -214,33 +215,33 @@ void Acceptance::on_request(const ErrorCode& error) {
       error != http::error::partial_message) {
     return refuse(400, "This is no HTTP request: " + error.message() + ".");
   }
-  if (error) return fail(failure_text(error, socket_->next_layer().tls(), {}));
+  if (error) return fail(failure_text(error, socket->next_layer().tls(), {}));
   if (!read_forwarded()) return;
   const UpgradeRequest& request = request_->parser.get();
-  if (const auto refusal = refusal_of(request, *options_)) {
+  if (const auto refusal = refusal_of(request, listener_->tls_.has_value())) {
     return refuse(static_cast<unsigned>(refusal->status), refusal->text);
   }
   if (request_->buffer.size() > 0) {
     return refuse(400, "Nothing may follow the request before it is answered.");
   }
-  slot_ = options_->reserve();
-  if (!slot_) return refuse(503, "All connections of this server are taken; try again later.");
+  place = listener_->admission_->take_connection();
+  if (!place) return refuse(503, "All connections of this server are taken; try again later.");
   upgrade();
 }
 
-void Acceptance::upgrade() {
-  socket_->set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+void Listener::Visitor::upgrade() {
+  socket->set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
     response.set(http::field::server, kServerName);
     response.set(http::field::sec_websocket_protocol, kSubprotocol);
   }));
-  socket_->async_accept(request_->parser.get(), [self = shared_from_this()](ErrorCode error) {
-    if (!self->done_) return;
+  socket->async_accept(request_->parser.get(), [self = shared_from_this()](ErrorCode error) {
+    if (!self->listener_) return;
     if (error) return self->fail("upgrade: " + error.message());
-    self->finish({std::move(self->socket_), std::move(self->slot_), {}, {}});
+    self->end()->on_open(self);
   });
 }
 
-void Acceptance::refuse(unsigned status, const std::string& text) {
+void Listener::Visitor::refuse(unsigned status, const std::string& text) {
   problem_ = "HTTP " + std::to_string(status) + ": " + text;
   set_deadline(kRefusalTime);
   auto& response = request_->response;
@@ -259,47 +260,39 @@ void Acceptance::refuse(unsigned status, const std::string& text) {
   response.body() = text + "\n";
   response.prepare_payload();
   response.keep_alive(false);
-  http::async_write(socket_->next_layer(), response,
-                    [self = shared_from_this()](ErrorCode error, std::size_t) {
-                      if (!self->done_) return;
-                      if (error) return self->fail(self->problem_);
-                      self->socket_->next_layer().finish([self] { self->fail(self->problem_); });
-                    });
+  http::async_write(
+      socket->next_layer(), response,
+      [self = shared_from_this()](ErrorCode error, std::size_t) { self->on_answered(error); });
 }
 
-void Acceptance::fail(std::string problem) {
-  if (!done_) return;
-  socket_->next_layer().abort();
-  finish({nullptr, nullptr, std::move(problem), {}});
+void Listener::Visitor::fail(const std::string& problem) {
+  if (!listener_) return;
+  abort();
+  end()->on_refused(shared_from_this(), problem);
 }
 
-void Acceptance::finish(Accepted accepted) {
+Listener* Listener::Visitor::end() {
   deadline_.cancel();
-  identify_ = nullptr;
-  await_turn_ = nullptr;
-  const Done done = std::move(done_);
-  done_ = nullptr;
-  slot_.reset();
-  accepted.notice = std::move(notice_);
-  done(std::move(accepted));
+  return std::exchange(listener_, nullptr);
 }
 
-void Acceptance::abandon() {
-  done_ = nullptr;
-  identify_ = nullptr;
-  await_turn_ = nullptr;
-  deadline_.cancel();
-  slot_.reset();
-  if (socket_) socket_->next_layer().abort();
+void Listener::Visitor::abandon() {
+  end();
+  abort();
 }
 
-void Acceptance::set_deadline(std::chrono::milliseconds time) {
-  deadline_.expires_after(time);
-  deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
-    const auto self = weak.lock();
-    if (!self || error || !self->done_) return;
-    self->fail(self->problem_.empty() ? "no complete request in time" : self->problem_);
-  });
+void Listener::Visitor::abort() {
+  place.reset();
+  slot.reset();
+  socket->next_layer().abort();
+}
+
+void Listener::Visitor::set_deadline(std::chrono::milliseconds time) {
+  call_after(deadline_, time, if_alive(this, &Visitor::on_deadline));
+}
+
+void Listener::Visitor::on_deadline() {
+  fail(problem_.empty() ? "no complete request in time" : problem_);
 }
 
 }  // namespace connect_bridge

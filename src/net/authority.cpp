@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <string_view>
 
 #include "core/base/hex.hpp"
 #include "net/certified.hpp"
@@ -145,27 +146,28 @@ bool exists(const std::string& path) {
   return ::lstat(path.c_str(), &unused) == 0;
 }
 
+// Made of letters, digits and these; it does not begin with a dot.
+bool is_made_of(const std::string& text, std::string_view others, std::size_t max) {
+  const auto allowed = [others](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           others.find(c) != std::string_view::npos;
+  };
+  return !text.empty() && text.size() <= max && text.front() != '.' &&
+         std::all_of(text.begin(), text.end(), allowed);
+}
+
 bool is_host(const std::string& text) {
   ErrorCode no_address;
   const auto address = asio::ip::make_address(text, no_address);
   // A certificate knows no zones.
   if (!no_address) return address.is_v4() || address.to_v6().scope_id() == 0;
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-           c == '.' || c == '_';  // no rule of DNS (RFC 952), but names of machines have it
-  };
-  return !text.empty() && text.size() <= kHostMax && text.front() != '.' && text.front() != '-' &&
-         std::all_of(text.begin(), text.end(), allowed);
+  // No rule of DNS (RFC 952) allows '_', but names of machines have it.
+  return is_made_of(text, "-._", kHostMax) && text.front() != '-';
 }
 
 // Also a part of a file's name.
 bool is_name(const std::string& text) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-           c == '_' || c == '.' || c == '@';
-  };
-  return !text.empty() && text.size() <= kCommonNameMax && text.front() != '.' &&
-         std::all_of(text.begin(), text.end(), allowed);
+  return is_made_of(text, "-_.@", kCommonNameMax);
 }
 
 std::string problem_of(const CertificateOrder& order) {

@@ -24,9 +24,8 @@ class CongestionChoice {
 
   // Whether it is time to look at the counts.
   [[nodiscard]] bool is_due(TimePoint now) const;
-  // What the connection should have from now on, if that changes. Call it when it is due. Nullopt:
-  // the kernel does not tell.
-  std::optional<std::string_view> next(const std::optional<TcpCounts>& counts, TimePoint now);
+  // What the connection should have from now on, if that changes. Call it when it is due.
+  std::optional<std::string_view> next(const TcpCounts& counts, TimePoint now);
 
  private:
   void look(const TcpCounts& counts, TimePoint now);
@@ -34,12 +33,14 @@ class CongestionChoice {
   [[nodiscard]] bool loses() const;
 
   struct Look {
-    TcpCounts counts;
+    std::uint64_t segments = 0;
+    std::uint64_t lost = 0;
     TimePoint at{};
   };
 
   std::string_view chosen_ = kFirst;
   std::deque<Look> looks_;  // the last of them
+  Duration round_trip_{};
   std::optional<TimePoint> asked_at_;
   TimePoint lost_at_{};
 };

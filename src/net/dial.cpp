@@ -45,19 +45,17 @@ Dialing::~Dialing() = default;
 
 void Dialing::start(Done done) {
   done_ = std::move(done);
-  deadline_.expires_after(options_.timeout);
-  deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
-    const auto self = weak.lock();
-    if (!self || error) return;
-    self->was_silent_ = !self->answered();
-    const std::string stage = self->stage_ ? self->stage_ : self->way_->stage();
-    self->fail("no answer in time (" + stage + ")");
-  });
+  call_after(deadline_, options_.timeout, if_alive(this, &Dialing::on_deadline));
   if (options_.url.secure && !tls_) return;
   way_->start([self = shared_from_this()](auto socket, const std::string& problem) {
     if (!socket) return self->fail(problem);
     self->on_connected(std::move(*socket));
   });
+}
+
+void Dialing::on_deadline() {
+  was_silent_ = !answered();
+  fail(std::string{"no answer in time ("} + (stage_ ? stage_ : way_->stage()) + ")");
 }
 
 void Dialing::on_connected(TcpSocket socket) {

@@ -46,6 +46,7 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
  private:
   struct Response;
 
+  void on_deadline();
   void on_connected(TcpSocket socket);
   void start_tls();
   void on_tls(const ErrorCode& error);

@@ -4,6 +4,7 @@
 
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
+#include "net/accept.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 
@@ -15,10 +16,12 @@ constexpr int kProxyShare = ListenOptions::kLoopbackShare;
 constexpr int kCustomerShare = 2;
 
 // Limits count by network: an IPv6 customer has at least a /64 of addresses, and mostly a /56.
-void set_address(ConnectionOpened& from, const asio::ip::address& address) {
-  from.address = network_of(address, 8);
-  from.customer = network_of(address, 7);
-  from.share = address.is_loopback() ? kProxyShare : 1;
+void set_source(ConnectionOpened& from, const Source& source) {
+  const std::string host = source.address.to_string();
+  from.peer = source.port == 0 ? bracketed(host) : host_and_port(host, source.port);
+  from.address = network_of(source.address, 8);
+  from.customer = network_of(source.address, 7);
+  from.share = source.address.is_loopback() ? kProxyShare : 1;
 }
 
 }  // namespace
@@ -26,31 +29,27 @@ void set_address(ConnectionOpened& from, const asio::ip::address& address) {
 Listener::Listener(asio::io_context& io, SocketOptions sockets, Events events)
     : io_(io), sockets_(std::move(sockets)), events_(std::move(events)), next_turn_(io) {}
 
+Listener::~Listener() {
+  close();
+}
+
 std::string Listener::open(const ListenOptions& options) {
-  auto accept_options = std::make_shared<AcceptOptions>();
-  accept_options->timeout = options.handshake_timeout;
-  accept_options->told_by = options.told_by;
+  options_ = options;
   for (const std::string& text : options.trusted_proxies) {
     const auto range = AddressRange::parse(text);
     if (!range) return "trusted proxy '" + text + "': it is no IP address and no range of them";
-    accept_options->proxies.push_back(*range);
+    proxies_.push_back(*range);
   }
-  if (options.tls) {
-    std::string problem;
-    tls_.emplace(*options.tls, Role::kServer);
-    accept_options->tls = tls_->get(problem);
-    if (!accept_options->tls) return problem;
-  }
-  proxies_only_ = options.proxies_only;
-  admission_ = std::make_shared<Admission>(Admission::Options{
-      options.connections_max, options.pending_max, options.pending_per_address_max,
-      [weak = weak_from_this()](Admission::Limit limit) {
-        if (const auto self = weak.lock()) self->on_gave_way(limit);
-      }});
-  accept_options->reserve = [admission = admission_] { return admission->take_connection(); };
-  options_ = std::move(accept_options);
+  std::string problem;
+  if (options.tls && !tls_.emplace(*options.tls, Role::kServer).get(problem)) return problem;
+  admission_.emplace(Admission::Options{options.connections_max, options.pending_max,
+                                        options.pending_per_address_max,
+                                        [this](Admission::Limit limit) { on_gave_way(limit); }});
 
-  const std::string problem = open_doors(options);
+  doors_ = std::make_shared<TcpDoors>(
+      io_, TcpDoors::Events{if_alive(this, &Listener::on_arrived), if_alive(this, &Listener::log)});
+  problem = options.sockets.empty() ? doors_->open(options.addresses, options.port)
+                                    : doors_->take(options.sockets);
   if (!problem.empty()) return problem;
   paces_.emplace(options.address_handshakes_at_once, options.address_handshake_period);
   customer_paces_.emplace(kCustomerShare * options.address_handshakes_at_once,
@@ -60,37 +59,12 @@ std::string Listener::open(const ListenOptions& options) {
   const std::size_t line_max = std::max<std::size_t>(options.pending_max / 2, 1);
   line_ = decltype(line_)({line_max, line_max});
   doors_->accept();
-  return options.relay ? open_relay(*options.relay) : "";
-}
-
-std::string Listener::open_relay(const RelayOptions& options) {
-  const auto weak = weak_from_this();
-  RelayDoor::Events events{[weak](TcpSocket socket, const Source& source) {
-                             if (const auto self = weak.lock())
-                               self->admit_visitor(std::move(socket), source);
-                           },
-                           [weak](LogLevel level, const std::string& text) {
-                             if (const auto self = weak.lock()) self->log(level, text);
-                           }};
-  relay_ = std::make_shared<RelayDoor>(io_, options, sockets_, std::move(events));
-  const std::string problem = relay_->open();
+  if (!options.relay) return {};
+  relay_ = std::make_shared<RelayDoor>(
+      io_, *options.relay, sockets_,
+      RelayDoor::Events{if_alive(this, &Listener::on_relayed), if_alive(this, &Listener::log)});
+  problem = relay_->open();
   return problem.empty() ? "" : "listen.relay: " + problem;
-}
-
-std::string Listener::open_doors(const ListenOptions& options) {
-  const auto weak = weak_from_this();
-  doors_ = std::make_shared<TcpDoors>(
-      io_, TcpDoors::Events{[weak](TcpSocket socket) {
-                              const auto self = weak.lock();
-                              if (!self) return;
-                              ++self->counts_.accepted;
-                              self->admit(std::move(socket));
-                            },
-                            [weak](LogLevel level, const std::string& text) {
-                              if (const auto self = weak.lock()) self->log(level, text);
-                            }});
-  return options.sockets.empty() ? doors_->open(options.addresses, options.port)
-                                 : doors_->take(options.sockets);
 }
 
 std::uint16_t Listener::port() const {
@@ -102,15 +76,8 @@ std::vector<std::string> Listener::addresses() const {
 }
 
 void Listener::check_files() {
-  const auto news = tls_ ? tls_->check() : std::nullopt;
-  if (!news) return;
-  if (news->used) {
-    auto changed = std::make_shared<AcceptOptions>(*options_);
-    std::string problem;
-    changed->tls = tls_->get(problem);
-    options_ = std::move(changed);
-  }
-  log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
+  if (const auto news = tls_ ? tls_->check() : std::nullopt)
+    log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
 }
 
 void Listener::close() {
@@ -119,9 +86,7 @@ void Listener::close() {
   events_ = {};
   next_turn_.cancel();
   line_.clear();
-  const auto acceptances = std::move(acceptances_);
-  acceptances_.clear();
-  for (const auto& acceptance : acceptances) acceptance->abandon();
+  for (const auto& visitor : std::exchange(visitors_, {})) visitor->abandon();
 }
 
 // A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are
@@ -139,11 +104,11 @@ bool Listener::take_handshake(const ConnectionOpened& from) {
 }
 
 // Not in the kernel's queue: there who comes first is served first, whoever fills it.
-void Listener::line_up(const std::shared_ptr<Acceptance>& acceptance, const Visitor& visitor) {
-  if (!options_->tls || (line_.empty() && pace_.take(steady_now()))) return acceptance->begin();
+void Listener::line_up(const VisitorPtr& visitor) {
+  if (!tls_ || (line_.empty() && pace_.take(steady_now()))) return visitor->begin();
   ++counts_.handshakes_waited;
   log_limit(waited_, "TLS handshakes wait for their turn");
-  if (const auto left_out = line_.add(visitor.from.customer, acceptance)) {
+  if (const auto left_out = line_.add(visitor->from.customer, visitor)) {
     ++counts_.handshakes_dropped;
     abandon(*left_out);
   }
@@ -153,17 +118,12 @@ void Listener::line_up(const std::shared_ptr<Acceptance>& acceptance, const Visi
 void Listener::begin_handshakes() {
   while (!line_.empty() && pace_.take(steady_now())) (*line_.take())->begin();
   if (line_.empty()) return;
-  next_turn_.expires_at(std::chrono::steady_clock::time_point(pace_.free_at().time_since_epoch()));
-  next_turn_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
-    const auto self = weak.lock();
-    if (self && !cancelled) self->begin_handshakes();
-  });
+  call_after(next_turn_, pace_.free_at() - steady_now(),
+             if_alive(this, &Listener::begin_handshakes));
 }
 
 void Listener::drop(TcpSocket& socket, const ConnectionOpened& from, const std::string& why) {
-  ErrorCode ignored;
-  socket.set_option(TcpSocket::linger(true, 0), ignored);
-  socket.close(ignored);
+  reset(socket);
   note_refused(from, why);
 }
 
@@ -175,107 +135,87 @@ void Listener::note_refused(const ConnectionOpened& from, const std::string& why
   refusals_.add(from.peer, text);
 }
 
-void Listener::admit(TcpSocket socket) {
+void Listener::on_arrived(TcpSocket socket) {
+  ++counts_.accepted;
   ErrorCode error;
-  const Endpoint remote = socket.remote_endpoint(error);
+  const auto remote = socket.remote_endpoint(error);
   if (error) return;  // gone already
-  const auto address = plain_address(remote.address());
-  const auto visitor = std::make_shared<Visitor>();
-  ConnectionOpened& from = visitor->from;
-  from.peer = host_and_port(address.to_string(), remote.port());
-  const bool proxy = contain(options_->proxies, address);
-  if (proxies_only_ && !proxy)
-    return drop(socket, from, "dropped, it is no trusted proxy");  // mutant: proxies_only
-  set_address(from, address);
-  if (proxy) from.share = kProxyShare;
-  // A client behind a proxy is limited when its address is known, if that is before TLS.
-  if (options_->tls && !proxy && !take_handshake(from))  // mutant: handshakes_of_address
-    return drop(socket, from, "dropped, too many handshakes");
-  visitor->slot =
-      proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
-  tune_socket(socket.native_handle(), sockets_);
-  start(std::move(socket), visitor, proxy);
+  const Source source{plain_address(remote.address()), remote.port()};
+  const bool proxy = contain(proxies_, source.address);
+  admit(std::move(socket), source, proxy ? By::kProxy : By::kItself);
 }
 
 // Its TLS is between the client and us, so it is a client like any other.
-void Listener::admit_visitor(TcpSocket socket, const Source& source) {
-  const auto visitor = std::make_shared<Visitor>();
-  ConnectionOpened& from = visitor->from;
-  from.peer = host_and_port(source.address.to_string(), source.port);
-  set_address(from, source.address);
-  if (!take_handshake(from)) return drop(socket, from, "dropped, too many handshakes");
-  visitor->slot = admission_->take_pending(from.address, from.share);
-  visitor->by_relay = true;
-  start(std::move(socket), visitor, false);
+void Listener::on_relayed(TcpSocket socket, const Source& source) {
+  admit(std::move(socket), source, By::kRelay);
 }
 
-void Listener::start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy) {
-  const auto weak = weak_from_this();
-  Acceptance::Identify identify;
-  if (from_proxy) {
-    identify = [weak, visitor](const std::optional<Source>& source) {
-      const auto self = weak.lock();
-      return self && self->identify(*visitor, source);
-    };
-  }
-  const auto await_turn = [weak, visitor](const std::shared_ptr<Acceptance>& waiting) {
-    if (const auto self = weak.lock()) self->line_up(waiting, *visitor);
+void Listener::admit(TcpSocket socket, const Source& source, By by) {
+  ConnectionOpened from;
+  set_source(from, source);
+  const bool proxy = by == By::kProxy;
+  if (options_.proxies_only && by == By::kItself)
+    return drop(socket, from, "dropped, it is no trusted proxy");  // mutant: proxies_only
+  if (proxy) from.share = kProxyShare;
+  // A client behind a proxy is limited when its address is known, if that is before TLS.
+  if (tls_ && !proxy && !take_handshake(from))  // mutant: handshakes_of_address
+    return drop(socket, from, "dropped, too many handshakes");
+  auto slot =
+      proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
+  tune_socket(socket.native_handle(), sockets_);
+  const auto visitor = std::make_shared<Visitor>(*this, std::move(socket), std::move(from), by);
+  visitors_.insert(visitor);
+  slot->give_way = [this, weak = std::weak_ptr{visitor}] {
+    if (const auto oldest = weak.lock()) abandon(oldest);
   };
-  auto acceptance =
-      std::make_shared<Acceptance>(std::move(socket), options_, std::move(identify), await_turn);
-  acceptances_.insert(acceptance);
-  visitor->slot->give_way = [weak, handshake = std::weak_ptr{acceptance}] {
-    if (const auto self = weak.lock()) self->abandon(handshake);
-  };
-  acceptance->start([weak, handshake = std::weak_ptr{acceptance}, visitor](Accepted accepted) {
-    if (const auto self = weak.lock()) {
-      self->on_done(handshake.lock(), *visitor, std::move(accepted));
-    }
-  });
+  visitor->slot = std::move(slot);
+  visitor->start();
 }
 
-void Listener::abandon(const std::weak_ptr<Acceptance>& acceptance) {
-  const auto ended = acceptance.lock();
-  if (!ended) return;
+bool Listener::forget(const VisitorPtr& visitor) {
+  line_.erase_if([&](const VisitorPtr& waiting) { return waiting == visitor; });
+  return visitors_.erase(visitor) != 0;
+}
+
+void Listener::abandon(const VisitorPtr& visitor) {
+  if (!forget(visitor)) return;
   ++counts_.refused;
-  acceptances_.erase(ended);
-  leave_line(ended);
-  ended->abandon();
+  visitor->abandon();
 }
 
 bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
-  if (source) {  // without one it counts as the proxy itself
-    const std::string host = source->address.to_string();
-    from.peer = source->port == 0 ? bracketed(host) : host_and_port(host, source->port);
-    set_address(from, source->address);
-  }
-  const bool before_tls = options_->tls && options_->told_by == ToldBy::kProxyProtocol;
+  if (source) set_source(from, *source);  // without one it counts as the proxy itself
+  const bool before_tls = tls_ && options_.told_by == ToldBy::kProxyProtocol;
   if (before_tls && !take_handshake(from)) return false;
   admission_->move_pending(*visitor.slot, from.address, from.share);
   return true;
 }
 
-void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor,
-                       Accepted accepted) {
-  acceptances_.erase(acceptance);
-  leave_line(acceptance);
-  const auto slot = std::move(visitor.slot);
-  if (!accepted.notice.empty()) log_notice(visitor, accepted.notice);
-  if (!accepted.socket) return note_refused(visitor.from, accepted.problem);
+void Listener::on_refused(const VisitorPtr& visitor, const std::string& problem) {
+  forget(visitor);
+  log_notice(*visitor);
+  note_refused(visitor->from, problem);
+}
+
+void Listener::on_open(const VisitorPtr& visitor) {
+  forget(visitor);
+  const auto slot = std::move(visitor->slot);
+  log_notice(*visitor);
   if (!events_.arrived) return;
-  std::shared_ptr<void> place = std::move(accepted.slot);
-  if (place && visitor.by_relay)  // it lasts as long as the connection
+  std::shared_ptr<void> place = std::move(visitor->place);
+  if (visitor->by == By::kRelay)  // it lasts as long as the connection
     place = {place.get(),
              [of = place, relay = std::weak_ptr{relay_}, stranger = std::weak_ptr{slot}](void*) {
                const auto door = relay.lock();
                if (door && stranger.expired()) door->look();  // a stranger may end as it likes
              }};
-  events_.arrived({std::move(accepted.socket), std::move(visitor.from), slot, std::move(place)});
+  events_.arrived({std::move(visitor->socket), std::move(visitor->from), slot, std::move(place)});
 }
 
-void Listener::log_notice(const Visitor& visitor, const std::string& notice) {
-  if (notices_.take(steady_now())) log(LogLevel::kWarn, visitor.from.peer + ": " + notice);
+void Listener::log_notice(const Visitor& visitor) {
+  if (!visitor.notice.empty() && notices_.take(steady_now()))
+    log(LogLevel::kWarn, visitor.from.peer + ": " + visitor.notice);
 }
 
 void Listener::on_gave_way(Admission::Limit limit) {
@@ -295,8 +235,8 @@ void Listener::log_limit(LogLimit& lines, const std::string& text) {
       text + (*count > 1 ? "; " + std::to_string(*count) + " since the last line" : ""));
 }
 
-void Listener::log(LogLevel level, const std::string& text) {
-  if (events_.log) events_.log(level, text);
+void Listener::log(LogLevel level, std::string text) {
+  if (events_.log) events_.log(level, std::move(text));
 }
 
 }  // namespace connect_bridge

@@ -3,6 +3,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -15,15 +16,17 @@
 #include "core/base/turns.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
-#include "net/accept.hpp"
 #include "net/admission.hpp"
-#include "net/door_counts.hpp"
+#include "net/network.hpp"
+#include "net/proxy_header.hpp"
 #include "net/refusals.hpp"
 #include "net/relay_door.hpp"
 #include "net/tcp_doors.hpp"
 #include "net/tls_files.hpp"
 
 namespace connect_bridge {
+
+struct WebSocket;
 
 class Listener : public std::enable_shared_from_this<Listener> {
  public:
@@ -39,6 +42,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   };
 
   Listener(asio::io_context& io, SocketOptions sockets, Events events);
+  ~Listener();
 
   // Empty, or what is wrong. Once only.
   [[nodiscard]] std::string open(const ListenOptions& options);
@@ -58,62 +62,55 @@ class Listener : public std::enable_shared_from_this<Listener> {
   // "127.0.0.1:9090", "[::1]:9090"
   [[nodiscard]] std::vector<std::string> addresses() const;
   [[nodiscard]] const DoorCounts& counts() const { return counts_; }
-  [[nodiscard]] std::size_t pending() const { return acceptances_.size(); }
+  [[nodiscard]] std::size_t pending() const { return visitors_.size(); }
 
  private:
-  // A connection on its way to become a WebSocket.
-  struct Visitor {
-    ConnectionOpened from;
-    std::shared_ptr<Admission::Pending> slot;
-    bool by_relay = false;
-  };
-  using Endpoint = asio::ip::tcp::endpoint;
+  class Visitor;                                             // net/accept.hpp
+  enum class By : std::uint8_t { kItself, kProxy, kRelay };  // kProxy: a trusted one
+  using VisitorPtr = std::shared_ptr<Visitor>;
 
-  // Empty, or what is wrong.
-  std::string open_doors(const ListenOptions& options);
-  std::string open_relay(const RelayOptions& options);
-  void admit(TcpSocket socket);
+  void on_arrived(TcpSocket socket);
   // By the relay, for whom it says.
-  void admit_visitor(TcpSocket socket, const Source& source);
+  void on_relayed(TcpSocket socket, const Source& source);
+  void admit(TcpSocket socket, const Source& source, By by);
   // Whether it may begin a handshake; then it counts. False: its address has begun too many.
   bool take_handshake(const ConnectionOpened& from);
   // Its handshake begins, or waits for its turn among those of all.
-  void line_up(const std::shared_ptr<Acceptance>& acceptance, const Visitor& visitor);
+  void line_up(const VisitorPtr& visitor);
   // Begins the handshakes whose turn it is.
   void begin_handshakes();
-  void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
   void drop(TcpSocket& socket, const ConnectionOpened& from, const std::string& why);
   void note_refused(const ConnectionOpened& from, const std::string& why);
-  void leave_line(const std::shared_ptr<Acceptance>& acceptance) {
-    line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
-  }
+  // Whether it was here. No event of it follows.
+  bool forget(const VisitorPtr& visitor);
   // Ends the connection without an answer, and frees its place.
-  void abandon(const std::weak_ptr<Acceptance>& acceptance);
+  void abandon(const VisitorPtr& visitor);
   // A proxy has said for whom it connects, or nothing. Whether the visitor may go on.
   bool identify(Visitor& visitor, const std::optional<Source>& source);
-  void on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor, Accepted accepted);
+  void on_open(const VisitorPtr& visitor);
+  void on_refused(const VisitorPtr& visitor, const std::string& problem);
   void on_gave_way(Admission::Limit limit);
-  void log(LogLevel level, const std::string& text);
+  void log(LogLevel level, std::string text);
   // A limit was reached: a line now and then.
   void log_limit(LogLimit& lines, const std::string& text);
   // A mistake of an operator, perhaps, but strangers can cause it too: a line now and then.
-  void log_notice(const Visitor& visitor, const std::string& notice);
+  void log_notice(const Visitor& visitor);
 
   asio::io_context& io_;
   SocketOptions sockets_;
   Events events_;
   std::shared_ptr<TcpDoors> doors_;
   std::shared_ptr<RelayDoor> relay_;  // null: none is configured
-  std::shared_ptr<Admission> admission_;
-  std::shared_ptr<const AcceptOptions> options_;
+  ListenOptions options_;
+  AddressRanges proxies_;
+  std::optional<Admission> admission_;
   std::optional<TlsFiles> tls_;
-  std::unordered_set<std::shared_ptr<Acceptance>> acceptances_;
+  std::unordered_set<VisitorPtr> visitors_;
   std::optional<AddressPaces> paces_;           // of handshakes, by address
   std::optional<AddressPaces> customer_paces_;  // by customer, who may have many addresses
   Pace pace_{1, Duration::zero()};              // of all of them
-  Turns<std::string, std::shared_ptr<Acceptance>> line_;  // those who wait for it, by customer
+  Turns<std::string, VisitorPtr> line_;         // those who wait for it, by customer
   asio::steady_timer next_turn_;
-  bool proxies_only_ = false;
   DoorCounts counts_;
   LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;
   Pace notices_{1, std::chrono::minutes{10}};

@@ -53,21 +53,25 @@ class LookUp::All {
     return all;
   }
 
-  // What came late for the same name; else counts one more look-up, if there may be one.
-  enum class Begin : std::uint8_t { kLate, kNow, kTooMany };
-  Begin begin(const std::shared_ptr<Shared>& one, Endpoints& late) {
+  struct Answer {
+    ErrorCode error;
+    Endpoints found;
+  };
+  // What can be told at once: that there are too many, or what came late for the same name. None:
+  // one more look-up is counted.
+  std::optional<Answer> begin(const std::shared_ptr<Shared>& one) {
     const std::lock_guard lock(mutex_);
     std::erase_if(late_, [](const Late& l) { return Clock::now() - l.at > kLate; });
     const auto same = [&](const Late& l) { return l.host == one->host && l.port == one->port; };
     if (const auto found = std::find_if(late_.begin(), late_.end(), same); found != late_.end()) {
-      late = std::move(found->found);
+      Answer late{{}, std::move(found->found)};
       std::erase_if(late_, same);
-      return Begin::kLate;
+      return late;
     }
-    if (under_way_ >= kUnderWayMax) return Begin::kTooMany;
+    if (under_way_ >= kUnderWayMax) return Answer{asio::error::host_not_found_try_again, {}};
     ++under_way_;
     waiting_.push_back(one);
-    return Begin::kNow;
+    return std::nullopt;
   }
 
   void end(const std::shared_ptr<Shared>& one, const ErrorCode& error, const Endpoints& found) {
@@ -116,11 +120,9 @@ void LookUp::start(const std::string& host, std::uint16_t port, Done done) {
   shared_->port = port;
   shared_->work.emplace(asio::make_work_guard(shared_->io));
   shared_->done = std::move(done);
-  Endpoints late;
-  switch (All::instance().begin(shared_, late)) {
-    case All::Begin::kLate: shared_->tell({}, std::move(late)); return;
-    case All::Begin::kTooMany: shared_->tell(asio::error::host_not_found_try_again, {}); return;
-    case All::Begin::kNow: break;
+  if (auto known = All::instance().begin(shared_)) {
+    shared_->tell(known->error, std::move(known->found));
+    return;
   }
   try {
     std::thread([shared = shared_] {

@@ -39,6 +39,9 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   void on_routes_changed();
   void on_held(const std::string& peer);
   void forget(ConnectionId id);
+  void log(LogLevel level, std::string text) {
+    if (events.log) events.log(Log{level, std::move(text)});
+  }
   ConnectionId free_id();
   TlsContext client_tls(const DialOptions& options, std::string& problem);
   std::shared_ptr<Socket> find(ConnectionId id) const;
@@ -103,12 +106,8 @@ void Network::State::add(ConnectionOpened opened, std::shared_ptr<WebSocket> soc
   setup.opened = std::move(opened);
   setup.socket = std::move(socket);
   setup.events = &events;
-  setup.gone = [weak = weak_from_this()](ConnectionId gone) {
-    if (const auto self = weak.lock()) self->forget(gone);
-  };
-  setup.held = [weak = weak_from_this()](const std::string& peer) {
-    if (const auto self = weak.lock()) self->on_held(peer);
-  };
+  setup.gone = if_alive(this, &State::forget);
+  setup.held = if_alive(this, &State::on_held);
   setup.options = sockets;
   setup.pending_slot = pending_slot;
   setup.connection_slot = std::move(connection_slot);
@@ -135,11 +134,9 @@ void Network::State::forget(ConnectionId id) {
 void Network::State::on_held(const std::string& peer) {
   ++held;
   const auto times = holds.count({steady_now(), 0});
-  if (times && events.log)
-    events.log(Log{LogLevel::kWarn, peer +
-                                        " sends more messages or bytes than are read of it: it "
-                                        "waits (" +
-                                        std::to_string(*times) + " times since the last line)"});
+  if (times)
+    log(LogLevel::kWarn, peer + " sends more messages or bytes than are read of it: it waits (" +
+                             std::to_string(*times) + " times since the last line)");
 }
 
 void Network::State::on_arrival(Listener::Arrival arrival) {
@@ -151,21 +148,17 @@ void Network::State::on_arrival(Listener::Arrival arrival) {
 
 void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
                                 std::shared_ptr<WebSocket> socket, std::string problem) {
-  const auto dial = dials.find(id);
-  const bool answered = dial != dials.end() && dial->second->answered();
-  const bool silent = dial != dials.end() && dial->second->was_silent();
-  const bool other_key = dial != dials.end() && dial->second->met_other_key();
-  const auto tried = dial != dials.end() ? dial->second->tried() : std::nullopt;
+  const auto dial = std::move(dials[id]);
   dials.erase(id);
-  silent_dials = silent ? std::min(silent_dials + 1, kSilentDials) : 0;
+  silent_dials = dial->was_silent() ? std::min(silent_dials + 1, kSilentDials) : 0;
   if (!socket) {
-    if (tried) {
-      watch_route_to(*tried);
+    if (dial->tried()) {
+      watch_route_to(*dial->tried());
     } else {
       dialled = asio::ip::address();  // a network that comes may be the one that knows the name
     }
-    events.input(DialFailed{id, std::move(problem), answered, other_key});
-    return;
+    return events.input(
+        DialFailed{id, std::move(problem), dial->answered(), dial->met_other_key()});
   }
   ConnectionOpened opened{id, options.url.whom()};
   opened.server = server_of(socket->next_layer().tls(), options.tls, server_name(options));
@@ -179,8 +172,7 @@ void Network::State::watch_routes() {
   if (routes || stopped) return;
   routes = std::make_shared<RouteWatch>(io, [this] { on_routes_changed(); });
   const std::string problem = routes->open();
-  if (!problem.empty() && events.log)
-    events.log(Log{LogLevel::kDebug, "changes of the network are not noticed: " + problem});
+  if (!problem.empty()) log(LogLevel::kDebug, "changes of the network are not noticed: " + problem);
   watch_route_to(asio::ip::make_address(kFarAway));
 }
 
@@ -218,16 +210,10 @@ Network::~Network() {
 }
 
 std::string Network::listen(const ListenOptions& options) {
-  const std::weak_ptr<State> weak = state_;
-  Listener::Events events;
-  events.arrived = [weak](Listener::Arrival arrival) {
-    if (const auto state = weak.lock()) state->on_arrival(std::move(arrival));
-  };
-  events.log = [weak](LogLevel level, std::string text) {
-    const auto state = weak.lock();
-    if (state && state->events.log) state->events.log(Log{level, std::move(text)});
-  };
-  state_->listener = std::make_shared<Listener>(state_->io, state_->sockets, std::move(events));
+  state_->listener =
+      std::make_shared<Listener>(state_->io, state_->sockets,
+                                 Listener::Events{if_alive(state_.get(), &State::on_arrival),
+                                                  if_alive(state_.get(), &State::log)});
   std::string problem = state_->listener->open(options);
   if (!problem.empty()) state_->listener.reset();
   return problem;
@@ -262,17 +248,14 @@ void Network::dial(ConnectionId connection, const DialOptions& options) {
 
 void Network::check_files() {
   if (state_->listener) state_->listener->check_files();
-  const auto news = state_->dial_tls ? state_->dial_tls->check() : std::nullopt;
-  if (news && state_->events.log)
-    state_->events.log(Log{news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text});
+  if (const auto news = state_->dial_tls ? state_->dial_tls->check() : std::nullopt)
+    state_->log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
 }
 
 // Setting the clock may have brought the end nearer, so it is compared each time.
 void Network::every_second(const Now& now) {
-  for (TlsFiles* const files : state_->tls_files()) {
-    const auto line = files->certificate().take_line(now);
-    if (line && state_->events.log) state_->events.log(Log{LogLevel::kWarn, *line});
-  }
+  for (TlsFiles* const files : state_->tls_files())
+    if (const auto line = files->certificate().take_line(now)) state_->log(LogLevel::kWarn, *line);
   if (state_->listener) state_->listener->tell_refusals(now.steady);
   for (const auto& entry : state_->connections) entry.second->follow_path();
 }

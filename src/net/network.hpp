@@ -12,7 +12,6 @@
 #include "core/flow/outbox.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
-#include "net/door_counts.hpp"
 #include "net/traffic.hpp"
 
 namespace boost::asio {
@@ -37,6 +36,15 @@ struct NetworkEvents {
   std::function<void(ConnectionId)> arrived;
   // May be empty. Attempts of unknown clients are logged at kDebug.
   std::function<void(Log&&)> log;
+};
+
+// What became of those who came to a listener, since the start.
+struct DoorCounts {
+  std::uint64_t accepted = 0;            // TCP connections taken
+  std::uint64_t refused = 0;             // by a limit, a failed handshake or a wrong request
+  std::uint64_t handshakes_dropped = 0;  // their address had begun too many
+  std::uint64_t handshakes_waited = 0;   // for their turn, since all together had begun too many
+  std::uint64_t gave_way = 0;            // without a login, to those that came later
 };
 
 struct NetworkCounts : DoorCounts {

@@ -56,20 +56,13 @@ void Race::begin_next() {
     waiting_.push_back({one.address, waits ? now + kPatience : now, kPatience});
     begin(one);
   }
-  pace_.expires_after(kAttemptDelay);
-  pace_.async_wait([weak = weak_from_this()](ErrorCode error) {
-    const auto self = weak.lock();
-    if (self && !error) self->begin_next();
-  });
+  call_after(pace_, kAttemptDelay, if_alive(this, &Race::begin_next));
 }
 
 void Race::begin(const Waiting& next) {
   const auto attempt = std::make_shared<Attempt>(io_, next);
   running_.insert(attempt);
-  attempt->limit.expires_after(next.time);
-  attempt->limit.async_wait([attempt](ErrorCode error) {
-    if (!error) attempt->end();
-  });
+  call_after(attempt->limit, next.time, [attempt] { attempt->end(); });
   attempt->socket.async_connect(
       next.address,
       [self = shared_from_this(), attempt](ErrorCode error) { self->on_end(attempt, error); });

@@ -80,9 +80,7 @@ RelayDoor::~RelayDoor() = default;
 std::string RelayDoor::open() {
   std::string problem;
   if (!tls_.get(problem)) return problem;
-  routes_ = std::make_shared<RouteWatch>(io_, [weak = weak_from_this()] {
-    if (const auto self = weak.lock()) self->check_address();
-  });
+  routes_ = std::make_shared<RouteWatch>(io_, if_alive(this, &RelayDoor::check_address));
   static_cast<void>(routes_->open());  // without it a lost address is noticed by the next ping
   dial();
   return {};
@@ -95,20 +93,14 @@ void RelayDoor::close() {
   next_.cancel();
   if (way_) way_->stop();
   if (lines_) lines_->end();
-  for (const TicketPtr& ticket : std::exchange(tickets_, {})) {
-    ticket->limit.cancel();
-    ticket->way->stop();
-    ErrorCode ignored;
-    if (ticket->socket) ticket->socket->close(ignored);
-  }
+  while (!tickets_.empty()) forget(*tickets_.begin());
 }
 
 void RelayDoor::after(asio::steady_timer& timer, std::chrono::milliseconds time,
                       void (RelayDoor::*then)()) {
-  timer.expires_after(time);
-  timer.async_wait([weak = weak_from_this(), then](ErrorCode cancelled) {
+  call_after(timer, time, [weak = weak_from_this(), then] {
     const auto self = weak.lock();
-    if (self && !cancelled && self->events_.log) (self.get()->*then)();
+    if (self && self->events_.log) (self.get()->*then)();
   });
 }
 
@@ -117,29 +109,23 @@ void RelayDoor::after(asio::steady_timer& timer, std::chrono::milliseconds time,
 void RelayDoor::dial() {
   after(limit_, kLoginTime, &RelayDoor::on_silence);
   way_ = std::make_shared<Way>(io_, options_.url.host, options_.url.port, std::nullopt);
-  way_->start([weak = weak_from_this()](auto socket, const std::string& problem) {
-    const auto self = weak.lock();
-    if (!self) return;
-    if (!socket) return self->fail(problem);
-    self->on_connected(std::move(*socket));
-  });
+  way_->start(if_alive(this, &RelayDoor::on_connected));
 }
 
-void RelayDoor::on_connected(TcpSocket socket) {
+void RelayDoor::on_connected(std::optional<TcpSocket> socket, const std::string& why) {
+  if (!socket) return fail(why);
   std::string problem;
   TlsContext context = tls_.get_fresh(problem);
   if (!context) return fail(problem);
-  tune_socket(socket.native_handle(), sockets_);
-  lines_ = std::make_shared<TlsLines>(std::move(socket), std::move(context));
+  tune_socket(socket->native_handle(), sockets_);
+  lines_ = std::make_shared<TlsLines>(std::move(*socket), std::move(context));
   expect_server(lines_->tls(), options_.url.host);
   // The certificate is the relay's; the name in the handshake is the robot's, so that what
   // distributes connections over several relays sees one name for all of a robot's.
   if (SSL_set_tlsext_host_name(lines_->tls(), options_.url.robot.c_str()) != 1 ||
       !offer(lines_->tls(), protocol_list({kRelayProtocol})))
     return fail("TLS cannot start");
-  lines_->shake_hands(false, {}, [weak = weak_from_this()](ErrorCode error) {
-    if (const auto self = weak.lock()) self->on_tls(error);
-  });
+  lines_->shake_hands(false, {}, if_alive(this, &RelayDoor::on_tls));
 }
 
 void RelayDoor::on_tls(const ErrorCode& error) {
@@ -150,13 +136,8 @@ void RelayDoor::on_tls(const ErrorCode& error) {
   if (!selected(tls, kRelayProtocol)) return fail("what answers there is no relay");
   const std::string token = options_.token ? options_.token() : "";
   if (token.empty()) return fail("listen.relay.token_file has no token now");
-  const auto weak = weak_from_this();
-  lines_->open(kRelayLineMax, {[weak](std::string_view line) {
-                                 if (const auto self = weak.lock()) self->on_line(line);
-                               },
-                               [weak](const std::string& why) {
-                                 if (const auto self = weak.lock()) self->fail(why);
-                               }});
+  lines_->open(kRelayLineMax,
+               {if_alive(this, &RelayDoor::on_line), if_alive(this, &RelayDoor::fail)});
   lines_->say("login " + token + (options_.code.empty() ? "" : " " + options_.code));
 }
 
@@ -206,13 +187,9 @@ void RelayDoor::look() {
 }
 
 void RelayDoor::check_address() {
-  ErrorCode error;
   if (!welcome_ || !events_.log) return;
-  const auto local = lines_->socket().local_endpoint(error);
-  if (error || local.address().is_loopback()) return;
-  const std::string address = plain_address(local.address()).to_string();
-  if (!is_own_address(address.substr(0, address.find('%'))))
-    fail("the address " + address + " of this machine is gone");
+  const std::string address = lost_address(lines_->socket());
+  if (!address.empty()) fail("the address " + address + " of this machine is gone");
 }
 
 void RelayDoor::fail(const std::string& why) {
@@ -257,17 +234,14 @@ void RelayDoor::dial_with(const TicketPtr& ticket) {
   if (error || ticket->hello.empty()) return;
   tickets_.insert(ticket);
   const auto weak = weak_from_this();
-  ticket->limit.expires_after(kTicketTime);
-  ticket->limit.async_wait([weak, ticket](ErrorCode cancelled) {
-    const auto self = weak.lock();
-    if (self && !cancelled) self->forget(ticket);
+  call_after(ticket->limit, kTicketTime, [weak, ticket] {
+    if (const auto self = weak.lock()) self->forget(ticket);
   });
   ticket->way = std::make_shared<Way>(io_, relay.address().to_string(), relay.port(), std::nullopt);
   ticket->way->start([weak, ticket](auto socket, const std::string&) {
     const auto self = weak.lock();
     if (!self) return;
     if (!socket) return self->forget(ticket);
-    tune_socket(socket->native_handle(), self->sockets_);
     ticket->socket = std::make_unique<TcpSocket>(std::move(*socket));
     asio::async_write(*ticket->socket, asio::buffer(ticket->hello),
                       [weak, ticket](ErrorCode wrong, std::size_t) {
@@ -280,7 +254,7 @@ void RelayDoor::dial_with(const TicketPtr& ticket) {
   });
 }
 
-void RelayDoor::forget(const TicketPtr& ticket) {
+void RelayDoor::forget(TicketPtr ticket) {
   ticket->limit.cancel();
   ticket->way->stop();
   ErrorCode ignored;

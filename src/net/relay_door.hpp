@@ -4,6 +4,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -54,12 +55,13 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   using TicketPtr = std::shared_ptr<Ticket>;
 
   void dial();
-  void on_connected(TcpSocket socket);
+  void on_connected(std::optional<TcpSocket> socket, const std::string& why);
   void on_tls(const ErrorCode& error);
   void on_line(std::string_view line);
   void on_visitor(std::string_view words);
   void dial_with(const TicketPtr& ticket);
-  void forget(const TicketPtr& ticket);
+  // A copy: the one that the caller has may be in the set that it leaves.
+  void forget(TicketPtr ticket);
   void ping();
   void check_address();
   // Dials again, after a while.

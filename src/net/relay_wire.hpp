@@ -13,7 +13,6 @@ namespace connect_bridge {
 // What a ClientHello offers first says what the connection is; a visitor's offers anything else.
 inline constexpr char kRelayProtocol[] = "ros2-connect-relay.v1";
 inline constexpr char kTicketProtocol[] = "ros2-connect-ticket.v1";
-inline constexpr std::size_t kTicketSize = 64;  // hexadecimal digits
 
 inline constexpr std::size_t kRelayLineMax = 256;  // bytes with the line end
 inline constexpr std::size_t kRobotLineMax = 16;

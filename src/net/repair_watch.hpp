@@ -19,28 +19,30 @@ class RepairWatch {
 
   // Whether the kernel should be asked again.
   [[nodiscard]] bool is_due(TimePoint now) const { return now - told_at_ >= kPeriod; }
-  void told(const TcpLosses& losses, TimePoint now) {
-    losses_ = losses;
+  void told(const TcpCounts& counts, TimePoint now) {
+    repairs_ = counts.repairs;
+    too_early_ = counts.too_early;
     told_at_ = now;
   }
   // A segment of the peer is missing.
-  [[nodiscard]] bool misses() const { return losses_.too_early != too_early_read_; }
+  [[nodiscard]] bool misses() const { return too_early_ != too_early_read_; }
   // Data was read in order: by these counts of the kernel, what came out of order before is
   // complete.
-  void has_read(const TcpLosses& losses) {
-    losses_ = losses;
-    too_early_read_ = losses.too_early;
+  void has_read(const TcpCounts& counts) {
+    repairs_ = counts.repairs;
+    too_early_ = too_early_read_ = counts.too_early;
   }
 
   [[nodiscard]] Repairs repairs() const {
-    Repairs repairs = losses_.repairs;
+    Repairs repairs = repairs_;
     repairs.open = repairs.open || misses();
     return repairs;
   }
 
  private:
-  TcpLosses losses_;
+  Repairs repairs_;
   TimePoint told_at_{};
+  std::uint64_t too_early_ = 0;
   std::uint64_t too_early_read_ = 0;
 };
 

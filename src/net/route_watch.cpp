@@ -1,9 +1,10 @@
 #include "net/route_watch.hpp"
 
-#include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <linux/netlink.h>
 #include <linux/rtnetlink.h>
+#include <netdb.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -11,6 +12,8 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+
+#include "net/proxy_header.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -21,18 +24,19 @@ using namespace std::chrono_literals;
 constexpr auto kSettling = 100ms;
 constexpr auto kPeriod = 1s;
 
+// An address with a zone ("fe80::1%eth0") belongs to its interface.
+std::string without_zone(const std::string& address) {
+  return address.substr(0, address.find('%'));
+}
+
+// Empty: neither of IPv4 nor of IPv6.
 std::string text_of(const sockaddr* address) {
-  char text[INET6_ADDRSTRLEN] = "";
-  if (address->sa_family == AF_INET) {
-    sockaddr_in in{};
-    std::memcpy(&in, address, sizeof in);
-    inet_ntop(AF_INET, &in.sin_addr, text, sizeof text);
-  } else if (address->sa_family == AF_INET6) {
-    sockaddr_in6 in{};
-    std::memcpy(&in, address, sizeof in);
-    inet_ntop(AF_INET6, &in.sin6_addr, text, sizeof text);
-  }
-  return text;
+  const bool is_v6 = address->sa_family == AF_INET6;
+  char text[NI_MAXHOST] = "";
+  if (is_v6 || address->sa_family == AF_INET)
+    ::getnameinfo(address, is_v6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in), text, sizeof text,
+                  nullptr, 0, NI_NUMERICHOST);
+  return without_zone(text);
 }
 
 }  // namespace
@@ -58,14 +62,12 @@ std::string RouteWatch::open() {
 
 void RouteWatch::listen() {
   netlink_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                      [weak = weak_from_this()](const boost::system::error_code& error) {
-                        const auto self = weak.lock();
-                        if (self && !error) self->on_readable();
-                      });
+                      if_alive(this, &RouteWatch::on_readable));
 }
 
 // The content of the messages does not matter; a full buffer (ENOBUFS) means that there were many.
-void RouteWatch::on_readable() {
+void RouteWatch::on_readable(ErrorCode error) {
+  if (error) return;
   while (::recv(netlink_.native_handle(), buffer_.data(), buffer_.size(), 0) > 0) {
   }
   tell_soon();
@@ -75,25 +77,28 @@ void RouteWatch::on_readable() {
 void RouteWatch::tell_soon() {
   if (will_tell_) return;
   will_tell_ = true;
-  const auto now = std::chrono::steady_clock::now();
-  timer_.expires_at(std::max(now + kSettling, told_at_ + kPeriod));
-  timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
-    const auto self = weak.lock();
-    if (!self || error) return;
-    self->will_tell_ = false;
-    self->told_at_ = std::chrono::steady_clock::now();
-    self->changed_();
-  });
+  const auto allowed = told_at_ + kPeriod - std::chrono::steady_clock::now();
+  call_after(timer_, std::max<asio::steady_timer::duration>(kSettling, allowed),
+             if_alive(this, &RouteWatch::tell));
 }
 
-bool is_own_address(const std::string& address) {
+void RouteWatch::tell() {
+  will_tell_ = false;
+  told_at_ = std::chrono::steady_clock::now();
+  changed_();
+}
+
+std::string lost_address(const TcpSocket& socket) {
+  ErrorCode error;
+  const auto local = plain_address(socket.local_endpoint(error).address());
   ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) return true;  // not known: no connection is closed for that
+  // Where that is not known, no connection is closed for it.
+  if (error || local.is_loopback() || getifaddrs(&all) != 0) return {};
   const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(all, freeifaddrs);
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr != nullptr && text_of(one->ifa_addr) == address) return true;
-  }
-  return false;
+  const std::string address = without_zone(local.to_string());
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next)
+    if (one->ifa_addr != nullptr && text_of(one->ifa_addr) == address) return {};
+  return local.to_string();
 }
 
 }  // namespace connect_bridge

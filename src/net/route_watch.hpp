@@ -8,6 +8,8 @@
 #include <memory>
 #include <string>
 
+#include "net/transport.hpp"
+
 namespace connect_bridge {
 
 // Gets the kernel's messages by rtnetlink(7). If that is forbidden, it gets none, and open() says
@@ -22,8 +24,9 @@ class RouteWatch : public std::enable_shared_from_this<RouteWatch> {
 
  private:
   void listen();
-  void on_readable();
+  void on_readable(ErrorCode error);
   void tell_soon();
+  void tell();
 
   boost::asio::posix::stream_descriptor netlink_;
   boost::asio::steady_timer timer_;
@@ -33,7 +36,8 @@ class RouteWatch : public std::enable_shared_from_this<RouteWatch> {
   std::array<char, 16384> buffer_{};
 };
 
-// Whether one of the machine's interfaces has this address now.
-[[nodiscard]] bool is_own_address(const std::string& address);
+// The address that the socket is bound to, if none of the machine's interfaces has it any more:
+// then nothing can arrive. Empty: it is there.
+[[nodiscard]] std::string lost_address(const TcpSocket& socket);
 
 }  // namespace connect_bridge

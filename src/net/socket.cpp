@@ -39,7 +39,8 @@ Socket::Socket(SocketSetup setup)
       read_at_(socket_->get_executor()),
       gate_(socket_->next_layer().read_bytes()),
       extra_frames_(socket_->next_layer().read_bytes()),
-      unsent_max_(setup_.options.unsent_bytes_max) {
+      unsent_max_(setup_.options.unsent_bytes_max),
+      traffic_(header_bytes_of(native())) {
   socket_->auto_fragment(false);
   socket_->write_buffer_bytes(std::max<std::size_t>(setup_.options.write_buffer_bytes, 64));
   socket_->read_message_max(Gate::kPacketBytesMax);
@@ -88,7 +89,7 @@ void Socket::on_read(const ErrorCode& error) {
   if (!within_gate()) return end_flood();  // mutant: gate_messages
   received_bytes_ += received_.size();
   ++messages_;
-  note_read(socket_->next_layer().socket().native_handle(), repair_watch_);
+  if (repair_watch_.misses()) repair_watch_.has_read(tcp_counts_of(native()));
   packet_rate_.take(1, steady_now());
   waits_ = true;
   if (setup_.events->arrived) return setup_.events->arrived(setup_.opened.connection);
@@ -137,11 +138,8 @@ void Socket::send() {
   pull_again_ = true;
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
   if (!has_room()) return wait_for_room();
-  const int native = socket_->next_layer().socket().native_handle();
-  const TimePoint now = steady_now();
-  if (setup_.options.congestion_control == "auto") retune(native, congestion_choice_, now);
-  packet_ =
-      setup_.events->next_packet(setup_.opened.connection, repairs_of(native, repair_watch_, now));
+  ask_tcp(steady_now());
+  packet_ = setup_.events->next_packet(setup_.opened.connection, repair_watch_.repairs());
   if (!packet_ || state_ != State::kOpen) return;
   pull_again_ = packet_->more;
   writing_ = true;
@@ -155,12 +153,27 @@ void Socket::send() {
                        });
 }
 
+int Socket::native() {
+  return socket_->next_layer().socket().native_handle();
+}
+
+void Socket::ask_tcp(TimePoint now) {
+  const bool chooses =
+      setup_.options.congestion_control == "auto" && congestion_choice_.is_due(now);
+  if (!chooses && !repair_watch_.is_due(now)) return;
+  const TcpCounts counts = tcp_counts_of(native());
+  repair_watch_.told(counts, now);
+  if (!chooses) return;
+  if (const auto changed = congestion_choice_.next(counts, now))
+    set_congestion_control(native(), *changed);
+}
+
 // The next packet is chosen as late as possible: only when the kernel has little left to send. The
 // kernel is asked only when the bytes written since the last question could fill that; waiting for
 // writability would cost two system calls per packet.
 bool Socket::has_room() {
   if (unsent_max_ == 0 || unsent_bound_ < unsent_max_) return true;
-  unsent_bound_ = unsent_bytes(socket_->next_layer().socket().native_handle());
+  unsent_bound_ = unsent_bytes(native());
   return unsent_bound_ < unsent_max_;
 }
 
@@ -171,7 +184,7 @@ void Socket::limit_unsent(std::uint32_t bytes) {
   const std::uint32_t wanted = std::min(bytes, setup_.options.unsent_bytes_max);
   if (wanted <= unsent_max_ && wanted >= unsent_max_ - unsent_max_ / 4) return;
   unsent_max_ = wanted;
-  set_unsent_bytes_max(socket_->next_layer().socket().native_handle(), wanted);
+  set_unsent_bytes_max(native(), wanted);
 }
 
 void Socket::wait_for_room() {
@@ -271,11 +284,7 @@ void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool ord
 void Socket::set_deadline() {
   if (deadline_set_) return;
   deadline_set_ = true;
-  deadline_.expires_after(kCloseTime);
-  deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
-    const auto self = weak.lock();
-    if (self && !error) self->on_deadline();
-  });
+  call_after(deadline_, kCloseTime, if_alive(this, &Socket::on_deadline));
 }
 
 void Socket::on_deadline() {
@@ -323,18 +332,15 @@ void Socket::drop(const char* why) {
 }
 
 void Socket::check_address() {
-  ErrorCode error;
-  const auto local = socket_->next_layer().socket().local_endpoint(error);
-  if (state_ != State::kOpen || error || local.address().is_loopback()) return;
-  const std::string address = local.address().to_string();
-  // An address with a scope ("fe80::1%eth0") belongs to its interface.
-  if (!is_own_address(address.substr(0, address.find('%'))))
+  if (state_ != State::kOpen) return;
+  const std::string address = lost_address(socket_->next_layer().socket());
+  if (!address.empty())
     end(std::nullopt, "the address " + address + " of this machine is gone", false);
 }
 
 void Socket::follow_path() {
   if (state_ != State::kOpen) return;
-  limit_retry(socket_->next_layer().socket().native_handle());
+  limit_retry(native());
 }
 
 Certified Socket::certified() const {
@@ -342,9 +348,7 @@ Certified Socket::certified() const {
 }
 
 Traffic Socket::traffic() {
-  if (state_ != State::kEnding)
-    if (const auto now = traffic_counts_of(socket_->next_layer().socket().native_handle()))
-      traffic_.count(*now);
+  if (state_ != State::kEnding) traffic_.count(tcp_counts_of(native()));
   return traffic_.total();
 }
 

@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <string_view>
+
+#include "net/congestion_choice.hpp"
+#include "net/traffic.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -22,12 +24,12 @@ bool set(int socket, int level, int option, int value) {
 
 constexpr int kTcpRtoMaxMs = 44;  // TCP_RTO_MAX_MS: the headers of older kernels do not have it
 
+}  // namespace
+
 bool set_congestion_control(int socket, std::string_view name) {
   return ::setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(),
                       static_cast<socklen_t>(name.size())) == 0;
 }
-
-}  // namespace
 
 std::string tune_socket(int socket, const SocketOptions& options) {
   std::string refused;
@@ -75,12 +77,6 @@ std::uint32_t unsent_bytes(int socket) {
   return static_cast<std::uint32_t>(bytes);
 }
 
-void retune(int socket, CongestionChoice& choice, TimePoint now) {
-  if (!choice.is_due(now)) return;
-  const auto changed = choice.next(tcp_counts_of(socket), now);
-  if (changed) set_congestion_control(socket, *changed);
-}
-
 std::chrono::milliseconds longest_retry(std::chrono::microseconds round_trip) {
   return std::clamp<std::chrono::milliseconds>(
       std::chrono::duration_cast<std::chrono::milliseconds>(4 * round_trip), 1s, 120s);
@@ -88,16 +84,7 @@ std::chrono::milliseconds longest_retry(std::chrono::microseconds round_trip) {
 
 void limit_retry(int socket) {
   set(socket, IPPROTO_TCP, kTcpRtoMaxMs,
-      static_cast<int>(longest_retry(tcp_round_trip_of(socket)).count()));
-}
-
-Repairs repairs_of(int socket, RepairWatch& watch, TimePoint now) {
-  if (watch.is_due(now)) watch.told(tcp_losses_of(socket), now);
-  return watch.repairs();
-}
-
-void note_read(int socket, RepairWatch& watch) {
-  if (watch.misses()) watch.has_read(tcp_losses_of(socket));
+      static_cast<int>(longest_retry(tcp_counts_of(socket).round_trip).count()));
 }
 
 }  // namespace connect_bridge

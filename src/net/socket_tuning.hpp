@@ -1,12 +1,12 @@
 // Linux socket options and counters of one TCP connection.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "core/ports/net_options.hpp"
-#include "net/congestion_choice.hpp"
-#include "net/repair_watch.hpp"
 
 namespace connect_bridge {
 
@@ -20,8 +20,8 @@ void set_unsent_bytes_max(int socket, std::uint32_t bytes);
 // Bytes handed to the kernel and not sent yet (SIOCOUTQNSD); 0 if the kernel does not support it.
 std::uint32_t unsent_bytes(int socket);
 
-// Sets what the choice says, when one is due, as far as the host allows it.
-void retune(int socket, CongestionChoice& choice, TimePoint now);
+// False: the host does not have it, or not for us.
+bool set_congestion_control(int socket, std::string_view name);
 
 // How long TCP waits at most until it sends again what nobody has acknowledged. It doubles that
 // time with each try: after a path was interrupted for 1.5 s, commands would wait another 1.5 s. At
@@ -30,10 +30,5 @@ void retune(int socket, CongestionChoice& choice, TimePoint now);
 [[nodiscard]] std::chrono::milliseconds longest_retry(std::chrono::microseconds round_trip);
 // Sets it (TCP_RTO_MAX_MS, since Linux 6.15). Once a second: round trips change.
 void limit_retry(int socket);
-
-// What TCP repairs; the kernel is asked when that is due.
-[[nodiscard]] Repairs repairs_of(int socket, RepairWatch& watch, TimePoint now);
-// To be called when something was read.
-void note_read(int socket, RepairWatch& watch);
 
 }  // namespace connect_bridge

@@ -1,6 +1,5 @@
 #include "net/status_door.hpp"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,8 +10,6 @@
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/span_body.hpp>
 #include <boost/beast/http/write.hpp>
-#include <cerrno>
-#include <cstring>
 
 #include "net/proxy_header.hpp"
 #include "net/status_request.hpp"
@@ -22,7 +19,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::milliseconds kFileAcceptRetry{100};
 constexpr std::chrono::seconds kEventsAtLeast{5};  // however large they are
 constexpr char kAcceptsNothing[] =
     "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -199,10 +195,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
   }
 
   void set_deadline(std::chrono::milliseconds time) {
-    deadline_.expires_after(time);
-    deadline_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
-      if (const auto self = weak.lock(); self && !cancelled) self->done();
-    });
+    call_after(deadline_, time, if_alive(this, &Session::done));
   }
 
   StatusDoor* door_;  // null: it has ended
@@ -224,52 +217,43 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
 };
 
 StatusDoor::StatusDoor(asio::io_context& io, Ports ports, Times times)
-    : io_(io), ports_(std::move(ports)), times_(times), file_door_(io), file_retry_(io) {}
+    : io_(io), ports_(std::move(ports)), times_(times) {}
 
 StatusDoor::~StatusDoor() {
   close();
 }
 
 void StatusDoor::close() {
-  ErrorCode ignored;
   if (doors_) doors_->close();
-  file_door_.close(ignored);
-  file_retry_.cancel();
+  if (file_door_) file_door_->close();
   if (!file_.empty()) ::unlink(file_.c_str());
   file_.clear();
   for (const auto& session : std::exchange(sessions_, {})) session->abandon();
 }
 
+TcpDoors::Events StatusDoor::admits(bool is_private) {
+  return {[weak = weak_from_this(), is_private](TcpSocket socket) {
+            if (const auto self = weak.lock()) self->admit(std::move(socket), is_private);
+          },
+          ports_.log};
+}
+
 std::string StatusDoor::listen(const std::string& address, std::uint16_t port,
                                const std::optional<TlsOptions>& tls) {
-  if (tls) {
-    std::string problem;
-    tls_files_.emplace(*tls, Role::kServer);
-    tls_ = tls_files_->get(problem);
-    if (!tls_) return problem;
-  }
-  const auto arrived = [weak = weak_from_this()](TcpSocket socket) {
-    if (const auto self = weak.lock()) self->admit(std::move(socket), false);
-  };
-  doors_ = std::make_shared<TcpDoors>(io_, TcpDoors::Events{arrived, ports_.log}, "status.listen");
-  const std::string problem = doors_->open({address}, port);
+  std::string problem;
+  if (tls && !tls_.emplace(*tls, Role::kServer).get(problem)) return problem;
+  doors_ = std::make_shared<TcpDoors>(io_, admits(false), "status.listen");
+  problem = doors_->open({address}, port);
   if (problem.empty()) doors_->accept();
   return problem;
 }
 
-// Nobody can connect before listen(), and then the mode is right.
 std::string StatusDoor::listen_at_file(const std::string& file) {
-  if (file.size() >= sizeof(sockaddr_un::sun_path)) return file + ": the path is too long";
-  ::unlink(file.c_str());
-  ErrorCode error;
-  file_door_.open({}, error);
-  if (!error) file_door_.bind({file}, error);
-  if (!error && ::chmod(file.c_str(), S_IRUSR | S_IWUSR) != 0)
-    error = {errno, boost::system::system_category()};
-  if (!error) file_door_.listen(asio::socket_base::max_listen_connections, error);
-  if (error) return file + ": " + error.message();
+  file_door_ = std::make_shared<TcpDoors>(io_, admits(true));
+  std::string problem = file_door_->open_file(file);
+  if (!problem.empty()) return problem;
   file_ = file;
-  accept_at_file();
+  file_door_->accept();
   return {};
 }
 
@@ -278,34 +262,8 @@ std::uint16_t StatusDoor::port() const {
 }
 
 void StatusDoor::check_files() {
-  const auto news = tls_files_ ? tls_files_->check() : std::nullopt;
-  if (!news) return;
-  std::string problem;
-  if (news->used) tls_ = tls_files_->get(problem);
-  ports_.log(news->used ? LogLevel::kInfo : LogLevel::kWarn, "status.listen: " + news->text);
-}
-
-// A transport asks nothing of its socket that only TCP has, so it gets the descriptor of any.
-void StatusDoor::accept_at_file() {
-  file_door_.async_accept(
-      [weak = weak_from_this()](ErrorCode error, asio::local::stream_protocol::socket from) {
-        const auto self = weak.lock();
-        if (!self || !self->file_door_.is_open()) return;
-        if (error) return self->accept_at_file_later();
-        TcpSocket socket(self->io_);
-        ErrorCode failed;
-        socket.assign(asio::ip::tcp::v4(), from.release(failed), failed);
-        if (!failed) self->admit(std::move(socket), true);
-        self->accept_at_file();
-      });
-}
-
-// Out of descriptors: asking again at once would spin.
-void StatusDoor::accept_at_file_later() {
-  file_retry_.expires_after(kFileAcceptRetry);
-  file_retry_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
-    if (const auto self = weak.lock(); self && !cancelled) self->accept_at_file();
-  });
+  if (const auto news = tls_ ? tls_->check() : std::nullopt)
+    ports_.log(news->used ? LogLevel::kInfo : LogLevel::kWarn, "status.listen: " + news->text);
 }
 
 void StatusDoor::admit(TcpSocket socket, bool is_private) {
@@ -326,7 +284,7 @@ void StatusDoor::admit(TcpSocket socket, bool is_private) {
     sessions_.erase(slow);
   }
   sessions_.push_back(std::make_shared<Session>(*this, std::move(socket), is_private));
-  sessions_.back()->start(is_private ? nullptr : tls_);
+  sessions_.back()->start(is_private || !tls_ ? nullptr : tls_->context());
 }
 
 void StatusDoor::remove(const std::shared_ptr<Session>& session) {

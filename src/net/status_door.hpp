@@ -2,7 +2,6 @@
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
 #include <cstdint>
 #include <functional>
 #include <list>
@@ -92,8 +91,7 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   class Session;
   using Sessions = std::list<std::shared_ptr<Session>>;
 
-  void accept_at_file();
-  void accept_at_file_later();
+  [[nodiscard]] TcpDoors::Events admits(bool is_private);
   [[nodiscard]] std::size_t streams(bool is_private) const;
   void admit(TcpSocket socket, bool is_private);
   void remove(const std::shared_ptr<Session>& session);
@@ -101,12 +99,10 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   asio::io_context& io_;
   const Ports ports_;
   const Times times_;
-  std::shared_ptr<TcpDoors> doors_;  // null: nowhere by TCP
-  asio::local::stream_protocol::acceptor file_door_;
+  std::shared_ptr<TcpDoors> doors_;      // null: nowhere by TCP
+  std::shared_ptr<TcpDoors> file_door_;  // null: at no file
   std::string file_;
-  asio::steady_timer file_retry_;
-  std::optional<TlsFiles> tls_files_;
-  TlsContext tls_;
+  std::optional<TlsFiles> tls_;
   AddressPaces paces_{20, std::chrono::milliseconds(500)};  // of TLS handshakes, by address
   Pace pace_{50, std::chrono::milliseconds(50)};            // of all of them
   Sessions sessions_;                                       // the oldest first

@@ -1,4 +1,4 @@
-// The sockets on which a program listens, and the connections that come there.
+// The sockets on which a program listens, of TCP or in a file, and the connections that come there.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -27,9 +27,13 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
   TcpDoors(asio::io_context& io, Events events, std::string port_key = "listen.port")
       : io_(io), events_(std::move(events)), port_key_(std::move(port_key)) {}
 
-  // As ListenOptions has them; one of both. Empty, or what is wrong.
+  // As ListenOptions has them; one of both. Empty, or what is wrong. The address of a VPN or a
+  // mobile network may come after this program has started: it is listened on all the same, with a
+  // warning, and clients connect as soon as an interface has it. A port in use is a problem.
   [[nodiscard]] std::string open(std::vector<std::string> addresses, std::uint16_t port);
   [[nodiscard]] std::string take(const std::vector<int>& sockets);
+  // A socket file that only this process's user may use, in place of one that is there.
+  [[nodiscard]] std::string open_file(const std::string& file);
   // From now on.
   void accept();
   void close();  // no event follows
@@ -47,11 +51,12 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
   };
   using DoorPtr = std::shared_ptr<Door>;
 
+  // An IP address, or "localhost". Empty, or what is wrong.
   std::string bind(const std::string& address, std::uint16_t port);
-  std::string take(int socket);
+  // A socket that listens already.
+  std::string use(int socket, const asio::ip::tcp& family);
   void accept(const DoorPtr& door);
   void on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket);
-  void accept_later(const DoorPtr& door);
 
   asio::io_context& io_;
   Events events_;

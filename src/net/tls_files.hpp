@@ -29,6 +29,9 @@ class TlsFiles {
   // and what is wrong with it.
   TlsContext get(std::string& problem);
 
+  // The one that is in use; null: get() has not succeeded yet.
+  [[nodiscard]] const TlsContext& context() const { return context_; }
+
   // A context of the files as they are now: when one has changed they are read again, and while
   // they cannot be used there is no context.
   TlsContext get_fresh(std::string& problem);

@@ -1,5 +1,6 @@
 #include "net/tls_lines.hpp"
 
+#include <boost/asio/read_until.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
 #include <utility>
@@ -39,27 +40,20 @@ void TlsLines::open(std::size_t line_max, Events events) {
 }
 
 void TlsLines::read() {
-  stream_->async_read_some(asio::buffer(read_),
-                           [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
-                             if (!self->events_.line) return;
-                             if (error) return self->fail(failure_text(error, self->tls(), {}));
-                             self->on_read(bytes);
-                           });
+  asio::async_read_until(*stream_, asio::dynamic_buffer(line_, line_max_), '\n',
+                         [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
+                           if (self->events_.line) self->on_read(error, bytes);
+                         });
 }
 
-void TlsLines::on_read(std::size_t bytes) {
-  for (std::string_view rest(read_.data(), bytes); !rest.empty();) {
-    const std::size_t end = rest.find('\n');
-    if (line_.size() + std::min(end, rest.size()) >= line_max_)
-      return fail("the other end sends a line that is too long");
-    line_ += rest.substr(0, end);
-    if (end == std::string_view::npos) break;
-    rest.remove_prefix(end + 1);
-    const auto told = events_.line;  // it may end this object's events
-    told(std::exchange(line_, {}));
-    if (!events_.line) return;  // it was ended meanwhile
-  }
-  read();
+void TlsLines::on_read(const ErrorCode& error, std::size_t bytes) {
+  if (error == asio::error::not_found) return fail("the other end sends a line that is too long");
+  if (error) return fail(failure_text(error, tls(), {}));
+  const std::string line = line_.substr(0, bytes - 1);
+  line_.erase(0, bytes);
+  const auto told = events_.line;  // it may end this object's events
+  told(line);
+  if (events_.line) read();
 }
 
 void TlsLines::say(const std::string& line) {

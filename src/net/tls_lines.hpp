@@ -1,7 +1,6 @@
 // Lines of text over TLS: the control connection between a robot and its relay.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -45,7 +44,7 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
   struct Stream;
 
   void read();
-  void on_read(std::size_t bytes);
+  void on_read(const ErrorCode& error, std::size_t bytes);
   void write();
   void fail(const std::string& why);
 
@@ -58,8 +57,7 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
   Bytes read_before_;
   Events events_;
   std::size_t line_max_ = 0;
-  std::array<char, 512> read_{};
-  std::string line_;
+  std::string line_;  // and what was read beyond it
   std::string unsent_, sending_;
   bool finishes_ = false;
 };

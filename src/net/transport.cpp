@@ -145,9 +145,7 @@ void Transport::drain(std::function<void()> done) {
 
 void Transport::abort() {
   waits_.cancel();
-  ErrorCode ignored;
-  socket_.set_option(TcpSocket::linger(true, 0), ignored);
-  socket_.close(ignored);
+  reset(socket_);
 }
 
 }  // namespace connect_bridge

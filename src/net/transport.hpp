@@ -28,6 +28,30 @@ using ErrorCode = boost::system::error_code;
 // operation.
 using TcpSocket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
 
+// A handler that calls this member function, with what it gets, if the object is still there.
+template <class T, class... Gets>
+auto if_alive(T* of, void (T::*then)(Gets...)) {
+  return [weak = of->weak_from_this(), then](Gets... got) {
+    if (const auto self = weak.lock()) ((*self).*then)(std::forward<Gets>(got)...);
+  };
+}
+
+// Calls `then` when this time is over, unless the timer is cancelled or set again before.
+template <class Then>
+void call_after(asio::steady_timer& timer, asio::steady_timer::duration time, Then then) {
+  timer.expires_after(time);
+  timer.async_wait([then = std::move(then)](ErrorCode cancelled) {
+    if (!cancelled) then();
+  });
+}
+
+// Ends it with a reset: what is unsent, or unread, is lost.
+inline void reset(TcpSocket& socket) {
+  ErrorCode ignored;
+  socket.set_option(TcpSocket::linger(true, 0), ignored);
+  socket.close(ignored);
+}
+
 // The handler of a read or a write, of whatever type. Called once, and in the thread of the
 // io_context: a handler must have no executor, and no allocator, of its own.
 class IoHandler {

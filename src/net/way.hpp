@@ -15,9 +15,10 @@
 
 namespace connect_bridge {
 
-// Looks up the name, connects to the first address that answers, then sends CONNECT to a proxy.
-// With a proxy the name and addresses are the proxy's, and the proxy looks up the server's. The
-// caller limits the time. Thread: that of the io_context.
+// Looks up the name, connects to the first address that answers, then sends CONNECT to a proxy (RFC
+// 9110 section 9.3.6), whose answer has 8 KiB of header at most. With a proxy the name and
+// addresses are the proxy's, and the proxy looks up the server's. The caller limits the time.
+// Thread: that of the io_context.
 class Way : public std::enable_shared_from_this<Way> {
  public:
   // The connected socket, or none and why.
@@ -27,6 +28,7 @@ class Way : public std::enable_shared_from_this<Way> {
   // `slow`: see Race.
   Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy,
       bool slow = false);
+  ~Way();
   // Once only. `done` is called once, never from inside.
   void start(Done done);
   // `done` is not called any more.
@@ -37,8 +39,12 @@ class Way : public std::enable_shared_from_this<Way> {
   [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return tried_; }
 
  private:
+  struct Asking;
+
   void race(const std::vector<Race::Endpoint>& addresses);
   void ask_proxy(TcpSocket socket);
+  void on_asked(const ErrorCode& error);
+  void on_answered(const ErrorCode& error);
   void finish(std::optional<TcpSocket> socket, const std::string& problem);
 
   const std::string host_;
@@ -46,7 +52,7 @@ class Way : public std::enable_shared_from_this<Way> {
   const std::optional<HttpProxy> proxy_;
   LookUp look_up_;
   const std::shared_ptr<Race> race_;
-  std::shared_ptr<TcpSocket> asking_;  // the connection to the proxy, during CONNECT
+  std::unique_ptr<Asking> asking_;  // null: no proxy is asked yet
   std::optional<asio::ip::address> tried_;
   const char* stage_ = "the name look-up";
   Done done_;

@@ -122,46 +122,36 @@ bool read_message(ByteView body, ClientHello& hello) {
   return parts.whole() && parts.empty() && extensions.whole();
 }
 
-ClientHello wrong_hello() {
-  ClientHello hello;
-  hello.state = ClientHello::State::kWrong;
-  return hello;
-}
-
-ClientHello more_of_hello(std::size_t have, std::size_t missing) {
-  if (have + missing > ClientHello::kBytesMax) return wrong_hello();
-  ClientHello hello;
-  hello.missing = missing;
-  return hello;
-}
+const ClientHello kWrongHello{.state = ClientHello::State::kWrong};
 
 }  // namespace
 
 ClientHello read_client_hello(ByteView bytes) {
-  if (bytes.size() > ClientHello::kBytesMax) return wrong_hello();
+  if (bytes.size() > ClientHello::kBytesMax) return kWrongHello;
   const HelloRecords records = records_of(bytes);
   const Bytes& message = records.message;
-  if (records.wrong || (!message.empty() && message[0] != kClientHelloMessage))
-    return wrong_hello();
+  if (records.wrong || (!message.empty() && message[0] != kClientHelloMessage)) return kWrongHello;
   HelloParts parts(message);
   parts.number(1);
   const std::size_t size = parts.number(3);
   if (parts.whole()) {
-    if (kRecordHead + kMessageHead + size > ClientHello::kBytesMax) return wrong_hello();
+    if (kRecordHead + kMessageHead + size > ClientHello::kBytesMax) return kWrongHello;
     const ByteView body = parts.bytes(size);
     // A record with anything behind the message: a ClientHello comes alone.
     const std::size_t comes = message.size() + records.missing_body;
     if (comes > kMessageHead + size || (parts.whole() && records.missing_head > 0))
-      return wrong_hello();
+      return kWrongHello;
     if (parts.whole()) {
       ClientHello hello;
-      if (!read_message(body, hello)) return wrong_hello();
+      if (!read_message(body, hello)) return kWrongHello;
       hello.state = ClientHello::State::kComplete;
       return hello;
     }
   }
-  const std::size_t missing = records.missing_head + records.missing_body;  // one of them
-  return more_of_hello(bytes.size(), missing > 0 ? missing : kRecordHead);
+  const std::size_t of_record = records.missing_head + records.missing_body;  // one of them
+  const std::size_t missing = of_record > 0 ? of_record : kRecordHead;
+  if (bytes.size() + missing > ClientHello::kBytesMax) return kWrongHello;
+  return {.missing = missing};
 }
 
 }  // namespace connect_bridge

@@ -21,12 +21,6 @@ bool is_gone(TcpSocket& socket) {
 
 }  // namespace
 
-void reset(TcpSocket& socket) {
-  ErrorCode ignored;
-  socket.set_option(TcpSocket::linger(true, 0), ignored);
-  socket.close(ignored);
-}
-
 Joint::Joint(TcpSocket visitor, TcpSocket robot,
              std::function<void(bool to_robot, std::size_t)> passed)
     : visitor_(std::move(visitor)),
@@ -76,9 +70,8 @@ void Joint::on_over(End& from, End& to) {
   from.over = true;
   to.socket.shutdown(TcpSocket::shutdown_send, ignored);
   if (to.over) return finish(true);
-  last_.expires_after(kLastTime);
-  last_.async_wait([self = shared_from_this()](ErrorCode cancelled) {
-    if (!cancelled && self->ended_) self->finish(false);
+  call_after(last_, kLastTime, [self = shared_from_this()] {
+    if (self->ended_) self->finish(false);
   });
 }
 

@@ -50,7 +50,4 @@ class Joint : public std::enable_shared_from_this<Joint> {
   std::function<void()> ended_;
 };
 
-// Closes it with a reset.
-void reset(TcpSocket& socket);
-
 }  // namespace connect_bridge

@@ -29,7 +29,7 @@ constexpr Duration kJudgePeriod = std::chrono::seconds(60);
 // A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
 constexpr std::array<unsigned char, 7> kNoSuchName{21, 3, 3, 0, 2, 2, 112};
 
-// What waits is found by this: how long a look-up takes shows nothing of a ticket.
+// Who waits is found by this: how long a look-up takes shows nothing of a ticket.
 std::string key_of(std::string_view ticket) {
   return to_hex(sha256(view_of(ticket)));
 }
@@ -63,10 +63,7 @@ Relay::Relay(asio::io_context& io, RelaySetup setup, Log log)
 std::string Relay::open() {
   std::string problem;
   if (!tls_.get(problem)) return problem;
-  const auto arrived = [weak = weak_from_this()](TcpSocket socket) {
-    if (const auto self = weak.lock()) self->admit(std::move(socket));
-  };
-  doors_ = std::make_shared<TcpDoors>(io_, TcpDoors::Events{arrived, log_});
+  doors_ = std::make_shared<TcpDoors>(io_, TcpDoors::Events{if_alive(this, &Relay::admit), log_});
   problem = doors_->open(setup_.addresses, setup_.port);
   if (problem.empty()) doors_->accept();
   return problem;
@@ -115,31 +112,20 @@ void Relay::admit(TcpSocket socket) {
                                         is_proxy ? 0 : 1);
   tune_socket(caller->arrival.socket().native_handle(), setup_.sockets);
   calling_.insert(caller);
-  const auto let_go = [weak = weak_from_this(), of = std::weak_ptr{caller}](RelayRefusal why) {
-    const auto self = weak.lock();
-    const auto gone = of.lock();
-    if (self && gone) self->drop(gone, why);
+  caller->place->give_way =
+      with(caller, [](Relay& self, const CallerPtr& it) { self.drop(it, RelayRefusal::kGaveWay); });
+  call_after(caller->limit, kHelloTime, with(caller, [](Relay& self, const CallerPtr& it) {
+               self.drop(it, RelayRefusal::kTooLate);
+             }));
+  const auto from = [](Relay& self, const CallerPtr& it, const Source& source) {
+    if (!it->place) return;
+    it->from = {plain_address(source.address), source.port};
+    self.callers_.move_pending(*it->place, network_of(it->from.address(), 7), 1);
   };
-  caller->place->give_way = [let_go] { let_go(RelayRefusal::kGaveWay); };
-  caller->limit.expires_after(kHelloTime);
-  caller->limit.async_wait([let_go](ErrorCode cancelled) {
-    if (!cancelled) let_go(RelayRefusal::kTooLate);
-  });
-  const auto weak = weak_from_this();
-  const std::weak_ptr<Caller> of = caller;
-  const auto from = [weak, of](const Source& source) {
-    const auto self = weak.lock();
-    const auto known = of.lock();
-    if (!self || !known || !known->place) return;
-    known->from = {plain_address(source.address), source.port};
-    self->callers_.move_pending(*known->place, network_of(known->from.address(), 7), 1);
+  const auto read = [](Relay& self, const CallerPtr& it, RelayArrival::State state) {
+    if (self.calling_.contains(it)) self.on_arrived(it, state);
   };
-  caller->arrival.read(is_proxy, caller, {from, [weak, of](RelayArrival::State state) {
-                                            const auto self = weak.lock();
-                                            const auto known = of.lock();
-                                            if (self && known && self->calling_.contains(known))
-                                              self->on_arrived(known, state);
-                                          }});
+  caller->arrival.read(is_proxy, caller, {with(caller, from), with(caller, read)});
 }
 
 void Relay::on_arrived(const CallerPtr& caller, RelayArrival::State state) {
@@ -156,7 +142,6 @@ void Relay::on_arrived(const CallerPtr& caller, RelayArrival::State state) {
 
 void Relay::drop(const CallerPtr& caller) {
   calling_.erase(caller);
-  waiting_.erase(caller->ticket);
   caller->limit.cancel();
   caller->place.reset();
   caller->place_at_robot.reset();
@@ -196,21 +181,12 @@ void Relay::on_control(const CallerPtr& caller) {
   const Bytes hello = std::move(caller->arrival.bytes());
   drop(caller);
   strangers_.insert(robot);
-  const auto weak = weak_from_this();
-  const std::weak_ptr<Robot> of = robot;
-  robot->place->give_way = [weak, of] {
-    const auto self = weak.lock();
-    const auto gone = of.lock();
-    if (!self || !gone) return;
-    self->count(RelayRefusal::kGaveWay);
-    self->end(gone, "gave way");
-  };
-  limit(robot, kHelloTime);
-  robot->lines->shake_hands(true, hello, [weak, of](ErrorCode error) {
-    const auto self = weak.lock();
-    const auto shaken = of.lock();
-    if (self && shaken) self->on_shaken(shaken, error);
+  robot->place->give_way = with(robot, [](Relay& self, const RobotPtr& it) {
+    self.count(RelayRefusal::kGaveWay);
+    self.end(it, "gave way");
   });
+  limit(robot, kHelloTime);
+  robot->lines->shake_hands(true, hello, with(robot, &Relay::on_shaken));
 }
 
 void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
@@ -218,19 +194,7 @@ void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
     count(RelayRefusal::kNoTls);
     return end(robot, "no TLS");
   }
-  const auto weak = weak_from_this();
-  const std::weak_ptr<Robot> of = robot;
-  const auto on_its_end = [weak, of](const std::string& why) {
-    const auto self = weak.lock();
-    const auto gone = of.lock();
-    if (self && gone) self->end(gone, why);
-  };
-  robot->lines->open(kRelayLoginMax, {[weak, of](std::string_view line) {
-                                        const auto self = weak.lock();
-                                        const auto known = of.lock();
-                                        if (self && known) self->on_line(known, line);
-                                      },
-                                      on_its_end});
+  robot->lines->open(kRelayLoginMax, {with(robot, &Relay::on_line), with(robot, &Relay::end)});
 }
 
 void Relay::on_line(const RobotPtr& robot, std::string_view line) {
@@ -278,23 +242,17 @@ void Relay::on_login(const RobotPtr& robot, std::string_view words) {
   robot->lines->limit_lines(kRobotLineMax);
   robot->lines->say("welcome");
   // It has not heard of them if its connection was dead.
-  for (const auto& entry : waiting_)
-    if (const auto waits = entry.second.lock(); waits && waits->robot == robot->name)
-      robot->lines->say(waits->call);
+  for (const CallerPtr& caller : calling_)
+    if (!caller->ticket.empty() && caller->robot == robot->name) robot->lines->say(caller->call);
   limit(robot, kRelaySilence);
   log_(LogLevel::kInfo, robot->name + " is here, from " + robot->peer);
 }
 
 void Relay::limit(const RobotPtr& robot, std::chrono::seconds time) {
-  robot->limit.expires_after(time);
-  robot->limit.async_wait(
-      [weak = weak_from_this(), of = std::weak_ptr{robot}](ErrorCode cancelled) {
-        const auto self = weak.lock();
-        const auto silent = of.lock();
-        if (!self || !silent || cancelled) return;
-        if (self->strangers_.contains(silent)) self->count(RelayRefusal::kTooLate);
-        self->end(silent, "it is silent");
-      });
+  call_after(robot->limit, time, with(robot, [](Relay& self, const RobotPtr& it) {
+               if (self.strangers_.contains(it)) self.count(RelayRefusal::kTooLate);
+               self.end(it, "it is silent");
+             }));
 }
 
 void Relay::end(RobotPtr robot, const std::string& why) {
@@ -324,14 +282,9 @@ void Relay::on_visitor(const CallerPtr& caller) {
   caller->place_at_robot = visitors_.take_pending(caller->robot);
   caller->place_at_robot->give_way = caller->place->give_way;
   caller->ticket = key_of(ticket);
-  waiting_[caller->ticket] = caller;
-  caller->limit.expires_after(kTicketTime);
-  caller->limit.async_wait(
-      [weak = weak_from_this(), of = std::weak_ptr{caller}](ErrorCode cancelled) {
-        const auto self = weak.lock();
-        const auto waits = of.lock();
-        if (self && waits && !cancelled) self->refuse(waits, RelayRefusal::kRobotSilent);
-      });
+  call_after(caller->limit, kTicketTime, with(caller, [](Relay& self, const CallerPtr& it) {
+               self.refuse(it, RelayRefusal::kRobotSilent);
+             }));
   caller->call = "visitor " + ticket + ' ' + caller->from.address().to_string() + ' ' +
                  std::to_string(caller->from.port());
   const RobotPtr robot = found->second;
@@ -339,9 +292,11 @@ void Relay::on_visitor(const CallerPtr& caller) {
 }
 
 void Relay::on_ticket(const CallerPtr& caller, const std::string& ticket) {
-  const auto found = waiting_.find(key_of(ticket));
-  const auto visitor = found == waiting_.end() ? nullptr : found->second.lock();
-  if (!visitor) return drop(caller, RelayRefusal::kWrongTicket);
+  const auto found =
+      std::find_if(calling_.begin(), calling_.end(),
+                   [key = key_of(ticket)](const CallerPtr& waits) { return waits->ticket == key; });
+  if (found == calling_.end()) return drop(caller, RelayRefusal::kWrongTicket);
+  const CallerPtr visitor = *found;
   const auto weak = weak_from_this();
   const std::string robot = visitor->robot;
   const auto joint = std::make_shared<Joint>(

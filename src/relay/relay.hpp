@@ -73,7 +73,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::shared_ptr<Admission::Pending> place;
     std::shared_ptr<Admission::Pending> place_at_robot;
     std::string robot;
-    std::string ticket;  // the key in waiting_; empty: it does not wait there
+    std::string ticket;  // its hash; empty: no robot is asked to fetch it
     std::string call;    // what the robot is told of it
   };
   using CallerPtr = std::shared_ptr<Caller>;
@@ -90,6 +90,17 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::string token;
   };
   using RobotPtr = std::shared_ptr<Robot>;
+
+  // A handler that calls `then` with this, with `of` and with what it gets, if both are still
+  // there.
+  template <class Of, class Then>
+  auto with(const std::shared_ptr<Of>& of, Then then) {
+    return [weak = weak_from_this(), at = std::weak_ptr{of}, then](const auto&... got) {
+      const auto self = weak.lock();
+      const auto it = at.lock();
+      if (self && it) std::invoke(then, *self, it, got...);
+    };
+  }
 
   void admit(TcpSocket socket);
   void on_arrived(const CallerPtr& caller, RelayArrival::State state);
@@ -124,8 +135,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   AddressPaces robot_paces_;  // of visitors, by robot: each costs it a connection
   Pace pace_;                 // of control handshakes
   std::unordered_set<CallerPtr> calling_;
-  std::unordered_map<std::string, std::weak_ptr<Caller>> waiting_;  // by the hash of their ticket
-  std::unordered_set<RobotPtr> strangers_;                          // without a login yet
+  std::unordered_set<RobotPtr> strangers_;  // without a login yet
   std::unordered_map<std::string, RobotPtr> robots_;
   std::unordered_set<std::shared_ptr<Joint>> joints_;
   std::unordered_map<std::string, RelayUse> uses_;  // by robot; none that is not here and unpaired

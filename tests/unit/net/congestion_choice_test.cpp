@@ -69,7 +69,7 @@ TEST_F(CongestionChoiceTest, APathThatWasGoneIsNoWeather) {
 
 TEST_F(CongestionChoiceTest, AKernelThatDoesNotTellIsNotAskedAllTheTime) {
   EXPECT_TRUE(choice_.is_due(now_));
-  EXPECT_FALSE(choice_.next(std::nullopt, now_));
+  EXPECT_FALSE(choice_.next({}, now_));
   EXPECT_FALSE(choice_.is_due(now_ + 99ms));
   EXPECT_TRUE(choice_.is_due(now_ + 100ms));
 }

@@ -17,24 +17,24 @@ TEST(RepairWatch, AsksAgainAfterAWhile) {
 
 TEST(RepairWatch, TellsOfLossesOnTheWayToThePeer) {
   RepairWatch watch;
-  watch.told({{true, 3000, 7}, 0}, TimePoint{1s});
+  watch.told({.repairs = {true, 3000, 7}}, TimePoint{1s});
   EXPECT_TRUE(watch.repairs().open);
   EXPECT_EQ(watch.repairs().under_way_bytes, 3000U);
   EXPECT_EQ(watch.repairs().repeated, 7U);
-  watch.told({{false, 0, 7}, 0}, TimePoint{2s});
+  watch.told({.repairs = {false, 0, 7}}, TimePoint{2s});
   EXPECT_FALSE(watch.repairs().open);
 }
 
 TEST(RepairWatch, TellsOfTheOtherWayUntilSomethingIsRead) {
   RepairWatch watch;
-  watch.told({{}, 1}, TimePoint{1s});
+  watch.told({.too_early = 1}, TimePoint{1s});
   EXPECT_TRUE(watch.misses());
   EXPECT_TRUE(watch.repairs().open);
-  watch.told({{}, 3}, TimePoint{2s});
+  watch.told({.too_early = 3}, TimePoint{2s});
   EXPECT_TRUE(watch.repairs().open);
-  watch.has_read({{}, 4});
+  watch.has_read({.too_early = 4});
   EXPECT_FALSE(watch.repairs().open);
-  watch.told({{}, 5}, TimePoint{3s});
+  watch.told({.too_early = 5}, TimePoint{3s});
   EXPECT_TRUE(watch.repairs().open);
 }
 

@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <sys/un.h>
 
+#include <boost/asio/local/stream_protocol.hpp>
+
 #include "unit/net/certificates.hpp"
 #include "unit/net/harness.hpp"
 #include "unit/net/raw_tls.hpp"

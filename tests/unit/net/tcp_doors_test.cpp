@@ -1,5 +1,5 @@
-// Addresses that no interface has when the server starts.
-#include "net/listen_at.hpp"
+// Addresses that no interface has when the server starts, and the socket file.
+#include "net/tcp_doors.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace connect_bridge::test {
 namespace {
 
 // As at boot, before a VPN is up. Nobody has these addresses: they are for documentation.
-TEST(ListenAt, AnAddressThatNoInterfaceHasYetKeepsNoOtherClosed) {
+TEST(TcpDoors, AnAddressThatNoInterfaceHasYetKeepsNoOtherClosed) {
   for (const std::string absent : {"192.0.2.1", "2001:db8::1"}) {
     ListenOptions options;
     options.addresses = {absent, "127.0.0.1"};
@@ -26,7 +26,7 @@ TEST(ListenAt, AnAddressThatNoInterfaceHasYetKeepsNoOtherClosed) {
   }
 }
 
-TEST(ListenAt, APortThatIsInUseIsAProblemThereToo) {
+TEST(TcpDoors, APortThatIsInUseIsAProblemThereToo) {
   ListenOptions options;
   options.addresses = {"192.0.2.1"};
   Pair pair{options};
@@ -40,7 +40,7 @@ TEST(ListenAt, APortThatIsInUseIsAProblemThereToo) {
   EXPECT_TRUE(other.logs.empty());
 }
 
-TEST(ListenAt, AnAddressThatIsThereCausesNoWarning) {
+TEST(TcpDoors, AnAddressThatIsThereCausesNoWarning) {
   ListenOptions options;
   options.addresses = {"localhost", "127.0.0.2"};  // no interface lists the second one
   Pair pair{options};
