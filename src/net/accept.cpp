@@ -85,10 +85,10 @@ struct Listener::Visitor::Request {
   http::response<http::string_body> response;
 };
 
-Listener::Visitor::Visitor(Listener& listener, TcpSocket socket, ConnectionOpened opened, By sender)
+Listener::Visitor::Visitor(Listener& listener, TcpSocket tcp, ConnectionOpened opened, By sender)
     : from(std::move(opened)),
       by(sender),
-      socket(std::make_shared<WebSocket>(std::move(socket))),
+      socket(std::make_shared<WebSocket>(std::move(tcp))),
       listener_(&listener),
       request_(std::make_unique<Request>()),
       deadline_(listener.io_) {

@@ -19,8 +19,8 @@ struct ClientHello {
   State state = State::kMore;
   std::size_t missing = 0;  // kMore: at least so many more bytes belong to it
   // kComplete.
-  std::string server_name;             // in lower case; empty: none
-  std::vector<std::string> protocols;  // of ALPN, in their order
+  std::string server_name{};             // in lower case; empty: none
+  std::vector<std::string> protocols{};  // of ALPN, in their order
 };
 
 // Without any bytes it returns how many to read first; who reads no more than that reads no byte
