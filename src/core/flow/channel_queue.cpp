@@ -113,7 +113,10 @@ bool ChannelQueue::make_room(OutMessage& message, std::uint64_t arrival, const N
     if (displace(message, arrival, now)) return true;  // mutant: turns_at_depth
     drop_waiting_at(first, DropReason::kQueueDepth);   // mutant: depth
   }
-  while (!has_room(message.body.size(), now)) drop_waiting_at(first, DropReason::kQueueBytes);
+  while (!has_room(message.body.size(), now)) {
+    if (message.state && displace(message, arrival, now)) return true;
+    drop_waiting_at(first, DropReason::kQueueBytes);
+  }
   return false;
 }
 
@@ -305,11 +308,7 @@ ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   overload_.began(waiting_.front().since, now.steady);
   last_wait_ = now.steady - waiting_.front().came;
   Open next{take_waiting(0), 0, now.steady, {}, {}};
-  if (waiting_.empty() && !overload_.stands()) {
-    turns_.clear();
-  } else if (next.message.state) {
-    turns_[next.message.subject.origin()] = counts_.sent + 1;
-  }
+  if (next.message.state) turns_[next.message.subject.origin()] = counts_.sent + 1;
   replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;
   auto& message = next.message;

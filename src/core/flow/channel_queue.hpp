@@ -282,8 +282,7 @@ class ChannelQueue {
   std::uint64_t waiting_bytes_ = 0;
   Replay replay_;  // the first of them
   Overload overload_;
-  std::unordered_map<OriginId, std::uint64_t>
-      turns_;  // of states, while some wait: when each had its last
+  std::unordered_map<OriginId, std::uint64_t> turns_;  // of states: when each had its last
   std::optional<Duration> last_wait_;
   std::optional<TimePoint> rests_until_;
   std::deque<Sent> sent_;  // wholly, that resume; until the peer has them
