@@ -28,6 +28,7 @@ Middleware middleware_named(std::string_view identifier, bool finds_handles) {
     result.ignoring_local_is_safe = false;
   } else if (identifier == "rmw_cyclonedds_cpp") {
     result.publisher_told = Middleware::PublisherTold::kHandle;
+    result.fills_used_messages = false;
     result.takes_bare_types = result.asks_for_fields = true;
     if (finds_handles) {
       result.participant_bytes = kParticipantBytes;

@@ -46,6 +46,10 @@ struct Middleware {
   // sample of another publisher that waits behind one of them. There all are taken.
   bool ignoring_local_is_safe = true;
 
+  // rmw_cyclonedds_cpp allocates new sequences in a message that it fills, and does not free those
+  // that are in it (seen in 4.0.3): it must get an empty message each time.
+  bool fills_used_messages = true;
+
   // Whether topics, and whether services, can have types whose packages are not installed
   // (types/bare_types.hpp). rmw_fastrtps_cpp and rmw_zenoh_cpp read and write messages by functions
   // of the type support, the others by a type's fields. Of these rmw_cyclonedds_cpp only copies

@@ -30,9 +30,8 @@ class MessageForm {
   // The message from untrusted bytes, which must live until reset(); an error text, or nothing.
   // Takes at most `memory_max` of memory in addition to the message itself.
   virtual std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) = 0;
-  // The content is not needed any longer: frees it. Needed before the next message comes, as
-  // rmw_cyclonedds_cpp allocates new sequences in a message that it fills, and does not free those
-  // that are in it (seen in 4.0.3).
+  // The content is not needed any longer: frees large parts. Needed
+  // before the next message comes (see Middleware::fills_used_messages).
   virtual void reset() = 0;
 };
 

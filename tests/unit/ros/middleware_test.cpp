@@ -38,6 +38,7 @@ TEST(Middleware, FastDdsTellsAll) {
   EXPECT_TRUE(of.tells_callers() && of.tells_servers());
   EXPECT_FALSE(of.lost_callback_is_safe);
   EXPECT_FALSE(of.ignoring_local_is_safe);
+  EXPECT_TRUE(of.fills_used_messages);
   EXPECT_EQ(of.participant_of(counting()), first_twelve());
   PublisherIds ids;
   EXPECT_EQ(of.caller_in_graph(counting_request(), ids), caller_of(counting_request()));
@@ -47,6 +48,7 @@ TEST(Middleware, CycloneTellsHandlesOfPublishersAndCallers) {
   const auto of = middleware_named("rmw_cyclonedds_cpp", true);
   EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kHandle);
   EXPECT_TRUE(of.tells_callers() && of.tells_servers() && of.lost_callback_is_safe);
+  EXPECT_FALSE(of.fills_used_messages);
   PublisherIds ids([] {
     Gid handle;  // the second half of counting_request()
     for (std::size_t i = 0; i < 8; ++i) handle.bytes[i] = static_cast<std::uint8_t>(i + 9);
