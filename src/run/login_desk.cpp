@@ -83,16 +83,21 @@ std::optional<LoginDesk::Waiting> LoginDesk::take_next() {
 
 void LoginDesk::work(bool refreshes) {
   auto due = Clock::now() + kRefreshPeriod;
+  const auto wanted = [this] { return ending_ || anybody_waits(); };
   for (;;) {
     std::unique_lock lock(mutex_);
-    changed_.wait_until(lock, due, [this] { return ending_ || anybody_waits(); });
+    if (refreshes) {
+      changed_.wait_until(lock, due, wanted);
+    } else {
+      changed_.wait(lock, wanted);
+    }
     if (ending_) return;
     auto next = take_next();
     lock.unlock();
     if (next) judge(std::move(*next));
-    if (Clock::now() < due) continue;
+    if (!refreshes || Clock::now() < due) continue;
     due = Clock::now() + kRefreshPeriod;
-    if (refreshes) refresh();
+    refresh();
   }
 }
 

@@ -163,8 +163,9 @@ void ChannelQueue::take_turn(std::size_t first) {
     const auto turn = turns_.find(waiting.message.subject.origin());
     return turn == turns_.end() ? 0 : turn->second;
   };
+  const auto own = turn_of(waiting_.back());
   for (auto i = waiting_.size() - 1; i > first; --i) {
-    if (turn_of(waiting_[i - 1]) <= turn_of(waiting_[i])) return;  // mutant: publishers_turns
+    if (turn_of(waiting_[i - 1]) <= own) return;  // mutant: publishers_turns
     std::swap(waiting_[i - 1], waiting_[i]);
     std::swap(waiting_[i - 1].since, waiting_[i].since);
     if (i == 1) front_.reset();

@@ -13,6 +13,15 @@ OutSample sample_of(std::size_t bytes) {
   return {OriginId{1}, 0, 0, Payload::adopt(Bytes(bytes)), {}};
 }
 
+// The peer says that it listens to /a.
+void listen(Exporting& s, OneLink& peer) {
+  ListenerTold told;
+  told.listener = {1};
+  told.name = "/a";
+  told.type = kType;
+  EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
+}
+
 // What is kept for one link, of which nothing else is known.
 struct Early {
   // How many were dropped.
@@ -56,25 +65,18 @@ TEST(EarlySamples, TheOldestGivesWayAndAllIsGivenBack) {
 TEST(EarlySamples, WhoListensALittleLaterGetsWhatNobodyHasGot) {
   OneLink first(1), second(2), third(3);
   Exporting s;
-  const auto listen = [&](OneLink& peer) {
-    ListenerTold told;
-    told.listener = {1};
-    told.name = "/a";
-    told.type = kType;
-    EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
-  };
   s.see(topic("/a").pub(1));
-  listen(first);
+  listen(s, first);
   s.see(topic("/a").pub(1));
   s.offer(first);
   s.take(1, "early");
-  listen(second);
+  listen(s, second);
   s.offer(second);
   s.take(1, "later");
   s.demand(second);
   EXPECT_EQ(second.said(), "1.1 early, 1.1 later\n");
   EXPECT_EQ(first.said(), "");
-  listen(third);
+  listen(s, third);
   s.offer(third);
   s.take(1, "much later", 1000);
   s.demand(third);
@@ -85,11 +87,7 @@ TEST(EarlySamples, WhoListensALittleLaterGetsWhatNobodyHasGot) {
 TEST(EarlySamples, OfATransientLocalTopicGoToWhoDrives) {
   OneLink other{1}, driven{2};
   Exporting s;
-  ListenerTold told;
-  told.listener = {1};
-  told.name = "/a";
-  told.type = kType;
-  EXPECT_TRUE(s.context.listeners.on_listeners(driven.link, {{told}, {}}, ms(0)).ok());
+  listen(s, driven);
   s.see(topic("/a").pub(1, latched(3)));
   s.offer(other);
   s.offer(driven);
@@ -105,11 +103,7 @@ TEST(EarlySamples, OfATransientLocalTopicGoToWhoDrives) {
 TEST(EarlySamples, WhoDrivesDoesNotGetWhatComesMuchLaterThanItWasSaid) {
   OneLink other{1}, driven{2};
   Exporting s;
-  ListenerTold told;
-  told.listener = {1};
-  told.name = "/a";
-  told.type = kType;
-  EXPECT_TRUE(s.context.listeners.on_listeners(driven.link, {{told}, {}}, ms(0)).ok());
+  listen(s, driven);
   s.see(topic("/a").pub(1, latched(3)));
   s.offer(other);
   s.demand(other);
@@ -144,11 +138,7 @@ TEST(EarlySamples, WhoDrivesGetsTheFirstCommandOfANewPublisher) {
 struct BesideAWeakListener {
   BesideAWeakListener() : s({weak(), everything()}) {
     listens.link.login.set_identity({"weak", {}, 0});
-    ListenerTold told;
-    told.listener = {1};
-    told.name = "/a";
-    told.type = kType;
-    EXPECT_TRUE(s.context.listeners.on_listeners(listens.link, {{told}, {}}, ms(0)).ok());
+    listen(s, listens);
     s.see(topic("/a").pub(1));
     s.offer(demands);
     s.offer(listens);
@@ -187,7 +177,7 @@ TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
   Exporting s;
   std::vector<std::unique_ptr<ExportedTopic>> topics;
   std::vector<Topic> states;
-  const auto listen = [&](OneLink& peer, std::uint32_t n) {
+  const auto listen_to = [&](OneLink& peer, std::uint32_t n) {
     ListenerTold told;
     told.listener = {n};
     told.name = "/t" + std::to_string(n);
@@ -196,9 +186,9 @@ TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
   };
   for (std::uint32_t n = 1; n <= 6; ++n) {
     states.push_back(topic("/t" + std::to_string(n)).pub(static_cast<std::uint8_t>(n)));
-    listen(greedy, n);
+    listen_to(greedy, n);
   }
-  listen(other, 6);
+  listen_to(other, 6);
   s.graph = picture(states);
   const std::string text((1 << 20) - 100, 'x');
   for (std::uint32_t n = 1; n <= 6; ++n) {
