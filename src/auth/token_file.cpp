@@ -11,16 +11,23 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <memory>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "auth/token_table.hpp"
 #include "core/base/hex.hpp"
 
 namespace connect_bridge {
 namespace {
+
+constexpr std::chrono::seconds kLockPatience{5};
+constexpr std::chrono::seconds kLockSoon{1};  // where the thread is everybody's
 
 // As a YAML string, with any content.
 std::string quoted(const std::string& text) {
@@ -30,6 +37,23 @@ std::string quoted(const std::string& text) {
     result += c;
   }
   return result + '"';
+}
+
+// Who holds a folder locked, as a sentence with the cure. Processes of another namespace are 0.
+std::string holder_of_lock(int folder) {
+  struct stat facts {};
+  ::fstat(folder, &facts);
+  const std::string inode = ":" + std::to_string(facts.st_ino);
+  std::string text = "another program";
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream words(line);
+    std::string number, kind, mode, access, process, place;
+    words >> number >> kind >> mode >> access >> process >> place;
+    if (kind == "FLOCK" && place.ends_with(inode) && process != "0")
+      text += " (process " + process + ")";
+  }
+  return text + " holds its folder locked: it is being changed, or end that program";
 }
 
 // The folder that a file is in. Without one nothing can be written either.
@@ -46,18 +70,18 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
 
-  // One writer after the other, in the order in which they came, as long as it is held.
-  void lock() const {
-    if (handle_ >= 0) ::flock(handle_, LOCK_EX);
-  }
-  // For who must not wait long: whoever may open the folder can hold it without end. Asks again and
-  // again, and so may come last of many writers. What is wrong, or nothing.
-  [[nodiscard]] std::string lock_soon() const {
-    const auto until = std::chrono::steady_clock::now() + kLockTime;
+  // One writer after the other, as long as it is held. Whoever may open the folder can hold it
+  // without end, so that nobody waits longer than `patience`, nor than a second without a word.
+  // What is wrong, or nothing.
+  [[nodiscard]] std::string lock_soon(std::chrono::seconds patience) const {
+    const auto begin = std::chrono::steady_clock::now();
+    bool told = false;
     while (handle_ >= 0 && ::flock(handle_, LOCK_EX | LOCK_NB) != 0) {
       if (errno != EWOULDBLOCK && errno != EINTR) break;  // a file system without locks
-      if (std::chrono::steady_clock::now() >= until)
-        return "another program holds its folder locked: it is being changed";
+      const auto waited = std::chrono::steady_clock::now() - begin;
+      if (waited >= patience) return holder_of_lock(handle_);
+      if (waited >= kSilence && !std::exchange(told, true))
+        std::fprintf(stderr, "waiting: %s\n", holder_of_lock(handle_).c_str());
       ::poll(nullptr, 0, kLockStepMs);  // no event says that a lock is free
     }
     return {};
@@ -69,8 +93,8 @@ class Folder {
   }
 
  private:
-  static constexpr std::chrono::milliseconds kLockTime{1000};
-  static constexpr int kLockStepMs = 10;
+  static constexpr std::chrono::seconds kSilence{1};
+  static constexpr int kLockStepMs = 1;  // short, so that one of many writers finds a gap
 
   int handle_ = -1;
 };
@@ -199,7 +223,8 @@ std::string token_entries_problem(const std::string& text, const std::string& na
 std::string append_token_entry(const std::string& named, const TokenEntry& entry) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  folder.lock();
+  if (const std::string held = folder.lock_soon(kLockPatience); !held.empty())
+    return file + ": " + held;
   std::string text, problem;
   if (::access(file.c_str(), F_OK) == 0) {
     auto before = read_secret_file(file, problem);
@@ -219,7 +244,8 @@ std::string replace_token_entries(const std::string& named, const TokenEntry& en
                                   const Digest& former) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  if (const std::string held = folder.lock_soon(); !held.empty()) return file + ": " + held;
+  if (const std::string held = folder.lock_soon(kLockSoon); !held.empty())
+    return file + ": " + held;
   std::size_t removed = 0;
   std::string problem;
   std::string text = text_without(file, entry.identity, former, removed, problem);
@@ -234,7 +260,8 @@ std::string remove_token_entries(const std::string& named, const std::string& id
                                  std::size_t& removed) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  folder.lock();
+  if (const std::string held = folder.lock_soon(kLockPatience); !held.empty())
+    return file + ": " + held;
   std::string problem;
   std::string rest = text_without(file, identity, std::nullopt, removed, problem);
   if (!problem.empty()) return problem;

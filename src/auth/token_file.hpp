@@ -29,8 +29,17 @@ struct TokenEntry {
 // owner alone. Returns what is wrong, empty if nothing.
 [[nodiscard]] std::string write_secret_file(const std::string& file, const std::string& text);
 
-// Adds an entry at the end, as write_secret_file() does. Two writers wait for each other. Returns
-// what is wrong, empty if nothing; then the file is as it was.
+// What is printed of a text with a secret, which `name` names: on a terminal the text; else, since
+// others may read that output (a journal, the log of a container), the name of the file that then
+// has the text, for its owner alone. `problem` is set if it cannot be written. Blocks as the disk
+// does.
+[[nodiscard]] std::string secret_to_print(const std::string& text, const std::string& name,
+                                          bool terminal, const std::string& file,
+                                          std::string& problem);
+
+// Adds an entry at the end, as write_secret_file() does. Writers wait for each other, at most five
+// seconds: then the problem names who holds the folder locked, as a line on stderr does after one.
+// Returns what is wrong, empty if nothing; then the file is as it was.
 [[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry);
 
 // This one in place of all entries of its identity, in one step and with the same care; one of them

@@ -67,6 +67,7 @@ useradd --create-home anna
 (umask 077 && connect_bridge ctl token anna --file /etc/connect_bridge/tokens.yaml >/etc/connect_bridge/anna.token 2>/tmp/token.log)
 connect_bridge ctl check /etc/connect_bridge/server.yaml >/tmp/check.log 2>&1 || fail "the shipped server.yaml is wrong"
 ok "the shipped server.yaml is understood"
+[ "$(stat -c %a /etc/connect_bridge)" = 751 ] || fail "other users can lock /etc/connect_bridge"
 chown robot /etc/connect_bridge/tokens.yaml
 chown anna /etc/connect_bridge/anna.token
 printf '/**:\n  ros__parameters:\n    auth: {token_file: /etc/connect_bridge/tokens.yaml}\n    rules: [see]\n    rule: {see: {export_topics: [/chatter]}}\n' \

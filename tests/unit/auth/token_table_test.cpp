@@ -215,21 +215,32 @@ TEST(TokenFile, StaysAsItWasWhenAnEntryWouldMakeItWrong) {
   EXPECT_EQ(test::content(file), before);
 }
 
-// Any user who may open the folder can. It is the relay's thread that replaces.
-TEST(TokenFile, WhoHoldsItsFolderLockedHoldsUpARelayNotForLong) {
+// Any user who may open the folder can. A revocation that waits without a word is none.
+TEST(TokenFile, WhoHoldsItsFolderLockedHoldsUpAWriterNotForLong) {
   const std::string folder = test::scratch_folder() + "held";
   const std::string file = folder + "/tokens.yaml";
   std::filesystem::create_directory(folder);
+  const Digest anna = digest_of_token(kAnna);
+  const TokenEntry entry{"anna", {}, {}, {}, anna};
+  const auto replace = [&] { return replace_token_entries(file, entry, anna); };
+  const auto append = [&] { return append_token_entry(file, entry); };
+  const auto remove = [&] {
+    std::size_t removed = 0;
+    return remove_token_entries(file, "anna", removed);
+  };
   const int held = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   ASSERT_EQ(::flock(held, LOCK_EX), 0);
-  const Digest anna = digest_of_token(kAnna);
-  const auto replace = [&] {
-    return replace_token_entries(file, {"anna", {}, {}, {}, anna}, anna);
-  };
-  EXPECT_THAT(replace(), HasSubstr("it is being changed"));
+  const std::string who = "(process " + std::to_string(::getpid()) + ") holds its folder locked";
+  testing::internal::CaptureStderr();
+  std::thread appends([&] { EXPECT_THAT(append(), HasSubstr(who)); });
+  EXPECT_THAT(remove(), HasSubstr(who));
+  appends.join();
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("waiting: another program " + who));
+  EXPECT_THAT(replace(), HasSubstr(who));
   ::close(held);
-  EXPECT_EQ(append_token_entry(file, {"anna", {}, {}, {}, anna}), "");
+  EXPECT_EQ(append(), "");
   EXPECT_EQ(replace(), "");
+  EXPECT_EQ(remove(), "");
 }
 
 // `ctl token` and a server that pairs.
