@@ -1,6 +1,6 @@
 // Joins robots and operators that nobody can dial, on a machine with an address; without ROS.
 #include <fmt/chrono.h>
-#include <sys/resource.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/io_context.hpp>
@@ -18,6 +18,7 @@
 #include "config/document.hpp"
 #include "config/syntax.hpp"
 #include "net/system_now.hpp"
+#include "net/descriptors.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
 #include "relay/relay_site.hpp"
@@ -39,14 +40,6 @@ void log_line(LogLevel level, const std::string& text) {
   const std::string time = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   std::fprintf(stderr, "[%s] [%s] %s\n", kNames[static_cast<int>(level)], time.c_str(),
                text.c_str());
-}
-
-// Two descriptors for each pair: as many as the host allows.
-void raise_descriptors() {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-  limit.rlim_cur = limit.rlim_max;
-  ::setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 std::string why_not_readable(const std::string& file) {
@@ -179,7 +172,7 @@ int main(int argc, char** argv) {
     return app.exit(wrong) == 0 ? 0 : connect_bridge::kExitWrong;
   }
   std::signal(SIGPIPE, SIG_IGN);
-  connect_bridge::raise_descriptors();
+  connect_bridge::raise_descriptors();  // two for each pair
   try {
     if (!robot.empty()) return connect_bridge::print_robot_line(file, robot);
     if (file.empty()) file = connect_bridge::relay_folder() + "/relay.yaml";

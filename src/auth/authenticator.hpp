@@ -34,6 +34,9 @@ struct Refreshed {
   std::vector<std::string> news;      // what was updated
   std::vector<std::string> warnings;  // what an operator should know before it goes wrong
   std::vector<std::string> problems;  // why nothing was updated: the former state stays valid
+  // A file that decides has changed, and descriptors or memory to read it are lacking, still or for
+  // the first time.
+  bool lacks_means = false;
 };
 
 // One login method. It may block: it is called on threads of its own, never on the loop's.

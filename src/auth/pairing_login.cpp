@@ -179,6 +179,7 @@ Refreshed PairingLogin::refresh(Stamp now) {
   std::move(more.news.begin(), more.news.end(), std::back_inserter(refreshed.news));
   std::move(more.warnings.begin(), more.warnings.end(), std::back_inserter(refreshed.warnings));
   std::move(more.problems.begin(), more.problems.end(), std::back_inserter(refreshed.problems));
+  refreshed.lacks_means = more.lacks_means;
   return refreshed;
 }
 

@@ -1,8 +1,10 @@
 #include "auth/secret.hpp"
 
+#include <fcntl.h>
 #include <openssl/crypto.h>
 #include <openssl/rand.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -84,6 +86,13 @@ std::optional<std::string> read_secret_file(const std::string& file, std::string
   }
   text.resize(size);
   return text;
+}
+
+bool lacks_means_to_open(const std::string& file) {
+  const int opened = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (opened < 0) return errno == EMFILE || errno == ENFILE || errno == ENOMEM;
+  ::close(opened);
+  return false;
 }
 
 std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,

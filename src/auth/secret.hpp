@@ -28,6 +28,8 @@ void wipe(std::string& secret);
 // A small file's content. nullopt: `problem` says why, with the file's name.
 [[nodiscard]] std::optional<std::string> read_secret_file(const std::string& file,
                                                           std::string& problem);
+// Whether descriptors or memory are lacking now to open the file.
+[[nodiscard]] bool lacks_means_to_open(const std::string& file);
 // As read_secret_file(), for a file that decides who may log in; `strict_modes` as in LoginOptions.
 [[nodiscard]] std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
                                                          std::string& problem);

@@ -1,5 +1,6 @@
 #include "auth/token_login.hpp"
 
+#include <new>
 #include <utility>
 
 #include "auth/secret.hpp"
@@ -36,11 +37,17 @@ Refreshed TokenLogin::refresh(Stamp now) {
   if (!file_) return {};
   Refreshed refreshed;
   if (file_->settled_change()) {
-    refreshed = read_again(now);
+    try {
+      refreshed = read_again(now);
+    } catch (const std::bad_alloc&) {
+      lacks_means_ = true;
+      refreshed.problems = {"auth.token_file '" + file_->file() + "': no memory"};
+    }
     if (!refreshed.problems.empty() && !file_->failed(refreshed.problems.front())) refreshed = {};
   }
   if (auto line = ends_.take_line(table_, "auth.token_file '" + file_->file() + "'", now))
     refreshed.warnings.push_back(std::move(*line));
+  refreshed.lacks_means = lacks_means_;
   return refreshed;
 }
 
@@ -50,6 +57,7 @@ Refreshed TokenLogin::read_again(Stamp now) {
   file_->read_now();
   TokenTable next =
       read_token_file(file_->file(), strict_modes_, now, refreshed.problems, refreshed.warnings);
+  lacks_means_ = !refreshed.problems.empty() && lacks_means_to_open(file_->file());
   if (!refreshed.problems.empty()) return refreshed;  // mutant: token_file_whole
   refreshed.changes = table_.changes_to(next);
   table_ = std::move(next);

@@ -40,6 +40,7 @@ class TokenLogin : public Authenticator {
   std::optional<FileWatch> file_;
   const bool strict_modes_;
   TokenEnds ends_;
+  bool lacks_means_ = false;  // to read the file
 };
 
 // All that is wrong with a token file, its permissions and its content, goes to `problems`.

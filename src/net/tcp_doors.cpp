@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "core/ports/url.hpp"
+#include "net/descriptors.hpp"
 #include "net/steady_now.hpp"
 
 namespace connect_bridge {
@@ -158,8 +159,13 @@ void TcpDoors::accept(const DoorPtr& door) {
                               });
 }
 
-void TcpDoors::on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket) {
+void TcpDoors::on_accepted(const DoorPtr& door, ErrorCode error, TcpSocket socket) {
   if (!door->acceptor.is_open()) return;
+  if (!error && !leaves_descriptors(socket.native_handle())) {
+    error = asio::error::no_descriptors;
+    ErrorCode ignored;
+    socket.close(ignored);
+  }
   if (!error) events_.arrived(std::move(socket));
   if (!door->acceptor.is_open()) return;  // closed by that
   if (!error || error == asio::error::connection_aborted) return accept(door);

@@ -15,7 +15,8 @@
 
 namespace connect_bridge {
 
-// While there is no room for a connection, it waits in the kernel. Thread: that of the io_context.
+// While there is no room for a connection, it waits in the kernel; one that would take a descriptor
+// of files is closed (net/descriptors.hpp). Thread: that of the io_context.
 class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
  public:
   struct Events {
@@ -56,7 +57,7 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
   // A socket that listens already.
   std::string use(int socket, const asio::ip::tcp& family);
   void accept(const DoorPtr& door);
-  void on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket);
+  void on_accepted(const DoorPtr& door, ErrorCode error, TcpSocket socket);
 
   asio::io_context& io_;
   Events events_;

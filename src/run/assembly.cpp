@@ -12,6 +12,7 @@
 #include "auth/file_trust.hpp"
 #include "auth/pairing_login.hpp"
 #include "config/key_search.hpp"
+#include "net/descriptors.hpp"
 #include "core/base/check.hpp"
 #include "net/certified.hpp"
 #include "net/system_now.hpp"
@@ -75,6 +76,9 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   if (!parts.certificate_login) assemble_login(config, start, parts, assembly);
   parts.listen = config.listen;
   // The core counts links after login; strangers must not take the place of those.
+  const std::string too_many =
+      descriptors_problem(config.limits.links_max, parts.listen.pending_max, raise_descriptors());
+  if (!too_many.empty()) assembly.problems.push_back(too_many);
   parts.listen.pending_max = config.limits.strangers_max + kStrangersSpare;
   parts.listen.connections_max = config.limits.links_max + parts.listen.pending_max;
   if (!config.tls.certificate_file.empty()) parts.listen.tls = parts.config.tls;

@@ -291,6 +291,7 @@ void Bridge::every_second(double lag_ms) {
   network_.check_files();
   network_.every_second(loop_.now());
   parameters_.check_files();
+  login_desk_.set_lacks_means(parameters_.lacks_means());
   take_status(lag_ms);
   supervisor_.every_second();
   guard_.moved();

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "auth/secret.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_changes.hpp"
@@ -159,6 +160,9 @@ void LiveParameters::reload(bool changed) {
                      "no parameter file was given: there is nothing to read again");
   std::string unread;
   const ParameterMap again = read_again(unread);
+  lacks_means_ = !unread.empty() && std::any_of(files_.begin(), files_.end(), [](const auto& file) {
+    return lacks_means_to_open(file.file());
+  });
   if (unread.empty() && config_.reached_by_others)
     unread = who_may_change_rules(config_, node_.facts().parameter_files);
   if (unread.empty() && changed && !std::exchange(has_looked_, true) &&

@@ -35,6 +35,8 @@ class LiveParameters {
   // Reads the parameter files again if one of them has changed and is not being written, and once
   // after the start, quietly if they are as they were then. Blocks as long as the disk does.
   void check_files();
+  // Whether they have changed, and descriptors or memory to read them are lacking.
+  [[nodiscard]] bool lacks_means() const { return lacks_means_; }
   // Reads them in any case. What may change does, as a whole or not at all; the log says what
   // changed, what is wrong, and what else has changed and needs a restart.
   void reload() { reload(false); }
@@ -64,6 +66,7 @@ class LiveParameters {
   ParameterMap added_;  // what the pairing has added at the start to files and -p
   // The files that had something for this node when they were last used; at first all files.
   std::vector<std::string> speaking_;
+  bool lacks_means_ = false;
   bool has_looked_ = false;  // whether a change since the program read them was looked for
 };
 

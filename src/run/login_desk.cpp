@@ -13,8 +13,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kRefreshPeriod = std::chrono::seconds(1);
 constexpr std::size_t kProblemsTold = 5;
+constexpr char kInTheDark[] =
+    "a file that decides has changed and cannot be read, since this process lacks descriptors or "
+    "memory";
 
 std::string joined(const std::vector<std::string>& problems) {
   std::string text;
@@ -82,7 +84,7 @@ std::optional<LoginDesk::Waiting> LoginDesk::take_next() {
 }
 
 void LoginDesk::work(bool refreshes) {
-  auto due = Clock::now() + kRefreshPeriod;
+  auto due = Clock::now() + options_.refresh_period;
   const auto wanted = [this] { return ending_ || anybody_waits(); };
   for (;;) {
     std::unique_lock lock(mutex_);
@@ -96,19 +98,37 @@ void LoginDesk::work(bool refreshes) {
     lock.unlock();
     if (next) judge(std::move(*next));
     if (!refreshes || Clock::now() < due) continue;
-    due = Clock::now() + kRefreshPeriod;
+    due = Clock::now() + options_.refresh_period;
     refresh();
   }
 }
 
 void LoginDesk::refresh() {
-  if (options_.authenticator) tell(options_.authenticator->refresh(system_now()));
+  if (options_.authenticator) {
+    Refreshed refreshed = options_.authenticator->refresh(system_now());
+    const bool lacks_means = refreshed.lacks_means || others_lack_means_;
+    tell(std::move(refreshed));
+    count_refreshes_in_the_dark(lacks_means);
+  }
   if (!options_.credential_file) return;
   if (auto credential = options_.credential_file->changed()) tell(std::move(*credential));
 }
 
+void LoginDesk::count_refreshes_in_the_dark(bool lacks_means) {
+  in_the_dark_ = lacks_means ? std::min(in_the_dark_ + 1, kRefreshesInTheDark) : 0;
+  const bool refuses = in_the_dark_ == kRefreshesInTheDark;
+  if (refuses_new_.exchange(refuses) == refuses) return;
+  if (refuses)
+    ports_.log({LogLevel::kError, std::string{kInTheDark} +
+                                      ": new logins are refused until it is read (end what has "
+                                      "many connections or files open, or raise LimitNOFILE)"});
+  else
+    ports_.log({LogLevel::kInfo, "the files that decide can be read: new logins are judged"});
+}
+
 void LoginDesk::judge(Waiting next) {
   Authenticate& request = next.request;
+  if (refuses_new_ && !request.renewal) return refuse(request.connection, kInTheDark);
   Authenticated answer{request.connection, std::nullopt, "the login method was too slow", false};
   // After the time limit the connection is closed already: later logins must not wait for its
   // answer.

@@ -14,6 +14,7 @@
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "ros/node/ros_arguments.hpp"
+#include "net/descriptors.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "run/arguments.hpp"
@@ -196,6 +197,7 @@ int run_program(Role role, int argc, char** argv) {
   LastSteps last_steps;
   try {
     ros::NodeOptions options;
+  raise_descriptors();
     options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;

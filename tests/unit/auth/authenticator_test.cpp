@@ -20,6 +20,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 constexpr char kToken[] = "0123456789abcdef-secret";
 
@@ -113,11 +114,17 @@ TEST(Authenticator, AFileThatCannotBeReadForAWhileIsReadAfterwards) {
   {
     const test::NoDescriptors none;
     EXPECT_THAT(looks(method).problems, ElementsAre(HasSubstr("Too many open files")));
+    EXPECT_TRUE(method.refresh(kEarly).lacks_means);
+    EXPECT_TRUE(method.refresh(kEarly).lacks_means);
     EXPECT_THAT(looks(method).problems, IsEmpty());  // said once
     EXPECT_TRUE(check(method, kToken, "1.1.1.1:1").identity.has_value());
   }
   EXPECT_EQ(looks(method).changes.size(), 1U);
+  EXPECT_FALSE(method.refresh(kEarly).lacks_means);
   EXPECT_FALSE(check(method, kToken, "1.1.1.1:1").identity.has_value());
+  write_file("passing.yaml", "short");
+  EXPECT_THAT(looks(method).problems, Not(IsEmpty()));
+  EXPECT_FALSE(method.refresh(kEarly).lacks_means);  // wrong, not unreadable
 }
 
 TEST(Authenticator, FollowsItsFileWholeOrNotAtAll) {

@@ -32,9 +32,11 @@ class Doorman : public Authenticator {
     return {Identity{who, {}}, {}};
   }
   Refreshed refresh(Stamp) override {
+    ++refreshes;
+    if (lacks_means) return {{}, {}, {}, {}, true};
     const bool first = !std::exchange(refreshed_, true);
     if (!first) return {};
-    return {{{"token:1", std::nullopt}}, {"news"}, {"a warning"}, {}};
+    return {{{"token:1", std::nullopt}}, {"news"}, {"a warning"}, {}, false};
   }
   [[nodiscard]] unsigned threads() const override { return threads_; }
   void release() {
@@ -46,6 +48,8 @@ class Doorman : public Authenticator {
     return who_;
   }
   std::atomic<int> judged = 0;
+  std::atomic<int> refreshes = 0;
+  std::atomic<bool> lacks_means = false;
 
  private:
   std::mutex mutex_;
@@ -198,6 +202,46 @@ TEST(LoginDesk, WhoIsGoneIsNotJudged) {
   rush.doorman.release();
   EXPECT_EQ(name_of(rush.ears.answer(rush.last)), "anna");
   EXPECT_EQ(rush.doorman.judged, 2);
+}
+
+// A withdrawal may stand in the file. It is not known of whom, so that open links stay.
+TEST(LoginDesk, WhereAFileThatDecidesCannotBeReadForLongStrangersAreRefused) {
+  Doorman doorman(1);
+  Ears ears;
+  doorman.lacks_means = true;
+  LoginDesk desk({&doorman, std::nullopt, 60s, 128, 1ms}, ears.ports());
+  ASSERT_TRUE(ears.logged("new logins are refused until it is read"));
+  EXPECT_GE(doorman.refreshes, LoginDesk::kRefreshesInTheDark);
+  desk.ask(login(1, "anna"));
+  const auto refused = ears.answer(1).value();
+  EXPECT_FALSE(refused.identity);
+  EXPECT_FALSE(refused.judged);
+  EXPECT_NE(refused.reason.find("cannot be read"), std::string::npos) << refused.reason;
+  Authenticate renewal = login(2, "bert");
+  renewal.renewal = true;
+  desk.ask(std::move(renewal));
+  EXPECT_EQ(name_of(ears.answer(2)), "bert");
+  doorman.lacks_means = false;
+  ASSERT_TRUE(ears.logged("new logins are judged"));
+  desk.ask(login(3, "anna"));
+  EXPECT_EQ(name_of(ears.answer(3)), "anna");
+}
+
+TEST(LoginDesk, ParameterFilesDecide) {
+  Doorman doorman(1);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 60s, 128, 1ms}, ears.ports());
+  desk.set_lacks_means(true);
+  ASSERT_TRUE(ears.logged("new logins are refused until it is read"));
+}
+
+TEST(LoginDesk, AFileThatCannotBeReadForShortRefusesNobody) {
+  Doorman doorman(1);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 60s, 128, 60s}, ears.ports());
+  desk.set_lacks_means(true);
+  desk.ask(login(1, "anna"));
+  EXPECT_EQ(name_of(ears.answer(1)), "anna");
 }
 
 const std::size_t kOfOneMax = LoginDesk::Options().of_one_max;
