@@ -6,11 +6,13 @@
 
 #include "config/syntax.hpp"
 #include "core/wire/text.hpp"
+#include "run/status_text.hpp"
 
 namespace {
 
 constexpr auto kAnswerTime = std::chrono::seconds(10);
-constexpr std::size_t kAnswerBytesMax = 256 << 20;
+// One byte more, so that what is cut is not taken for a status.
+constexpr std::size_t kAnswerBytesMax = connect_bridge::kStatusBytesMax + 1;
 constexpr std::size_t kProblemBytesMax = 200;
 
 }  // namespace
@@ -63,6 +65,6 @@ connect_bridge::Json Asked::next_event() {
   std::string text;
   while (line(text))
     if (text.rfind(kData, 0) == 0)
-      return connect_bridge::Json::parse(text.substr(kData.size()), nullptr, false);
+      return connect_bridge::read_status(std::string_view(text).substr(kData.size()));
   return nullptr;
 }

@@ -25,6 +25,7 @@
 #include "run/pairing_folder.hpp"
 #include "run/program.hpp"
 #include "run/scrub.hpp"
+#include "run/status_text.hpp"
 #include "run/system_facts.hpp"
 
 namespace {
@@ -194,7 +195,7 @@ std::vector<Section> statuses(const std::vector<Program>& programs) {
       packed.push_back({name + ".txt", asked.problem() + "\n"});
       continue;
     }
-    const auto json = OrderedJson::parse(asked.rest(), nullptr, false);
+    const auto json = read_status_in_order(asked.rest());
     packed.push_back({name + ".json", json.is_object() ? json.dump(1) + "\n" : "no status\n"});
   }
   return packed;

@@ -22,6 +22,7 @@
 #include "run/json_members.hpp"
 #include "run/probe.hpp"
 #include "run/program.hpp"
+#include "run/status_text.hpp"
 
 namespace {
 
@@ -134,7 +135,7 @@ std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string
 std::vector<Found> look_at_side(const std::string& where, std::string& role) {
   Asked asked(where, "/api/status");
   if (!asked.problem().empty()) return {};
-  const Json status = Json::parse(asked.rest(), nullptr, false);
+  const Json status = read_status(asked.rest());
   role = text_in(status, "role");
   if (role.empty()) role = "unknown";
   std::vector<Found> found = diagnose_status(status);

@@ -12,9 +12,9 @@
 #include "apps/ctl_commands.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
-#include "core/base/json.hpp"
 #include "run/program.hpp"
 #include "run/status_screen.hpp"
+#include "run/status_text.hpp"
 
 namespace {
 
@@ -41,7 +41,7 @@ int show_json(const std::string& where) {
   Asked asked(where, "/api/status");
   if (!asked.problem().empty()) return complain(where + ": " + asked.problem(), kNobodyAnswers);
   // As JSON again, so that nothing but text reaches the terminal.
-  const auto shown = OrderedJson::parse(asked.rest(), nullptr, false);
+  const auto shown = read_status_in_order(asked.rest());
   if (!shown.is_object()) return complain(where + ": this is no status", kNobodyAnswers);
   std::fputs((shown.dump(1) + "\n").c_str(), stdout);
   return 0;
