@@ -8,7 +8,7 @@
 
 #include <array>
 #include <filesystem>
-#include <set>
+#include <iterator>
 #include <system_error>
 
 namespace connect_bridge {
@@ -40,9 +40,13 @@ bool is_private_group(gid_t group, uid_t owner) {
   return true;
 }
 
-std::string why_not_trusted(const std::filesystem::path& path) {
-  struct stat facts {};
-  if (::stat(path.c_str(), &facts) != 0) return {};
+std::filesystem::path without_first(const std::filesystem::path& path) {
+  std::filesystem::path rest;
+  for (auto name = std::next(path.begin()); name != path.end(); ++name) rest /= *name;
+  return rest;
+}
+
+std::string why_not_trusted(const std::filesystem::path& path, const struct stat& facts) {
   const bool is_folder = S_ISDIR(facts.st_mode);
   const std::string what = (is_folder ? "the folder " : "") + path.string();
   const uid_t user = ::geteuid();
@@ -57,20 +61,39 @@ std::string why_not_trusted(const std::filesystem::path& path) {
   return {};
 }
 
+// Who else may put another link in its place. Its mode says nothing.
+std::string why_link_not_trusted(const std::filesystem::path& link, const struct stat& facts) {
+  const uid_t user = ::geteuid();
+  if (facts.st_uid == 0 || facts.st_uid == user) return {};
+  return fmt::format("the link {} belongs to the user {} (chown -h it to {})", link.string(),
+                     user_name(facts.st_uid), user_name(user));
+}
+
 }  // namespace
 
+// Link by link, as the kernel goes: whoever may change one in the middle leads to another file.
 std::string who_else_may_change(const std::string& file) {
+  constexpr int kLinksMax = 40;  // as the kernel has it
   std::error_code failed;
-  const std::filesystem::path given = std::filesystem::absolute(file, failed);
-  const std::filesystem::path real = std::filesystem::canonical(given, failed);
-  std::set<std::filesystem::path> looked_at;
-  for (const auto& path : {given, real}) {
-    std::filesystem::path part;
-    for (const auto& name : path) {
-      part /= name;
-      if (!looked_at.insert(part).second) continue;
-      if (std::string why = why_not_trusted(part); !why.empty()) return why;
+  std::filesystem::path at;
+  std::filesystem::path rest = std::filesystem::absolute(file, failed);
+  for (int links = 0; !rest.empty() && links <= kLinksMax;) {
+    const std::filesystem::path name = *rest.begin();
+    rest = without_first(rest);
+    if (name == "." || name.empty()) continue;
+    const std::filesystem::path next = name == ".." ? at.parent_path() : at / name;
+    struct stat facts {};
+    if (::lstat(next.c_str(), &facts) != 0) return {};
+    const bool is_link = S_ISLNK(facts.st_mode);
+    std::string why = is_link ? why_link_not_trusted(next, facts) : why_not_trusted(next, facts);
+    if (!why.empty()) return why;
+    if (!is_link) {
+      at = next;
+      continue;
     }
+    ++links;
+    rest = std::filesystem::read_symlink(next, failed) / rest;
+    if (rest.is_absolute()) at.clear();
   }
   return {};
 }

@@ -78,5 +78,49 @@ TEST_F(FileTrust, LooksAtWhatALinkLeadsTo) {
   EXPECT_THAT(who_else_may_change(link), HasSubstr("may change the folder"));
 }
 
+// link.yaml -> open/middle.yaml -> safe/rules.yaml: neither the given path nor the last one is in
+// the folder where everybody may replace the link in the middle.
+TEST_F(FileTrust, LooksAtEachLinkOnTheWay) {
+  const std::string open = test::scratch_folder() + "open";
+  const std::string link = test::scratch_folder() + "chain.yaml";
+  std::filesystem::create_directory(open);
+  std::filesystem::create_symlink("../safe/rules.yaml", open + "/middle.yaml");
+  std::filesystem::create_symlink("open/./middle.yaml", link);
+  ASSERT_EQ(::chmod(open.c_str(), 0700), 0);
+  EXPECT_EQ(who_else_may_change(link), "");
+  ASSERT_EQ(::chmod(open.c_str(), 0702), 0);
+  EXPECT_THAT(who_else_may_change(link), HasSubstr("may change the folder " + open));
+  // A link in a folder of the path.
+  const std::string folder_link = test::scratch_folder() + "by_folder";
+  std::filesystem::create_directory_symlink("open/folder", folder_link);
+  std::filesystem::create_directory_symlink(folder, open + "/folder");
+  EXPECT_THAT(who_else_may_change(folder_link + "/rules.yaml"),
+              HasSubstr("may change the folder " + open));
+  ASSERT_EQ(::chmod(open.c_str(), 0700), 0);
+  EXPECT_EQ(who_else_may_change(folder_link + "/rules.yaml"), "");
+  modes(0700, 0602);
+  EXPECT_THAT(who_else_may_change(folder_link + "/rules.yaml"), HasSubstr("may change " + file));
+}
+
+TEST_F(FileTrust, LinksInACircleLeadNowhere) {
+  const std::string link = test::scratch_folder() + "circle.yaml";
+  std::filesystem::create_symlink("circle.yaml", link);
+  EXPECT_EQ(who_else_may_change(link), "");
+}
+
+// The sticky bit keeps others from replacing what is not theirs.
+TEST_F(FileTrust, ALinkOfAnotherUserInAStickyFolderIsThatUsers) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root gives a link to another user";
+  const std::string sticky = test::scratch_folder() + "sticky";
+  std::filesystem::create_directory(sticky);
+  ASSERT_EQ(::chmod(sticky.c_str(), 01777), 0);
+  const std::string link = sticky + "/link.yaml";
+  std::filesystem::create_symlink(file, link);
+  EXPECT_EQ(who_else_may_change(link), "");
+  ASSERT_EQ(::lchown(link.c_str(), 12345, 0), 0);
+  EXPECT_EQ(who_else_may_change(link),
+            "the link " + link + " belongs to the user 12345 (chown -h it to root)");
+}
+
 }  // namespace
 }  // namespace connect_bridge
