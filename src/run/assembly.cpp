@@ -6,15 +6,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <string_view>
 
 #include "auth/credential.hpp"
 #include "auth/file_trust.hpp"
 #include "auth/pairing_login.hpp"
-#include "config/key_search.hpp"
-#include "net/descriptors.hpp"
 #include "core/base/check.hpp"
 #include "net/certified.hpp"
+#include "net/descriptors.hpp"
 #include "net/system_now.hpp"
 #include "ros/types/type_supports.hpp"
 #include "run/host_check.hpp"
@@ -76,11 +74,11 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   if (!parts.certificate_login) assemble_login(config, start, parts, assembly);
   parts.listen = config.listen;
   // The core counts links after login; strangers must not take the place of those.
+  parts.listen.pending_max = config.limits.strangers_max + kStrangersSpare;
+  parts.listen.connections_max = config.limits.links_max + parts.listen.pending_max;
   const std::string too_many =
       descriptors_problem(config.limits.links_max, parts.listen.pending_max, raise_descriptors());
   if (!too_many.empty()) assembly.problems.push_back(too_many);
-  parts.listen.pending_max = config.limits.strangers_max + kStrangersSpare;
-  parts.listen.connections_max = config.limits.links_max + parts.listen.pending_max;
   if (!config.tls.certificate_file.empty()) parts.listen.tls = parts.config.tls;
   if (!parts.listen.relay) return;
   const CredentialOptions at_relay{"token", "", config.relay_token_file, config.auth.strict_modes};
@@ -165,20 +163,7 @@ Surroundings surroundings() {
   return s;
 }
 
-void hide_secrets(int argc, char** argv) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view argument(argv[i]);
-    for (const std::string& key : secret_arguments()) {
-      const auto at = argument.find(key);
-      if (at != std::string_view::npos)
-        std::memset(argv[i] + at + key.size(), 'x', argument.size() - at - key.size());
-    }
-    const auto code = argument.find('#');
-    const bool has_code =
-        argument.starts_with(kInvitationScheme) || argument.starts_with(kRelayLineScheme);
-    if (has_code && code != std::string_view::npos)
-      std::memset(argv[i] + code + 1, 'x', argument.size() - code - 1);
-  }
+void hide_environment() {
   if (char* token = std::getenv(kTokenVariable)) {
     std::memset(token, 'x', std::strlen(token));
     unsetenv(kTokenVariable);

@@ -26,8 +26,7 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
 // The information about this machine that the configuration is checked against.
 Surroundings surroundings();
 
-// Overwrites secrets in the arguments and the environment, where other users of the machine could
-// read them.
-void hide_secrets(int argc, char** argv);
+// Overwrites the token in the environment, which core dumps and child processes would have.
+void hide_environment();
 
 }  // namespace connect_bridge

@@ -8,13 +8,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <initializer_list>
+#include <iostream>
 #include <optional>
 #include <string_view>
 
 #include "config/document.hpp"
 #include "config/key_search.hpp"
-#include "ros/node/ros_arguments.hpp"
 #include "net/descriptors.hpp"
+#include "ros/node/ros_arguments.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "run/arguments.hpp"
@@ -22,6 +23,7 @@
 #include "run/heap.hpp"
 #include "run/host_check.hpp"
 #include "run/invitation_text.hpp"
+#include "run/own_arguments.hpp"
 #include "run/pairing.hpp"
 #include "run/signals.hpp"
 #include "run/slow_start.hpp"
@@ -125,7 +127,7 @@ int invite_to_running(const ros::Node& node, const Start& start) {
   return problem.empty() ? 0 : refuse({problem});
 }
 
-int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
+int start(ros::Node& node, Role role, LastSteps& last_steps) {
   const ros::NodeFacts& facts = node.facts();
   const Arguments arguments = read_arguments(facts.arguments, role);
   const Start start = start_with(facts.parameter_overrides, arguments, facts.full_name);
@@ -151,7 +153,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!no_sockets.empty()) return refuse({no_sockets});
   assembly.parts->side.qos_must_fit = !ros::middleware().joins_any_qos;
   assembly.parts->notify_socket = notify_socket();
-  hide_secrets(argc, argv);
+  hide_environment();
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);
   for (const auto& warning : assembly.warnings) node.log(LogLevel::kWarn, warning);
@@ -179,17 +181,23 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
 
 }  // namespace
 
-int run_program(Role role, int argc, char** argv) {
-  if (has_argument(argc, argv, {"--help", "-h"})) {
+int run_program(Role role, int given_count, char** given) {
+  OwnArguments own(given_count, given);
+  if (has_argument(own.count(), own.words(), {"--help", "-h"})) {
     std::fputs(help_text(role).c_str(), stdout);
     return 0;
   }
-  if (has_argument(argc, argv, {"--version"})) {
+  if (has_argument(own.count(), own.words(), {"--version"})) {
     std::printf("%s\n", version_text().c_str());
     return 0;
   }
+  if (const std::string problem = own.read_from(std::cin); !problem.empty())
+    return refuse({problem});
+  const int argc = own.count();
+  char** const argv = own.words();
   std::signal(SIGPIPE, SIG_IGN);
   ignore_early_hangup();
+  raise_descriptors();
   auto wrong = ros::problems_of_parameter_files(argc, argv);
   append(wrong, ros::problems_of_remaps(argc, argv));
   if (!wrong.empty()) return refuse(wrong);
@@ -197,7 +205,6 @@ int run_program(Role role, int argc, char** argv) {
   LastSteps last_steps;
   try {
     ros::NodeOptions options;
-  raise_descriptors();
     options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;
@@ -208,7 +215,7 @@ int run_program(Role role, int argc, char** argv) {
     auto slow = says_if_slow(kSlowStartPatience, [] { std::fputs(kSlowStartText, stderr); });
     ros::Node node(options);
     slow = {};
-    return start(node, role, argc, argv, last_steps);
+    return start(node, role, last_steps);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "Not started: %s\n", error.what());
     return kExitRos;
