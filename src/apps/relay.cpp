@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -17,8 +18,8 @@
 #include "auth/token_table.hpp"
 #include "config/document.hpp"
 #include "config/syntax.hpp"
-#include "net/system_now.hpp"
 #include "net/descriptors.hpp"
+#include "net/system_now.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
 #include "relay/relay_site.hpp"
@@ -133,17 +134,16 @@ int print_robot_line(const std::string& file, const std::string& robot) {
     return refuse(
         {"--robot: expected the robot's name (a to z, 0 to 9 and -) and this relay's "
          "address, as in robot7@relay.example:443"});
-  const std::string folder = relay_folder();
+  const std::string folder =
+      file.empty() ? relay_folder() : std::filesystem::absolute(file).parent_path().string();
   std::string problem = file.empty() ? make_relay_files(folder, *url) : "";
   std::string line;
   if (problem.empty())
     line = add_robot(file.empty() ? folder + "/relay.yaml" : file, *url, system_now(), problem);
+  if (problem.empty())
+    line = line_to_print(url->robot, line, ::isatty(STDOUT_FILENO) == 1, folder, problem);
   if (!problem.empty()) return refuse({problem});
-  std::printf(
-      "\nTo pair a client with %s, start there within 24 hours (this works once; then the name is "
-      "that robot's):\n\n"
-      "  ros2 run connect_bridge server --pair --via '%s'\n\n",
-      url->robot.c_str(), line.c_str());
+  std::fputs(line.c_str(), stdout);
   return 0;
 }
 

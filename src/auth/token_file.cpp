@@ -201,6 +201,15 @@ std::string write_secret_file(const std::string& named, const std::string& text)
   return Folder(file).keep() ? "" : "the folder of " + file + ": " + std::strerror(errno);
 }
 
+std::string secret_to_print(const std::string& text, const std::string& name, bool terminal,
+                            const std::string& file, std::string& problem) {
+  if (terminal) return text;
+  ::unlink(file.c_str());  // whoever may read one that is there may not read this
+  problem = write_secret_file(file, text);
+  if (!problem.empty()) return {};
+  return name + " is in '" + file + "', since this output may be a log that others read\n";
+}
+
 std::string to_text(const TokenEntry& entry) {
   std::string text = "- identity: " + quoted(entry.identity) + "\n";
   std::string groups;

@@ -1,5 +1,6 @@
 #include "relay/robot_line.hpp"
 
+#include <pwd.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -29,7 +30,19 @@ bool is_there(const std::string& file) {
 
 std::string relay_folder() {
   const char* const home = std::getenv("HOME");
-  return std::string{home != nullptr ? home : "."} + "/.connect_relay";
+  const bool given = home != nullptr && *home != '\0';
+  const passwd* const user = given ? nullptr : ::getpwuid(::geteuid());
+  return std::string{given ? home : user != nullptr ? user->pw_dir : "."} + "/.connect_relay";
+}
+
+std::string line_to_print(const std::string& robot, const std::string& line, bool terminal,
+                          const std::string& folder, std::string& problem) {
+  const std::string text = "\nTo pair a client with " + robot +
+                           ", start there within 24 hours (this works once; then the name is that "
+                           "robot's):\n\n  ros2 run connect_bridge server --pair --via '" +
+                           line + "'\n\n";
+  return secret_to_print(text, "The line for " + robot, terminal, folder + "/" + robot + ".line",
+                         problem);
 }
 
 std::string make_relay_files(const std::string& folder, const Url& url) {

@@ -9,7 +9,8 @@
 
 namespace connect_bridge {
 
-// Where a relay has its files by default: $HOME/.connect_relay
+// Where a relay has its files by default: .connect_relay in $HOME, or in the user's home without
+// one.
 [[nodiscard]] std::string relay_folder();
 
 // Makes what is missing in the folder: a certificate for the host of this URL, a file for the
@@ -20,6 +21,11 @@ namespace connect_bridge {
 // for 24 hours, is added to the robots' tokens. Empty: `problem` says why.
 [[nodiscard]] std::string add_robot(const std::string& relay_file, const Url& url, Stamp now,
                                     std::string& problem);
+
+// What is printed of the line for a robot (secret_to_print()); the file is "FOLDER/robot7.line".
+[[nodiscard]] std::string line_to_print(const std::string& robot, const std::string& line,
+                                        bool terminal, const std::string& folder,
+                                        std::string& problem);
 
 // The name is from now on that of this token alone: it replaces the robot's entries in the file of
 // tokens, with the codes of its lines, if this code is still one of them. Empty, or what is wrong.

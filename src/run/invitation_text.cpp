@@ -1,7 +1,5 @@
 #include "run/invitation_text.hpp"
 
-#include <unistd.h>
-
 #include "auth/authenticator.hpp"
 #include "auth/token_file.hpp"
 
@@ -33,14 +31,11 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
 
 std::string invitation_to_print(const Invitation& invitation, std::uint16_t port, bool terminal,
                                 const std::string& file, std::string& problem) {
-  const std::string text = invitation_text(invitation, port);
-  if (terminal) return text;
-  ::unlink(file.c_str());  // whoever may read one that is there may not read this
-  if (const std::string wrong = write_secret_file(file, text); !wrong.empty()) {
-    problem = "--pair: the invitation cannot be written: " + wrong;
-    return {};
-  }
-  return "The invitation is in '" + file + "', since this output may be a log that others read\n";
+  std::string wrong;
+  std::string text =
+      secret_to_print(invitation_text(invitation, port), "The invitation", terminal, file, wrong);
+  if (!wrong.empty()) problem = "--pair: the invitation cannot be written: " + wrong;
+  return text;
 }
 
 }  // namespace connect_bridge

@@ -11,9 +11,7 @@ namespace connect_bridge {
 // `port`: where the server listens.
 [[nodiscard]] std::string invitation_text(Invitation invitation, std::uint16_t port);
 
-// What is printed: that text on a terminal; else, since others may read that output (a journal, the
-// log of a container), the name of the file that then has the text, for its owner alone. `problem`
-// is set if it cannot be written. Blocks as the disk does.
+// What is printed of that text (secret_to_print()).
 [[nodiscard]] std::string invitation_to_print(const Invitation& invitation, std::uint16_t port,
                                               bool terminal, const std::string& file,
                                               std::string& problem);

@@ -19,6 +19,8 @@ from harness.programs import Program, build_dir, ros_environment
 LINE = re.compile(r"ros2 run connect_bridge client (?:--robot )?'(wss\+pair://\S+)'")
 # Of a program whose output is no terminal.
 SHOWN = re.compile(r"The invitation is in '(.+)', since")
+LINE_SHOWN = re.compile(r"The line for .+ is in '(.+)', since")
+RELAY_LINE = re.compile(r"--via '(wss\+relay://\S+)'")
 
 
 def invitation_of(server):
@@ -26,6 +28,13 @@ def invitation_of(server):
     file = pathlib.Path(server.wait_for(SHOWN).group(1))
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
     return LINE.search(file.read_text(encoding="utf-8")).group(1)
+
+
+def relay_line(told):
+    """What `relay --robot` has made for the robot, from the file that it names."""
+    file = pathlib.Path(LINE_SHOWN.search(told).group(1))
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600 and "wss+relay" not in told
+    return RELAY_LINE.search(file.read_text(encoding="utf-8")).group(1)
 
 
 class World:

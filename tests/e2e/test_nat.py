@@ -2,7 +2,6 @@
 nothing gets in, and a connection on which nothing passes for 30 s is forgotten without a word."""
 
 import pathlib
-import re
 import subprocess
 import sys
 import time
@@ -15,7 +14,7 @@ from harness.domains import release_domains, take_domains
 from harness.nat import ADDRESS, FORGETS, OPERATOR, OPERATOR_NAT, PUBLIC, ROBOT, ROBOT_NAT, Nat
 from harness.programs import Program, build_dir
 from harness.worker import Missing, Worker
-from pairing import invitation_of
+from pairing import invitation_of, relay_line
 
 PARTS = 3
 PORT = 4711
@@ -61,7 +60,7 @@ class Bed:
             command, env=self.environment("relay"), check=True, capture_output=True, text=True
         )
         self.start_relay()
-        return re.search(r"'(wss\+relay://\S+)'", made.stdout).group(1)
+        return relay_line(made.stdout)
 
     def start_relay(self):
         self.relay_program = self.run(PUBLIC, "relay", "relay")

@@ -4,7 +4,6 @@ import contextlib
 import hashlib
 import os
 import pathlib
-import re
 import select
 import socket
 import subprocess
@@ -17,7 +16,7 @@ from geometry_msgs.msg import Twist
 from graph import until
 from harness.domains import free_port
 from harness.programs import Program, build_dir
-from pairing import World, invitation_of
+from pairing import World, invitation_of, relay_line
 from relayed import ROBOT, answer_to, ctl, joined, relay, tls_hello  # noqa: F401
 
 SECRET = "a content that nobody on the way may see"
@@ -164,7 +163,7 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         place = f"{ROBOT}@localhost:{free_port()}"
         command = [build_dir() / "relay", "--robot", place]
         told = subprocess.run(command, env=env, check=True, capture_output=True).stdout.decode()
-        line = re.search(r"--via '(wss\+relay://\S+)'", told).group(1)
+        line = relay_line(told)
         assert line.startswith(f"wss+relay://{place}/#")
         relay = Program("relay", [build_dir() / "relay"], env, tmp_path)
         begun.append(relay)

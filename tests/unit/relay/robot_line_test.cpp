@@ -2,7 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pwd.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "auth/authenticator.hpp"
@@ -68,6 +71,35 @@ TEST(RobotLine, IsNotMadeForAFileThatIsWrong) {
   std::string problem;
   EXPECT_EQ(add_robot(test::scratch_folder() + "no such file", Url{}, Stamp{0}, problem), "");
   EXPECT_THAT(problem, testing::HasSubstr("cannot be read"));
+}
+
+// Under Ansible, or in CI, the output is a log.
+TEST(RobotLine, IsShownOnATerminalAndElseKeptForItsOwnerAlone) {
+  const std::string folder = test::scratch_folder();
+  const std::string file = folder + "/robot7.line";
+  std::string problem;
+  const std::string shown = line_to_print("robot7", "wss+relay://r#code", true, folder, problem);
+  EXPECT_THAT(shown, testing::HasSubstr("--pair --via 'wss+relay://r#code'"));
+  EXPECT_FALSE(std::filesystem::exists(file));
+  const std::string logged = line_to_print("robot7", "wss+relay://r#code", false, folder, problem);
+  EXPECT_EQ(problem, "");
+  EXPECT_THAT(logged, testing::HasSubstr("The line for robot7 is in '" + file + "'"));
+  EXPECT_EQ(logged.find("code"), std::string::npos);
+  EXPECT_EQ(test::content(file), shown);
+  using std::filesystem::perms;
+  EXPECT_EQ(std::filesystem::status(file).permissions(), perms::owner_read | perms::owner_write);
+  EXPECT_EQ(line_to_print("robot7", "line", false, "/nowhere", problem), "");
+  EXPECT_THAT(problem, testing::HasSubstr("/nowhere/robot7.line"));
+}
+
+TEST(RobotLine, WithoutAHomeInTheEnvironmentTheFolderIsThatOfTheUser) {
+  const std::string home = ::getenv("HOME") ? ::getenv("HOME") : "";
+  ::unsetenv("HOME");
+  const std::string folder = relay_folder();
+  ::setenv("HOME", "/given", 1);
+  EXPECT_EQ(relay_folder(), "/given/.connect_relay");
+  ::setenv("HOME", home.c_str(), 1);
+  EXPECT_EQ(folder, std::string(::getpwuid(::geteuid())->pw_dir) + "/.connect_relay");
 }
 
 }  // namespace
