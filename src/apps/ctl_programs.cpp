@@ -1,5 +1,7 @@
 #include "apps/ctl_programs.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -28,6 +30,14 @@ std::optional<std::pair<std::string, std::string>> parameter_at(
   return std::pair{std::move(key), std::move(value)};
 }
 
+// The user of a process, as a number; empty: there is no such process.
+std::string user_of(int process) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string word; status >> word;)
+    if (word == "Uid:" && status >> word) return word;
+  return {};
+}
+
 }  // namespace
 
 std::string content_of(const fs::path& file, std::size_t end_bytes) {
@@ -50,7 +60,10 @@ int process_of(const fs::path& socket) {
   int process = 0;
   if (dash != std::string::npos)
     std::from_chars(name.data() + dash + 1, name.data() + name.size(), process);
-  return process;
+  struct stat made {};
+  const bool is_its_own =
+      ::lstat(socket.c_str(), &made) == 0 && user_of(process) == std::to_string(made.st_uid);
+  return is_its_own ? process : 0;
 }
 
 Program::Program(const std::string& where) : socket(where), process(process_of(where)) {

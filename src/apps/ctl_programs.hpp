@@ -15,7 +15,8 @@
     const std::filesystem::path& file,
     std::size_t end_bytes = std::numeric_limits<std::size_t>::max());
 
-// The process behind "FOLDER/connect_server-17.status": 17. 0: it is none of those.
+// The process behind "FOLDER/connect_server-17.status": 17. 0: it is none of those, or
+// of another user than the socket, who could have named any process.
 [[nodiscard]] int process_of(const std::filesystem::path& socket);
 
 // One of them, as /proc shows it to its user.

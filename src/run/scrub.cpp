@@ -157,6 +157,16 @@ void Scrubber::learn_address(std::string_view address) {
   }
 }
 
+// Options of a plugin are "user=anna password=...", and a log has one of them alone.
+void Scrubber::learn_words(std::string_view secret) {
+  constexpr std::string_view kBetween = " \t\r\n=:,;&\"'";
+  for (std::size_t at = 0; at < secret.size();) {
+    const std::size_t end = std::min(secret.find_first_of(kBetween, at), secret.size());
+    learn(secret.substr(at, end - at));
+    at = end + 1;
+  }
+}
+
 void Scrubber::learn(const ParameterMap& parameters) {
   for (const auto& [key, value] : parameters) {
     const auto* text = std::get_if<std::string>(&value);
@@ -165,6 +175,7 @@ void Scrubber::learn(const ParameterMap& parameters) {
     learn_address(*text);
     if (spec != nullptr && !spec->secret) continue;
     learn(*text);
+    learn_words(*text);
     if (const auto colon = text->find(':'); spec != nullptr && colon != std::string::npos)
       learn(std::string_view(*text).substr(colon + 1));
   }

@@ -14,8 +14,8 @@ namespace connect_bridge {
 // hashes of types and names of people stay.
 class Scrubber {
  public:
-  // Secrets that these parameters hold: of secret keys and of those that are not known here, but
-  // for ROS's own, and in addresses.
+  // Secrets that these parameters hold, whole and each word of them: of secret keys and of those
+  // that are not known here, but for ROS's own, and in addresses.
   void learn(const ParameterMap& parameters);
   // Shorter ones than kLeast would also take what is none.
   void learn(std::string_view secret);
@@ -25,6 +25,7 @@ class Scrubber {
   static constexpr std::size_t kLeast = 6;
 
  private:
+  void learn_words(std::string_view secret);
   // The password and the parts of the query.
   void learn_address(std::string_view address);
 

@@ -40,6 +40,14 @@ TEST(Scrub, AMisspelledKeyHidesItsValueToo) {
   EXPECT_EQ(scrubbed("it was correct-horse", given), "it was (hidden)");
 }
 
+TEST(Scrub, EachWordOfASecretIsOne) {
+  const ParameterMap given{
+      {"auth.plugin_options", "user=anna password=hunter-two; key: 'abc-def'"}};
+  EXPECT_EQ(scrubbed("hunter-two, abc-def, anna", given), "(hidden), (hidden), anna");
+  EXPECT_EQ(scrubbed("correct or horses", {{"auth.token", "correct horses"}}),
+            "(hidden) or (hidden)");
+}
+
 TEST(Scrub, ThePasswordAndTheQueryOfAnAddressGoToo) {
   const ParameterMap given{{"url", "wss://anna:hunter-two@robot.example/?key=of-the-query&n=1"}};
   EXPECT_EQ(scrubbed("hunter-two, of-the-query, anna, robot.example, n", given),
