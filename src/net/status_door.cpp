@@ -69,7 +69,14 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     transport_.abort();
   }
 
-  [[nodiscard]] bool has_asked() const { return has_asked_; }
+  // Who has less gives way first: who has not asked; then the oldest answer, of which its reader
+  // had most time to read; then who waits for one; last who follows the stream.
+  [[nodiscard]] std::pair<int, std::uint64_t> keeps_its_place() const {
+    constexpr int kHasNotAsked = 0, kIsAnswered = 1, kWaits = 2, kStreams = 3;
+    if (streams_) return {kStreams, 0};
+    if (answer_ > 0) return {kIsAnswered, answer_};
+    return {has_asked_ ? kWaits : kHasNotAsked, 0};
+  }
   [[nodiscard]] bool streams() const { return streams_; }
   [[nodiscard]] bool is_private() const { return is_private_; }
 
@@ -151,6 +158,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     if (answer.streams && door_->streams(is_private_) >= kStreamsMax)
       answer = plain_answer(503, "Too many follow the events.");
     streams_ = writes_ = answer.streams;  // no event before the first is written
+    if (has_asked_) answer_ = ++door_->answers_;
     response_.result(answer.status);
     response_.version(11);
     response_.set(http::field::connection, "close");
@@ -211,6 +219,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
   SharedText event_;
   TimePoint next_event_{};
   bool has_asked_ = false;
+  std::uint64_t answer_ = 0;  // the number of the door's answers to who may look; 0: there is none
   bool sees_names_ = false;
   bool streams_ = false;
   bool writes_ = false;  // an event, or what comes before them
@@ -274,17 +283,22 @@ void StatusDoor::admit(TcpSocket socket, bool is_private) {
     if (gone || !paces_.take(network_of(from.address(), 8), 1, now) || !pace_.take(now)) return;
   }
   const auto is_alike = [&](const auto& session) { return session->is_private() == is_private; };
+  const bool by_tls = tls_ && !is_private;
+  const TlsContext tls = by_tls ? tls_->context() : nullptr;
+  if (by_tls && !tls) return;  // in plain it would be answered without a token
   if (std::count_if(sessions_.begin(), sessions_.end(), is_alike) >=
       static_cast<std::ptrdiff_t>(kConnectionsMax)) {
-    const auto slow = std::find_if(sessions_.begin(), sessions_.end(), [&](const auto& session) {
-      return is_alike(session) && !session->has_asked();
-    });
-    if (slow == sessions_.end()) return;
-    (*slow)->abandon();
-    sessions_.erase(slow);
+    // The first of the least; those who follow the stream are fewer than kConnectionsMax.
+    const auto gives_way = std::min_element(
+        sessions_.begin(), sessions_.end(), [&](const auto& one, const auto& other) {
+          return std::pair(!is_alike(one), one->keeps_its_place()) <
+                 std::pair(!is_alike(other), other->keeps_its_place());
+        });
+    (*gives_way)->abandon();
+    sessions_.erase(gives_way);
   }
   sessions_.push_back(std::make_shared<Session>(*this, std::move(socket), is_private));
-  sessions_.back()->start(is_private || !tls_ ? nullptr : tls_->context());
+  sessions_.back()->start(tls);
 }
 
 void StatusDoor::remove(const std::shared_ptr<Session>& session) {

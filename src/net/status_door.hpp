@@ -43,8 +43,9 @@ struct StatusAnswer {
 
 // Answers HTTP requests for the status. A visitor is a stranger until its request was read, and its
 // token if it needs one. There are limits for the connections of strangers, their time, the header,
-// and TLS handshakes. Visitors by the socket file have places of their own. Thread: that of the
-// io_context, which is not the loop's.
+// and TLS handshakes. Where all places are taken the newest visitor gets that of another one, who
+// has not asked or had most time to read. Visitors by the socket file have places of their own.
+// Thread: that of the io_context, which is not the loop's.
 class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
  public:
   // By TCP, and as many by the file.
@@ -106,6 +107,7 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   AddressPaces paces_{20, std::chrono::milliseconds(500)};  // of TLS handshakes, by address
   Pace pace_{50, std::chrono::milliseconds(50)};            // of all of them
   Sessions sessions_;                                       // the oldest first
+  std::uint64_t answers_ = 0;
 };
 
 }  // namespace connect_bridge

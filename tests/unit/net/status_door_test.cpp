@@ -42,6 +42,15 @@ class StatusDoorTest : public testing::Test {
     EXPECT_TRUE(peer.ends(loop));
     return peer.text;
   }
+  // Whether the door has closed it, also behind the end of its answer.
+  bool is_cut(RawPeer& peer) {
+    peer.ended = false;
+    for (int i = 0; i < 4 && !peer.ended; ++i) {
+      peer.send("x");
+      loop.run_for(2ms);
+    }
+    return peer.ended;
+  }
   std::string first_line(const std::string& request) {
     const std::string answer = said(request);
     return answer.substr(0, answer.find('\r'));
@@ -51,19 +60,22 @@ class StatusDoorTest : public testing::Test {
   std::vector<StatusRequest> asked;
   std::vector<StatusDoor::Answered> later;
   std::function<unsigned(const std::string&)> judge = [](const std::string&) { return 401U; };
-  std::shared_ptr<StatusDoor> door = std::make_shared<StatusDoor>(
-      loop.io,
-      StatusDoor::Ports{[this](const StatusRequest& request, StatusDoor::Answered answered) {
-                          asked.push_back(request);
-                          if (request.path == "/later") return later.push_back(answered);
-                          StatusAnswer answer;
-                          answer.body = shared("this is it");
-                          answer.streams = request.path == "/stream";
-                          answered(answer);
-                        },
-                        [this](const std::string& token) { return judge(token); },
-                        [](LogLevel, const std::string&) {}},
-      StatusDoor::Times{300ms, 300ms});
+  std::shared_ptr<StatusDoor> made(StatusDoor::Times times) {
+    return std::make_shared<StatusDoor>(
+        loop.io,
+        StatusDoor::Ports{[this](const StatusRequest& request, StatusDoor::Answered answered) {
+                            asked.push_back(request);
+                            if (request.path == "/later") return later.push_back(answered);
+                            StatusAnswer answer;
+                            answer.body = shared("this is it");
+                            answer.streams = request.path == "/stream";
+                            answered(answer);
+                          },
+                          [this](const std::string& token) { return judge(token); },
+                          [](LogLevel, const std::string&) {}},
+        times);
+  }
+  std::shared_ptr<StatusDoor> door = made({300ms, 300ms});
 };
 
 TEST_F(StatusDoorTest, AnswersWithoutAWayForOtherPages) {
@@ -135,6 +147,48 @@ TEST_F(StatusDoorTest, WhoIsRefusedGivesWay) {
     ASSERT_TRUE(refused.back()->sees(loop, "421"));
   }
   EXPECT_EQ(first_line(get("/")), "HTTP/1.1 200 OK");
+}
+
+// A local user that closes nothing keeps out neither Prometheus nor a probe.
+TEST_F(StatusDoorTest, WhoHasAnAnswerGivesWayTheOldestFirst) {
+  door = made({60s, 60s});
+  open();
+  RawPeer waits(door->port());
+  waits.send(get("/later"));
+  ASSERT_TRUE(loop.until([&] { return later.size() == 1; }));
+  std::vector<std::unique_ptr<RawPeer>> answered;
+  const auto one_more = [&] {
+    answered.push_back(std::make_unique<RawPeer>(door->port()));
+    answered.back()->send(get("/"));
+    return answered.back()->sees(loop, "this is it");
+  };
+  for (std::size_t i = 1; i < StatusDoor::kConnectionsMax; ++i) ASSERT_TRUE(one_more());
+  EXPECT_FALSE(is_cut(*answered[0]));
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_TRUE(one_more());
+    EXPECT_TRUE(is_cut(*answered[i])) << i;
+    EXPECT_FALSE(is_cut(*answered[i + 1])) << i;
+  }
+  StatusAnswer answer;
+  answer.body = shared("late");
+  later[0](answer);  // who waits was there before all of them
+  EXPECT_TRUE(waits.sees(loop, "late"));
+}
+
+TEST_F(StatusDoorTest, WhereAllWaitForAnAnswerTheOldestGivesWay) {
+  door = made({60s, 60s});
+  open();
+  std::vector<std::unique_ptr<RawPeer>> waiting;
+  for (std::size_t i = 0; i < StatusDoor::kConnectionsMax; ++i) {
+    waiting.push_back(std::make_unique<RawPeer>(door->port()));
+    waiting.back()->send(get("/later"));
+    ASSERT_TRUE(loop.until([&] { return later.size() == i + 1; }));
+  }
+  EXPECT_EQ(first_line(get("/")), "HTTP/1.1 200 OK");
+  waiting[0]->poll();
+  waiting[1]->poll();
+  EXPECT_TRUE(waiting[0]->ended);
+  EXPECT_FALSE(waiting[1]->ended);
 }
 
 TEST_F(StatusDoorTest, EventsAreForAFew) {
