@@ -104,6 +104,7 @@ MUTANTS = [
     Mutant("answers_forbidden", "who asks learns what it may not have", never),
     Mutant("told_listeners", "listeners are told to whoever", value("true")),
     Mutant("rules_withdraw", "changed rules do not withdraw", always),
+    Mutant("reviewed_links", "a topic is subscribed for a link whose right has just ended", never),
     Mutant("kept_right", "what the rules forbid is kept", gone),
     Mutant("foreign_events", "events of other nodes are published", never),
     Mutant("login_expiry", "expiry ignored", never),

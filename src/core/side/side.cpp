@@ -175,7 +175,6 @@ void Side::tell_rights(Link& link, const Now& now) {
   exports_.recheck_kept(link, now);  // also of one that has returned and was offered nothing yet
 }
 
-// What rules and identities allow now, in both directions.
 void Side::recheck_rights(const Now& now) {
   recheck(now);
   for (auto& [id, link] : links_.all()) told_listeners_.recheck(link);
@@ -239,7 +238,6 @@ void Side::take_time_of(Link& link, const Now& now) {
   clock_publisher_.start(link.names.to_local("/clock"), outputs_, now);
 }
 
-// It gives the time no more: another one does that may.
 void Side::end_time_of_peer(const Now& now) {
   clock_from_ = {};
   clock_publisher_.stop(outputs_);
@@ -304,15 +302,17 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
   return Nothing{};
 }
 
-// Rights are checked link by link, and no call starts before all are checked. Services come first:
-// a topic that they release is then not subscribed again. Calls of lost connections too.
+// Rights are checked link by link. Before all are, no call starts and no subscription is made.
+// Services come first: a topic that they release is then not subscribed again.
 void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   outputs_.follow_up(FollowUp::kClock);
   missing_.on_change(now);
   service_exports_.hold();
+  exports_.hold();
   for (Link* link : links) service_exports_.review(*link, now);
   hold_actions(now);
   for (Link* link : links) exports_.review(*link, now);
+  exports_.go_on(now);
   for (Link* link : links) offer_to(*link, view_, exports_, service_exports_, now);
   service_exports_.go_on(now);
 }

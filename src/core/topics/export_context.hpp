@@ -31,6 +31,10 @@ struct ExportContext : SideView {
   FarListeners listeners{*this};
   SubscribedNames names{};
   Pace subscriptions{10, std::chrono::milliseconds(1)};  // that are made
+  // Rights change for one link after the other. No subscription is made meanwhile: the link for
+  // which it would be made may be one that loses the right.
+  bool reviewing = false;
+  std::set<TopicKey> postponed{};  // topics that need another subscription when it ends
 
   // Another bridge's mirror. One with our node's name is not in our view of the graph, but in its
   // claim.

@@ -222,6 +222,8 @@ void ExportedTopic::update_subscription(const Now& now) {
   if (subscription_ && serves(subscription_qos_, qos) && is_hash_of(subscription_hash_, type_hash_))
     return take_name();
   // What is there serves until another one may be made.
+  if (context_.reviewing)  // mutant: reviewed_links
+    return static_cast<void>(context_.postponed.insert(key()));
   if (const TimePoint turn = turn_.take(context_.subscriptions, now.steady); turn > now.steady) {
     late_ = context_.timers.set(turn, this);
     return;

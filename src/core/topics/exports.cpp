@@ -25,6 +25,13 @@ void Exports::review(const Link& link, const Now& now) {
   for (auto& [key, topic] : topics_) topic.review(link, now);
 }
 
+void Exports::go_on(const Now& now) {
+  context_.reviewing = false;
+  for (const TopicKey& key : std::exchange(context_.postponed, {}))
+    if (const auto topic = topics_.find(key); topic != topics_.end())
+      topic->second.update_subscription(now);
+}
+
 void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now) {
   for (auto& [key, topic] : topics_)
     if (auto offer = link.may_offer() ? topic.offer_to(link, now) : std::nullopt)
@@ -79,6 +86,7 @@ void Exports::keep(const Link& link, const Now& now) {
 }
 
 void Exports::recheck_kept(const Link& link, const Now& now) {
+  hold();  // the review of all links follows
   for (auto& [key, topic] : topics_)
     if (!topic.may_keep(link.id)) topic.end_kept(link.id, now);  // mutant: kept_right
 }

@@ -23,6 +23,9 @@ class Exports {
   // The peer's `accepts` or our rules have changed: withdraws what is no longer allowed or is
   // treated differently now; the latter may be offered again.
   void review(const Link& link, const Now& now);
+  // Between hold() and go_on() subscriptions end, but none is made: rights are under review.
+  void hold() { context_.reviewing = true; }
+  void go_on(const Now& now);
   // Adds the topics that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
   // The connection is about to be lost, and another one may follow: keeps what is to be resumed on

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "unit/side/script.hpp"
 
@@ -181,6 +182,94 @@ TEST(SideExports, ManyDeclinesAreFewLines) {
   EXPECT_EQ(s.did().find("close"), std::string::npos);
   EXPECT_EQ(std::count(s.logged.begin(), s.logged.end(), '\n'), 4) << s.logged;
   EXPECT_EQ(s.status().links[0].topics[0].declined, "because");
+}
+
+// /a is subscribed as anna's rule requires. Without anna another subscription serves bert, and
+// anna's link is the first that is reviewed.
+struct TwoPeers : Script {
+  explicit TwoPeers(const QosOverride& of_anna, const Qos& published = qos())
+      : Script(options(of_anna)) {
+    graph({topic("/a").pub(1, published)});
+    login(1, {}, Identity{"anna", {"pilots"}, 0, "anna"});
+    login(2, {}, Identity{"bert", {"crew"}, 0, "bert"});
+    for (const std::uint32_t connection : {1U, 2U})
+      say(connection, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+    did();
+  }
+  static SideOptions options(const QosOverride& of_anna) {
+    Rule for_anna = for_group("pilots");
+    for_anna.treatment.qos = of_anna;
+    SideOptions options = server({for_anna, for_group("crew")});
+    options.resume_for = std::chrono::seconds(60);
+    return options;
+  }
+  static Rule for_group(const std::string& group) {
+    Rule rule = everything();
+    rule.groups = {group};
+    return rule;
+  }
+};
+
+struct RightsEnd : testing::Test {
+  static QosOverride best_effort_override() {
+    QosOverride weak;
+    weak.reliability = Reliability::kBestEffort;
+    return weak;
+  }
+  static QosOverride volatile_override() {
+    QosOverride weak;
+    weak.durability = Durability::kVolatile;
+    return weak;
+  }
+};
+
+TEST_F(RightsEnd, NothingIsSubscribedForALinkThatIsReviewedLater) {
+  TwoPeers s(best_effort_override());
+  s.demand(1, 1);
+  s.demand(2, 1);
+  EXPECT_EQ(s.did(), "subscribe 2 /a best_effort volatile 100\n");
+  s.give(PolicyChanged{Policy({rule({"/b"}, {})})});
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+TEST_F(RightsEnd, WhoeverKeepsTheRightIsSubscribedForOnce) {
+  TwoPeers s(best_effort_override());
+  s.demand(1, 1);
+  s.demand(2, 1);
+  s.did();
+  s.give(PolicyChanged{Policy({TwoPeers::for_group("crew")})});
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /a reliable volatile 100\n");
+  s.take(3, 1, "a");
+  EXPECT_NE(s.said(2).find("1.1 a\n"), std::string::npos);
+}
+
+TEST_F(RightsEnd, NothingIsSubscribedForAListenerThatIsReviewedLater) {
+  TwoPeers s(best_effort_override());
+  const ListenerTold told{{1}, "/cmd", kType, {}};
+  s.say(1, Listeners{{told}, {}});
+  s.say(2, Listeners{{told}, {}});
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd best_effort volatile 100\n");
+  s.give(PolicyChanged{Policy({rule({"/b"}, {})})});
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+// Anna's link is lost, and what is kept for it ends.
+TEST_F(RightsEnd, NothingIsSubscribedWhenWhatIsKeptEnds) {
+  for (const bool by_rules : {true, false}) {
+    TwoPeers s(volatile_override(), latched());
+    s.say(1, Demand{{{1}}, 1, true});
+    s.demand(2, 1);
+    EXPECT_EQ(s.did(), "subscribe 2 /a reliable volatile 100\n");
+    s.lose(1);
+    EXPECT_EQ(s.did(), "");
+    if (by_rules) {
+      s.give(PolicyChanged{Policy({rule({"/b"}, {})})});
+    } else {
+      s.give(IdentitiesChanged{
+          {{"anna", Identity{"anna", {}, 0, "anna"}}, {"bert", Identity{"bert", {}, 0, "bert"}}}});
+    }
+    EXPECT_EQ(s.did(), "unsubscribe 2\n") << by_rules;
+  }
 }
 
 }  // namespace
