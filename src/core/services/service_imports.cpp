@@ -40,11 +40,13 @@ void ServiceImports::update(MirroredService& service, const Now& now) {
   if (moved.empty()) return;
   for (const ActionPart part : kActionParts) {
     if (kind_of(part) != InterfaceKind::kService) continue;
-    const std::string name = name_of_part(moved, part);
-    for (auto it = services.lower_bound({name, ""});
-         it != services.end() && it->first.first == name;)
-      update((it++)->second, now);
+    update_named(name_of_part(moved, part), now);
   }
+}
+
+void ServiceImports::update_named(const std::string& name, const Now& now) {
+  for (auto it = services.lower_bound({name, ""}); it != services.end() && it->first.first == name;)
+    update((it++)->second, now);
 }
 
 // It takes its next element first, as an update may destroy its service. It may update others of
@@ -93,9 +95,11 @@ void ServiceImports::on_link_dead(LinkId link, const Now& now) {
   loads.erase(link);
 }
 
-void ServiceImports::on_graph(const Now& now) {
+void ServiceImports::on_graph(const Now& now, const GraphDifference& difference) {
+  const bool all = difference.all || !graph_since;
   if (!graph_since) graph_since = now.steady;
-  on_claims(now);
+  if (all) return on_claims(now);
+  for (const std::string& name : difference.served) update_named(name, now);
 }
 
 void ServiceImports::on_claims(const Now& now) {
