@@ -43,8 +43,8 @@ struct ImportContext : SideView {
     if (const auto ended = made.extract(mirror); ended.mapped().gid != Gid{})
       unmade.push_back(ended.mapped().gid);
   }
-  void look_again(const Now& now) {
-    if (!looks_again_at) looks_again_at = now.steady + std::chrono::seconds(1);
+  void look_again(const Now& now, Duration after = std::chrono::seconds(1)) {
+    looks_again_at = earliest(looks_again_at, now.steady + after);
   }
   // How many samples of this size the mirror may keep of those that it keeps for late subscribers
   // (`depth`).

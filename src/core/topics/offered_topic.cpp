@@ -53,6 +53,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.add(origin, link_.memory);
+    peer_.note_left_out(number_);
     context_.look_again(now);
     // Once for the identity: the names are the peer's, and may be thousands.
     if (link_.account->told.first("no more mirrors"))
