@@ -11,6 +11,8 @@ namespace {
 // Types with which an identity may offer a service of one name. A real one has one type, or for a
 // moment two; the services of an action are looked at together, each with all its types.
 constexpr std::size_t kTypesOfServiceMax = 4;
+// Thousands may be without a place, and look again together: the others' turns are in between.
+constexpr int kDueAtOnce = 64;
 
 bool has_too_many_types(const ServiceImports& imports, const Link& link, const ServiceKey& key) {
   std::size_t others = 0;
@@ -161,7 +163,11 @@ void ServiceImports::on_type_differs(const ServiceTypeDiffers& differs, const No
 
 void ServiceImports::on_time(const Now& now) {
   while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_timeout(**call, now);
-  while (const auto service = looks.take_due(now.steady)) update(**service, now);
+  for (int n = 0; n < kDueAtOnce; ++n) {
+    const auto service = looks.take_due(now.steady);
+    if (!service) break;
+    update(**service, now);
+  }
 }
 
 void ServiceImports::add_mirrored(Claim& claim) const {
