@@ -2,16 +2,19 @@
 //
 //   core_bench control          how long control messages of the worst shapes take to be read
 //   core_bench steps            the longest step of the loop after packets that take a side long
+//   core_bench shared           the same where one identity's links offer the same publishers
 //   core_bench links [N ...]    messages of 1 kB, 50 a second in both directions on each of N links
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "bench/control_shapes.hpp"
 #include "bench/crowd.hpp"
+#include "bench/many_links.hpp"
 #include "bench/processor_time.hpp"
 #include "bench/step_shapes.hpp"
 #include "core/wire/control.hpp"
@@ -72,6 +75,66 @@ int measure_steps() {
   return all_short ? 0 : 1;
 }
 
+// Nor does a message that is kept for links that are lost, however many are kept.
+bool measure_kept(double held_up_max) {
+  constexpr std::uint32_t kKept = 20'000, kMore = 100;
+  bench::ManyLinks side({31, 1, 1, false, false});
+  if (side.watched() != 31) {
+    std::fprintf(stderr, "%u links are sent the topic\n", side.watched());
+    return false;
+  }
+  side.lose(0, 31);
+  side.publish(kKept);
+  const bench::Stall stall = side.publish(kMore);
+  const bool is_short = 1e3 * stall.longest <= held_up_max;
+  std::printf("   31 lost links with %u messages each %15.2f %10.2f  a message%s\n", kKept,
+              1e3 * stall.longest, 1e3 * stall.all / kMore, is_short ? "" : ", long");
+  return is_short;
+}
+
+// A link that ends and a node that starts hold up all others for less than kHeldUpMax, however many
+// links offer the same.
+int measure_shared() {
+  constexpr double kHeldUpMax = 10;  // ms
+  bool all_short = true;
+  std::puts("links topics publishers                          longest ms     all ms  event");
+  const auto measure = [&](const bench::ManyLinksShape& shape) {
+    bench::ManyLinks side(shape);
+    const auto tell = [&](const char* event, const bench::Stall& stall) {
+      const bool is_short = 1e3 * stall.longest <= kHeldUpMax;
+      all_short = all_short && is_short;
+      std::printf("%5u %6u %10u %-15s %-12s %11.2f %10.2f  %s%s\n", shape.links, shape.topics,
+                  shape.publishers, shape.transient_local ? "transient_local" : "volatile",
+                  shape.listened ? "listened to" : "", 1e3 * stall.longest, 1e3 * stall.all, event,
+                  is_short ? "" : ", long");
+    };
+    if (side.open() != shape.links || side.mirrors() != shape.topics * shape.publishers) {
+      std::fprintf(stderr, "%u links are open, %u mirrors exist\n", side.open(), side.mirrors());
+      return false;
+    }
+    tell("a node starts", side.start_node());
+    tell(shape.listened ? "nobody listens" : "a node listens", side.listen(!shape.listened));
+    tell(shape.listened ? "a node listens" : "nobody listens", side.listen(shape.listened));
+    tell("a link is lost", side.lose(0, 1));
+    tell("half of them are lost, one by one", [&] {
+      bench::Stall most;
+      for (std::uint32_t link = 1; link < shape.links / 2; ++link) {
+        const bench::Stall one = side.lose(link, 1);
+        most = {std::max(most.longest, one.longest), most.all + one.all};
+      }
+      return most;
+    }());
+    const std::uint32_t lost = std::max(1U, shape.links / 2);
+    tell("the others are lost together", side.lose(lost, shape.links - lost));
+    return true;
+  };
+  for (const bool listened : {false, true})
+    for (const bool transient_local : {true, false})
+      for (const auto& [links, topics] : {std::pair{20U, 8U}, std::pair{31U, 1U}})
+        if (!measure({links, topics, 256, transient_local, listened})) return 1;
+  return measure_kept(kHeldUpMax) && all_short ? 0 : 1;
+}
+
 int measure_links(const std::vector<std::uint32_t>& counts) {
   std::puts(
       "links  us for a message from a peer  where all send at once  for one to a peer  "
@@ -113,12 +176,13 @@ int main(int argc, char** argv) {
   const std::string_view what = argc > 1 ? argv[1] : "";
   if (what == "control" && argc == 2) return measure_control();
   if (what == "steps" && argc == 2) return measure_steps();
+  if (what == "shared" && argc == 2) return measure_shared();
   if (what == "links") {
     std::vector<std::uint32_t> counts;
     for (int i = 2; i < argc; ++i)
       counts.push_back(static_cast<std::uint32_t>(std::strtoul(argv[i], nullptr, 10)));
     return measure_links(counts.empty() ? std::vector<std::uint32_t>{1, 60, 300} : counts);
   }
-  std::fputs("usage: core_bench control | steps | links [N ...]\n", stderr);
+  std::fputs("usage: core_bench control | steps | shared | links [N ...]\n", stderr);
   return 2;
 }

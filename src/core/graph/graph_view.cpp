@@ -59,6 +59,26 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
   hide(mirrors);
 }
 
+GraphDifference GraphView::since(const GraphView& before) const {
+  GraphDifference difference{before.bridges_ != bridges_, {}, {}, {}};
+  static const std::vector<Endpoint> none;
+  const auto listeners = [](const GraphView& view, const TopicKey& key) -> const auto& {
+    const TopicState* topic = view.find(key);
+    return topic ? topic->subscribers : none;
+  };
+  for (const auto& [key, topic] : topics_)
+    if (topic.subscribers != listeners(before, key)) difference.listened.insert(key);
+  for (const auto& [key, topic] : before.topics_)
+    if (topic.subscribers != listeners(*this, key)) difference.listened.insert(key);
+  for (const Gid& gid : publishers_)
+    if (!before.is_local(gid)) difference.publishers.insert(gid);
+  for (const auto& [key, service] : services_)
+    if (!before.has_server(key.first)) difference.served.insert(key.first);
+  for (const auto& [key, service] : before.services_)
+    if (!has_server(key.first)) difference.served.insert(key.first);
+  return difference;
+}
+
 void GraphView::add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors) {
   for (TopicState& added : publishers) {
     // Also the id: a peer that offers this publisher to this side makes a circle (is_local).

@@ -24,12 +24,24 @@ using ServiceKey = std::pair<std::string, std::string>;
 std::string node_of(const Server& server);
 std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not known (yet)
 
+// Where two views differ: for those who would otherwise look at all that peers have told, whenever
+// a node starts.
+struct GraphDifference {
+  bool all = true;               // anything may differ
+  std::set<TopicKey> listened;   // topics with other subscribers
+  std::set<Gid> publishers;      // new ones
+  std::set<std::string> served;  // services that have a server now, or none any longer
+};
+
 // Built from one GraphChanged. Owns its data.
 class GraphView {
  public:
   GraphView() = default;
   // `mirrors`: as hide() takes them.
   explicit GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors = {});
+
+  // What differs from an earlier view, but for publishers that are gone.
+  [[nodiscard]] GraphDifference since(const GraphView& before) const;
 
   // Publishers that were held back (LocalGraph), as topics with one publisher each; `mirrors` as
   // above.

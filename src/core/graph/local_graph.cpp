@@ -31,16 +31,16 @@ Duration time_of(const Endpoint& publisher) {
 
 }  // namespace
 
-void LocalGraph::update(GraphChanged picture, const Now& now) {
+GraphDifference LocalGraph::update(GraphChanged picture, const Now& now) {
   // In this order. New publishers are taken out of the picture before it becomes the view, but
   // their ids stay known, as a peer that offers one of them makes a circle; and then claims end
   // whose bridges were in the last view and are not in this one.
-  const auto bridges_before = view.bridges();
   hold(picture, now);
-  view = GraphView(std::move(picture), claims.mirrors());
+  const GraphView before = std::exchange(view, GraphView(std::move(picture), claims.mirrors()));
   for (const Held& held : held_) view.add_local(held.gid());
   left_.clear();
-  claims.retain(bridges_before, view.bridges(), now.steady);
+  claims.retain(before.bridges(), view.bridges(), now.steady);
+  return view.since(before);
 }
 
 void LocalGraph::hold(GraphChanged& graph, const Now& now) {

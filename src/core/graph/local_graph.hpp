@@ -23,11 +23,12 @@ class LocalGraph {
   // `own` is our side's id.
   explicit LocalGraph(Token128 own) : claims(own) {}
 
-  void update(GraphChanged picture, const Now& now);
+  GraphDifference update(GraphChanged picture, const Now& now);
   // What is claimed has changed. True: publishers are no longer of nodes.
   bool on_claims() { return view.hide(claims.mirrors()); }
   // True: publishers that were held back are in the view now, or such that had left before are not
-  // in it any longer. To be called until it is false: each is then seen by whoever looks.
+  // in it any longer. Subscribers and servers stay as they are, and is_local() knew the publishers.
+  // To be called until it is false: each is then seen by whoever looks.
   bool release(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 

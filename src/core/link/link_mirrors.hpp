@@ -38,6 +38,7 @@ class LinkMirrors {
     const auto counted = by_topic_.find(topic);
     return counted == by_topic_.end() ? 0 : counted->second;
   }
+  [[nodiscard]] const std::map<Topic, std::uint32_t>& by_topic() const { return by_topic_; }
   // What the middleware may keep, in bytes, for those that the link feeds.
   [[nodiscard]] Budget& latched() { return latched_; }
 

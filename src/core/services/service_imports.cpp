@@ -11,6 +11,8 @@ namespace {
 // Types with which an identity may offer a service of one name. A real one has one type, or for a
 // moment two; the services of an action are looked at together, each with all its types.
 constexpr std::size_t kTypesOfServiceMax = 4;
+// Thousands may be without a place, and look again together: the others' turns are in between.
+constexpr int kDueAtOnce = 64;
 
 bool has_too_many_types(const ServiceImports& imports, const Link& link, const ServiceKey& key) {
   std::size_t others = 0;
@@ -40,11 +42,13 @@ void ServiceImports::update(MirroredService& service, const Now& now) {
   if (moved.empty()) return;
   for (const ActionPart part : kActionParts) {
     if (kind_of(part) != InterfaceKind::kService) continue;
-    const std::string name = name_of_part(moved, part);
-    for (auto it = services.lower_bound({name, ""});
-         it != services.end() && it->first.first == name;)
-      update((it++)->second, now);
+    update_named(name_of_part(moved, part), now);
   }
+}
+
+void ServiceImports::update_named(const std::string& name, const Now& now) {
+  for (auto it = services.lower_bound({name, ""}); it != services.end() && it->first.first == name;)
+    update((it++)->second, now);
 }
 
 // It takes its next element first, as an update may destroy its service. It may update others of
@@ -93,9 +97,11 @@ void ServiceImports::on_link_dead(LinkId link, const Now& now) {
   loads.erase(link);
 }
 
-void ServiceImports::on_graph(const Now& now) {
+void ServiceImports::on_graph(const Now& now, const GraphDifference& difference) {
+  const bool all = difference.all || !graph_since;
   if (!graph_since) graph_since = now.steady;
-  on_claims(now);
+  if (all) return on_claims(now);
+  for (const std::string& name : difference.served) update_named(name, now);
 }
 
 void ServiceImports::on_claims(const Now& now) {
@@ -157,7 +163,11 @@ void ServiceImports::on_type_differs(const ServiceTypeDiffers& differs, const No
 
 void ServiceImports::on_time(const Now& now) {
   while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_timeout(**call, now);
-  while (const auto service = looks.take_due(now.steady)) update(**service, now);
+  for (int n = 0; n < kDueAtOnce; ++n) {
+    const auto service = looks.take_due(now.steady);
+    if (!service) break;
+    update(**service, now);
+  }
 }
 
 void ServiceImports::add_mirrored(Claim& claim) const {

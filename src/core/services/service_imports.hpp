@@ -34,7 +34,8 @@ class ServiceImports final : public SideView {
   void on_link_lost(LinkId link, const Now& now);
   // The link is declared dead: its mirrors vanish, and their calls with them.
   void on_link_dead(LinkId link, const Now& now);
-  void on_graph(const Now& now);   // servers here changed
+  // Servers here changed.
+  void on_graph(const Now& now, const GraphDifference& difference = {});
   void on_claims(const Now& now);  // what other bridges mirror changed
   // Our own claims were not fresh: all mirrors end, and nothing is claimed before the claims that
   // were missed have arrived.
@@ -76,6 +77,7 @@ class ServiceImports final : public SideView {
 
  private:
   [[nodiscard]] MirroredService* find(ServiceMirrorId mirror) const;
+  void update_named(const std::string& name, const Now& now);
   // Updates each service of which this says that it changed.
   template <class Change>
   void update_each(const Change& change, const Now& now);

@@ -91,17 +91,16 @@ void Side::publish_claim(const Now& now) {
 // ---- the graph
 
 void Side::on(GraphChanged& input, const Now& now) {
-  local_.update(std::move(input), now);
-  on_graph(now);
+  on_graph(local_.update(std::move(input), now), now);
 }
 
-void Side::on_graph(const Now& now) {
+void Side::on_graph(const GraphDifference& difference, const Now& now) {
   missing_.on_change(now);
   exports_.on_graph(now);
   update_exports(now);
   for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
-  imports_.on_graph(now);
-  service_imports_.on_graph(now);
+  imports_.on_graph(now, difference);
+  service_imports_.on_graph(now, difference);
 }
 
 // When an action becomes whole or stops being whole, its parts may be offered or not.
@@ -194,7 +193,7 @@ void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
   if (local_.claims.expire(now.steady)) on_claims(now);  // mutant: claims_expire
-  while (local_.release(now)) on_graph(now);
+  while (local_.release(now)) on_graph({false, {}, {}, {}}, now);
   exports_.on_time(now);
   imports_.on_time(now);
   service_exports_.on_time(now);
@@ -264,7 +263,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {
-  imports_.on_link_dead(link.id, now);
+  imports_.on_link_dead(link, now);  // mutant: mirror_ends
   end_calls(link, now);
   if (clock_from_ == link.id) end_time_of_peer(now);
 }
@@ -285,7 +284,7 @@ void Side::end_calls(Link& link, const Now& now) {
 }
 
 void Side::on_offers_over(Link& link, const Now& now) {
-  imports_.forget_orphans(link.id, now);
+  imports_.forget_orphans(link, now);
   service_imports_.forget_orphans(link.id, now);
 }
 

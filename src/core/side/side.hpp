@@ -146,7 +146,7 @@ class Side final : private LinkUser {
   void hold_actions(const Now& now);
   void publish_claim(const Now& now);
   void on_claims(const Now& now);
-  void on_graph(const Now& now);
+  void on_graph(const GraphDifference& difference, const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const std::vector<Link*>& links, const Now& now);
   void recheck(const Now& now) { recheck(all_of(links_.all()), now); }

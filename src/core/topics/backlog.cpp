@@ -1,6 +1,7 @@
 #include "core/topics/backlog.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace connect_bridge {
@@ -9,6 +10,17 @@ namespace {
 // Sequence numbers begin again when they are used up (docs/protocol.md, "Sequence numbers").
 bool is_behind(std::uint32_t sequence, std::uint32_t last) {
   return sequence != last && sequence - last < (std::uint32_t{1} << 31);
+}
+
+// Whose place a newer one takes.
+std::optional<std::pair<std::uint32_t, std::uint64_t>> state_of(const OutMessage& message) {
+  if (!message.state) return std::nullopt;
+  return std::pair{message.subject.value, *message.state};
+}
+
+// A number that was begun to be sent stays.
+bool is_replaced(const OutMessage& message) {
+  return message.state && message.sequence == 0;
 }
 
 }  // namespace
@@ -46,17 +58,16 @@ bool Backlog::admit(const OutSample& sample, const Now& now) {
 }
 
 void Backlog::add(OutMessage message) {
-  const auto older = std::find_if(messages_.begin(), messages_.end(), [&](const OutMessage& m) {
-    return message.state && m.sequence == 0 && m.subject == message.subject &&
-           m.state == message.state;
-  });
-  if (older != messages_.end()) {
-    dropped_.add(DropReason::kNewerAvailable);
-    take_out(older);
+  if (const auto state = state_of(message)) {
+    if (const auto older = states_.find(*state); older != states_.end()) {
+      dropped_.add(DropReason::kNewerAvailable);
+      take_out(older->second);
+    }
   }
   bytes_.resize(bytes_.amount() + kept_bytes_of(message));
   ++by_origin_[message.subject.origin()];
-  messages_.push_back(std::move(message));
+  const auto own = messages_.emplace_hint(messages_.end(), ++arrivals_, std::move(message));
+  if (is_replaced(own->second)) states_[*state_of(own->second)] = own;
   all_.keep_bound();
 }
 
@@ -64,13 +75,18 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   // Messages that were begun on the lost connection have a number and are the first. Of these the
   // peer says how far it has got; those without a number never left. What it has counts as arrived,
   // though no acknowledgement said so, and not as dropped (Backlogs::go_on).
-  while (!messages_.empty() && messages_.front().sequence != 0 &&
-         !is_behind(messages_.front().sequence, after))  // mutant: arrived_again
-    messages_.pop_front();
+  auto rest = messages_.begin();
+  while (rest != messages_.end() && rest->second.sequence != 0 &&
+         !is_behind(rest->second.sequence, after))  // mutant: arrived_again
+    ++rest;
+  std::deque<OutMessage> taken;
+  for (; rest != messages_.end(); ++rest) taken.push_back(std::move(rest->second));
+  states_.clear();
+  messages_.clear();
   bytes_.resize(0);
   by_origin_.clear();
-  all_.resumed_ += messages_.size();
-  return std::exchange(messages_, {});
+  all_.resumed_ += taken.size();
+  return taken;
 }
 
 void Backlog::clear(DropReason reason) {
@@ -87,10 +103,11 @@ void Backlog::drop_oldest(DropReason reason) {
   drop(reason);
 }
 
-void Backlog::take_out(std::deque<OutMessage>::iterator message) {
-  const std::uint64_t bytes = kept_bytes_of(*message);
-  const auto own = by_origin_.find(message->subject.origin());
+void Backlog::take_out(Messages::iterator message) {
+  const std::uint64_t bytes = kept_bytes_of(message->second);
+  const auto own = by_origin_.find(message->second.subject.origin());
   if (--own->second == 0) by_origin_.erase(own);
+  if (is_replaced(message->second)) states_.erase(*state_of(message->second));
   messages_.erase(message);
   bytes_.resize(bytes_.amount() - bytes);
 }

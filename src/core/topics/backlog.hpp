@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/base/budget.hpp"
@@ -88,13 +90,20 @@ class Backlog {
 
  private:
   friend class LinkBacklog;
+  // By arrival: what is taken out of the middle moves no other one.
+  using Messages = std::map<std::uint64_t, OutMessage>;
+  using State = std::pair<std::uint32_t, std::uint64_t>;  // subject, state
+
   void drop_oldest(DropReason reason);
-  void take_out(std::deque<OutMessage>::iterator message);
+  void take_out(Messages::iterator message);
 
   LinkBacklog& all_;
   Link& link_;
   Options options_;
-  std::deque<OutMessage> messages_;
+  Messages messages_;
+  std::uint64_t arrivals_ = 0;
+  // The messages with a state that were not begun; a search would cost each sample all messages.
+  std::map<State, Messages::iterator> states_;
   std::unordered_map<OriginId, std::size_t> by_origin_;  // number of messages per origin
   Budget::Hold bytes_;
   DropCounts dropped_;

@@ -5,6 +5,7 @@
 
 #include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
+#include "core/topics/offered_topic.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -31,6 +32,16 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   if (link.mirrors.of(key.first) >= options.topic_mirrors_max) return nullptr;
   if (!is_known && link.account->places.room() == 0) return nullptr;
   return &mirrors.try_emplace(key, *this, key).first->second;
+}
+
+std::vector<Mirror*> ImportContext::mirrors_of(const Link& link) {
+  std::vector<Mirror*> found;
+  found.reserve(link.mirrors.all());
+  for (const auto& [topic, count] : link.mirrors.by_topic())
+    for (auto it = mirrors.lower_bound({topic, Gid{}});
+         it != mirrors.end() && it->first.first == topic; ++it)
+      if (it->second.candidate(link.id)) found.push_back(&it->second);
+  return found;
 }
 
 // What is held counts four times in room(). So with a share of a quarter the mirrors of a link
@@ -75,19 +86,15 @@ void ImportContext::tell_difference(const Mirror& mirror, const std::string& has
 
 // The status of an action is stale for nobody, as its goals have ids, and its services follow it.
 // Another bridge would take what is made again for what may be taken over.
-// And beside one volatile publisher the exporter keeps nothing of the others that could come again.
-void ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
+bool ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
                                 const OfferedTopic& feeder, const Now& now) const {
-  const bool come = std::all_of(origins.begin(), origins.end(), [](const auto& origin) {
-    const Mirror& mirror = *origin.second;
-    return mirror.is_latched() && mirror.action_type().empty();
-  });
-  if (!come || beside_bridges()) return;
+  if (!feeder.all_come_again() || !feeder.action_type().empty() || beside_bridges()) return false;
   for (const auto& [id, mirror] : origins) {
     if (mirror->candidates().front().offered != &feeder || mirror->kept_bytes() == 0) continue;
     mirror->destroy();
     mirror->update(now);
   }
+  return true;
 }
 
 std::string ImportContext::misfit(const TopicKey& topic,

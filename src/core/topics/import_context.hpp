@@ -22,6 +22,7 @@ struct ImportContext : SideView {
   Timers<OfferedTopic*> held{};  // messages that a rate holds back
   // When topics look again whether there are mirrors for origins that they have left out.
   std::optional<TimePoint> looks_again_at{};
+  std::uint64_t judged = 0;            // demands of topics, so often
   std::set<LinkId> demands_changed{};  // links on which demands are to be sent
   // The mirrors that exist in the graph, and their ids there; all zero: not told, or not needed by
   // others.
@@ -35,13 +36,15 @@ struct ImportContext : SideView {
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
+  // Those of origins that the link offers, or is expected to offer again, in their order.
+  [[nodiscard]] std::vector<Mirror*> mirrors_of(const Link& link);
   // It does not exist in the graph any more.
   void unmake(MirrorId mirror) {
     if (const auto ended = made.extract(mirror); ended.mapped().gid != Gid{})
       unmade.push_back(ended.mapped().gid);
   }
-  void look_again(const Now& now) {
-    if (!looks_again_at) looks_again_at = now.steady + std::chrono::seconds(1);
+  void look_again(const Now& now, Duration after = std::chrono::seconds(1)) {
+    looks_again_at = earliest(looks_again_at, now.steady + after);
   }
   // How many samples of this size the mirror may keep of those that it keeps for late subscribers
   // (`depth`).
@@ -60,9 +63,10 @@ struct ImportContext : SideView {
   // nevertheless.
   void tell_difference(const Mirror& mirror, const std::string& hash_here, bool used) const;
   // Nobody listens, and nothing comes from `feeder`: what the mirror keeps for late subscribers
-  // grows stale, so it is made again without. They get the origin's last samples.
-  void forget_kept(const std::map<OriginId, Mirror*>& origins, const OfferedTopic& feeder,
-                   const Now& now) const;
+  // grows stale, so it is made again without. They get the origin's last samples. False: it has to
+  // stay.
+  [[nodiscard]] bool forget_kept(const std::map<OriginId, Mirror*>& origins,
+                                 const OfferedTopic& feeder, const Now& now) const;
   // What some subscriber here requests and none of these mirrors offers; empty: nothing.
   [[nodiscard]] std::string misfit(const TopicKey& topic,
                                    const std::map<OriginId, Mirror*>& origins) const;

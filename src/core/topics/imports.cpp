@@ -31,28 +31,28 @@ void Imports::on_link_lost(LinkId link, const Now& now) {
   peers_.erase(peer);
 }
 
-void Imports::on_link_dead(LinkId link, const Now& now) {
-  for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
-    Mirror& mirror = (it++)->second;
-    if (!mirror.candidate(link)) continue;  // mutant: mirror_ends
+void Imports::on_link_dead(const Link& link, const Now& now) {
+  for (Mirror* const mirror : context_.mirrors_of(link)) {
     // While the candidate is still there: what the link brings when it returns depends on whether
     // another one may feed the mirror meanwhile.
-    mirror.lose_link(link);
-    context_.remove_candidate(mirror, link, now);
+    mirror->lose_link(link.id);
+    context_.remove_candidate(*mirror, link.id, now);
   }
 }
 
-void Imports::forget_orphans(LinkId link, const Now& now) {
-  for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
-    Mirror& mirror = (it++)->second;
-    const auto* candidate = mirror.candidate(link);
-    if (candidate && !candidate->offered) context_.remove_candidate(mirror, link, now);
-  }
+void Imports::forget_orphans(const Link& link, const Now& now) {
+  for (Mirror* const mirror : context_.mirrors_of(link))
+    if (!mirror->candidate(link.id)->offered) context_.remove_candidate(*mirror, link.id, now);
 }
 
-void Imports::on_graph(const Now& now) {
+void Imports::on_graph(const Now& now, const GraphDifference& difference) {
+  const bool all = difference.all || !context_.graph_since;
   if (!context_.graph_since) context_.graph_since = now.steady;
+  if (!all && difference.listened.empty() && difference.publishers.empty()) return;
   for (auto& [key, mirror] : context_.mirrors) {
+    if (!all && !difference.publishers.contains(key.second) &&
+        !difference.listened.contains(key.first))
+      continue;
     mirror.update(now);
     mirror.warn_incompatible(now);
   }

@@ -29,10 +29,11 @@ class Imports {
   // The connection is gone: its channels end, its mirrors wait for the link's return.
   void on_link_lost(LinkId link, const Now& now);
   // The link is declared dead: destroys its mirrors. A link that returns creates them again.
-  void on_link_dead(LinkId link, const Now& now);
+  void on_link_dead(const Link& link, const Now& now);
   // The link is open again, and its time for offers is over: ends what it has not offered again.
-  void forget_orphans(LinkId link, const Now& now);
-  void on_graph(const Now& now);                     // local subscribers or origins changed
+  void forget_orphans(const Link& link, const Now& now);
+  // Local subscribers or origins changed.
+  void on_graph(const Now& now, const GraphDifference& difference = {});
   void on_claims(LinkTable& links, const Now& now);  // another bridge's claims changed
   void on_policy(const Now& now);
   // A goal is on its way to this action (local name): its feedback may follow before the graph
@@ -57,6 +58,8 @@ class Imports {
   [[nodiscard]] bool has_mirror(const TopicKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
+  // How often a topic has judged its demand: the work of all that happens here.
+  [[nodiscard]] std::uint64_t judged() const { return context_.judged; }
 
  private:
   [[nodiscard]] Mirror* find(MirrorId id);

@@ -96,12 +96,14 @@ void Mirror::name_node(const std::string& node, const Now& now) {
 }
 
 void Mirror::lose_topic(LinkId link, const Now& now) {
-  if (MirrorCandidate* lost = find_candidate(candidates_, link)) lost->offered = nullptr;
+  if (MirrorCandidate* lost = find_candidate(candidates_, link))
+    wish_.forget(std::exchange(lost->offered, nullptr));
   update(now);
 }
 
 void Mirror::remove_candidate(LinkId link, const Now& now) {
   const bool fed = candidates_.front().link->id == link;
+  wish_.forget(candidate(link)->offered);
   candidate(link)->link->mirrors.remove(key_.first);
   std::erase_if(candidates_, [&](const MirrorCandidate& c) { return c.link->id == link; });
   charge();
@@ -152,7 +154,7 @@ bool Mirror::refresh(const Now& now) {
   if (!exists) destroy();
   // Without a feeder another bridge may have it.
   if (!exists || (!id_ && !feeder())) give_up_claim();
-  update_demands(now);
+  update_demand(now);
   return taken_over;
 }
 
@@ -259,10 +261,10 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
   const bool passes = failed.code != "type_unknown" && failed.hash_here.empty();
   if (passes) retries_ = context_.timers.set(now.steady + kRetry, this);
   const bool of_type = failed.code == "type_mismatch";
+  update_demand(now);
   for (auto& [link, offered, declined, qos, told] : candidates_) {
     if (!offered || (of_type && !is_of_its_type(*offered))) continue;
     declined = declined || of_type;
-    offered->update_demand(now);
     if (!std::exchange(told, true))
       link->decline(offered->number(), InterfaceKind::kTopic, key_.first,
                     {failed.reason, failed.code});
@@ -309,26 +311,22 @@ void Mirror::warn_incompatible(const Now& now) {
 
 // ---- demand
 
-void Mirror::update_demands(const Now& now) const {
-  for (const MirrorCandidate& c : candidates_)
-    if (c.offered) c.offered->update_demand(now);
-}
-
-bool Mirror::wants(const OfferedTopic& offered, bool listened, const Now& now) const {
-  const bool expected = expected_ && expected_.at() > now.steady;
-  const bool pauses = pauses_ && pauses_.at() > now.steady;
-  return (listened || expected) && id_ && !pauses && candidates_.front().offered == &offered;
+MirrorWish Mirror::wish(const Now& now) const {
+  const auto lasts = [&](const Timer& timer) { return timer && timer.at() > now.steady; };
+  const bool ready = feeder() && id_ && !lasts(pauses_);
+  return {feeder(), ready, ready && lasts(expected_), kept_bytes() > 0};
 }
 
 void Mirror::pause(const Now& now) {
-  if (!id_) return;
   const TimePoint until = now.steady + kPause;
-  pauses_ = context_.timers.set(pauses_ ? std::max(pauses_.at(), until) : until, this);
+  if (!id_ || (pauses_ && pauses_.at() >= until)) return;
+  pauses_ = context_.timers.set(until, this);
+  wish_.change(wish(now));
 }
 
 void Mirror::expect_subscriber(const Now& now) {
   expected_ = context_.timers.set(now.steady + kGoalDemand, this);
-  update_demands(now);
+  update_demand(now);
 }
 
 // The feeding link's channel may be demanded for other origins already: then nobody sends the last

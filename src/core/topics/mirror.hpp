@@ -15,6 +15,7 @@
 #include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/topics/first_messages.hpp"
+#include "core/topics/mirror_wish.hpp"
 #include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
@@ -94,8 +95,6 @@ class Mirror final : private Appearing::Waiting {
   void warn_incompatible(const Now& now);
 
   // ---- demand
-  // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
-  [[nodiscard]] bool wants(const OfferedTopic& offered, bool listened, const Now& now) const;
   // Whether its origin's last samples come again when demand begins.
   [[nodiscard]] bool is_latched() const;
   // It does not want data for a moment.
@@ -145,7 +144,8 @@ class Mirror final : private Appearing::Waiting {
   void give_up_claim();
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
-  void update_demands(const Now& now) const;
+  [[nodiscard]] MirrorWish wish(const Now& now) const;
+  void update_demand(const Now& now) { wish_.settle(wish(now), now); }
   // Whether the publisher does not fit what the feeding link offers now.
   bool follow_feeder();
   [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
@@ -161,6 +161,7 @@ class Mirror final : private Appearing::Waiting {
   std::string action_type_;
   bool any_definition_ = false;              // whether the rules allow that
   std::vector<MirrorCandidate> candidates_;  // the feeding one first
+  CountedWish wish_;
   Claiming claiming_;
   FirstMessages first_;
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples

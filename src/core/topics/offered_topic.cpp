@@ -53,6 +53,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.add(origin, link_.memory);
+    peer_.note_left_out(number_);
     context_.look_again(now);
     // Once for the identity: the names are the peer's, and may be thousands.
     if (link_.account->told.first("no more mirrors"))
@@ -63,6 +64,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice
   origins_[origin.origin] = mirror;
+  volatile_ += !is_transient_local(origin.qos);
   mirror->update(now, this);
 }
 
@@ -74,7 +76,7 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
     hurry(DropReason::kUnknownOrigin, now, id);
-    context_.remove_candidate(*origins_.extract(origin).mapped(), link_.id, now);
+    context_.remove_candidate(take_out(origin), link_.id, now);
     if (!link_.note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "origins come and go too often"};
   }
@@ -92,15 +94,13 @@ bool OfferedTopic::recheck(const Now& now) {
   auto decision = import_right(context_, link_, InterfaceKind::kTopic, key_, action_type_);
   if (!decision) return false;
   decision_ = *std::move(decision);
+  const std::size_t before = origins_.size();
   for (auto it = origins_.begin(); it != origins_.end();) {
-    Mirror& mirror = *it->second;
-    if (!withholds(mirror.origin())) {
-      ++it;
-      continue;
-    }
-    it = origins_.erase(it);
-    context_.remove_candidate(mirror, link_.id, now);
+    const auto origin = it++;
+    if (withholds(origin->second->origin()))
+      context_.remove_candidate(take_out(origin), link_.id, now);
   }
+  if (origins_.size() < before) update_demand(now);
   return true;
 }
 
@@ -134,8 +134,7 @@ void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {
 }
 
 void OfferedTopic::leave_mirrors(const Now& now) {
-  for (const auto& [id, mirror] : std::exchange(origins_, {}))
-    context_.remove_candidate(*mirror, link_.id, now);
+  for (const auto& [id, mirror] : take_all()) context_.remove_candidate(*mirror, link_.id, now);
 }
 
 void OfferedTopic::finish(const Now& now) {
@@ -169,7 +168,7 @@ void OfferedTopic::lose(const Now& now) {
   if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
     link_.arrived[key_] = {last_sequence_};
   const bool may_be_late = may_come_late();
-  for (const auto& [id, mirror] : std::exchange(origins_, {})) {
+  for (const auto& [id, mirror] : take_all()) {
     // Nobody knows how long the break will be: what must not be late does not wait beyond it.
     if (!may_be_late && mirror->candidates().front().offered == this) mirror->drop_first();
     mirror->lose_topic(link_.id, now);
@@ -181,11 +180,12 @@ void OfferedTopic::lose(const Now& now) {
 void OfferedTopic::update_demand(const Now& now) {
   const TopicState* topic = context_.graph.find(key_);
   const bool listened = topic && !topic->subscribers.empty();
-  const bool on = std::any_of(origins_.begin(), origins_.end(), [&](const auto& origin) {
-    return origin.second->wants(*this, listened, now);
-  });
+  const bool on = wishes_.any(listened);
+  ++context_.judged;
   if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
-  if (!on && !listened) context_.forget_kept(origins_, *this, now);
+  // Once: what it has made again keeps nothing.
+  if (!on && !listened && std::exchange(may_keep_, false))
+    may_keep_ = !context_.forget_kept(origins_, *this, now);
 }
 
 // Messages of /parameter_events are permitted one by one, by rules that may have changed when the
@@ -341,6 +341,7 @@ void OfferedTopic::publish(const MessageHead& message, const Payload& raw, const
       max_age == kForever ? TimePoint::max() : now.steady + max_age - std::max(age, Duration(0));
   if (const auto reason = mirror.publish(message.number, raw, expires, now))
     return dropped_.add(*reason);
+  may_keep_ = true;
   ++published_;
   bytes_ += raw.size();
 }

@@ -17,6 +17,7 @@
 #include "core/ports/status.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/left_out_origins.hpp"
+#include "core/topics/mirror_wish.hpp"
 
 namespace connect_bridge {
 
@@ -50,7 +51,11 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);
 
-  // The wants of a mirror have changed.
+  // Of the mirrors that it feeds.
+  [[nodiscard]] MirrorWishes& wishes() { return wishes_; }
+  // One of them may have kept samples for late subscribers.
+  void note_kept() { may_keep_ = true; }
+  // The wishes of a mirror have changed, or those of listeners here.
   void update_demand(const Now& now);
   // The demand to send to the peer: under this number, or its end. When it ends, what still waits
   // here is dropped.
@@ -81,6 +86,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
   [[nodiscard]] bool demanded() const { return demanded_; }
+  // Whether the last samples of all its publishers come again when demand begins. Beside a volatile
+  // one the exporter keeps nothing of the others.
+  [[nodiscard]] bool all_come_again() const { return volatile_ == 0 && !drives(treatment(), key_); }
   void add_status(LinkStatus& status) const;
 
  private:
@@ -106,6 +114,17 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   // Whether its publisher's rate lets it pass; otherwise it is held back.
   [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw, const Mirror& mirror,
                             const Now& now);
+  // The mirror of an origin that is here no longer.
+  Mirror& take_out(std::map<OriginId, Mirror*>::iterator origin) {
+    Mirror& mirror = *origin->second;
+    volatile_ -= !is_transient_local(mirror.candidate(link_.id)->qos);
+    origins_.erase(origin);
+    return mirror;
+  }
+  std::map<OriginId, Mirror*> take_all() {
+    volatile_ = 0;
+    return std::exchange(origins_, {});
+  }
   void leave_mirrors(const Now& now);
   void note_end(const Ending& why) const;
   // Whether the peer should keep the messages that a break loses, for this topic.
@@ -126,6 +145,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   std::string action_type_;
   Decision decision_;
   bool parameter_events_ = false;
+  std::size_t volatile_ = 0;  // of the origins
+  MirrorWishes wishes_;
+  bool may_keep_ = false;
   bool demanded_ = false;
   std::uint16_t demand_ = 0;             // its number, once it was sent
   bool resume_ = false;                  // it asks for what a lost connection loses

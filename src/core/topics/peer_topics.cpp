@@ -1,6 +1,8 @@
 #include "core/topics/peer_topics.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <map>
 #include <utility>
 
@@ -8,6 +10,15 @@
 #include "core/offers/import_right.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// Topics of one link that look for a place at once, and how soon the next ones do: where some were
+// free more may be.
+constexpr std::size_t kLooksAtOnce = 64;
+constexpr Duration kLooksAgain = std::chrono::seconds(1);
+constexpr Duration kMoreFree = std::chrono::milliseconds(10);
+
+}  // namespace
 
 void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
   auto import = judge(context_, link_, offer);
@@ -35,15 +46,28 @@ void PeerTopics::recheck(const Now& now) {
 }
 
 // A place becomes free when another publisher ends: of this topic, of another one, or of another
-// link of the identity.
+// link of the identity. Thousands of topics may wait for one, so each has its turn.
 void PeerTopics::try_left_out(const Now& now) {
-  for (auto& [number, topic] : topics_) {
-    const auto has_place = [&, &topic = topic](const OriginOffer& origin) {
-      return topic.withholds(origin) || context_.mirror_of({topic.key(), origin.gid}, link_);
-    };
-    while (const auto origin = topic.left_out().take(has_place)) topic.add_origin(*origin, now);
-    if (topic.left_out().size() > 0) context_.look_again(now);
+  bool any = false;
+  for (std::size_t n = std::min(left_out_.size(), kLooksAtOnce); n > 0; --n) {
+    auto next = left_out_.upper_bound(looked_at_);
+    if (next == left_out_.end()) next = left_out_.begin();
+    looked_at_ = *next;
+    const auto found = topics_.find(looked_at_);
+    if (found != topics_.end()) {
+      OfferedTopic& topic = found->second;
+      const auto has_place = [&](const OriginOffer& origin) {
+        return topic.withholds(origin) || context_.mirror_of({topic.key(), origin.gid}, link_);
+      };
+      while (const auto origin = topic.left_out().take(has_place)) {
+        topic.add_origin(*origin, now);
+        any = true;
+      }
+      if (topic.left_out().size() > 0) continue;
+    }
+    left_out_.erase(next);
   }
+  if (!left_out_.empty()) context_.look_again(now, any ? kMoreFree : kLooksAgain);
 }
 
 void PeerTopics::renew(const Now& now) {

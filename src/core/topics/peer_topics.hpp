@@ -21,6 +21,8 @@ class PeerTopics {
   // Declines what our new rules allow no longer.
   void recheck(const Now& now);
   void renew(const Now& now);
+  // The topic has origins without a place.
+  void note_left_out(ChannelId number) { left_out_.insert(number); }
   void try_left_out(const Now& now);
   void finish(const Now& now);
   // The sample, decompressed here and not by a worker, as its channel or connection ends. None: so
@@ -52,8 +54,10 @@ class PeerTopics {
   Throttle at_once_{kAtOnceMax, {}};
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
-  std::uint16_t demands_ = 0;  // number of the last demand; skips 0 when it wraps
-  std::set<TopicKey> names_;   // of these:
+  std::uint16_t demands_ = 0;     // number of the last demand; skips 0 when it wraps
+  std::set<ChannelId> left_out_;  // topics with origins without a place
+  ChannelId looked_at_;           // the last of them
+  std::set<TopicKey> names_;      // of these:
   std::map<ChannelId, OfferedTopic> topics_;
 };
 

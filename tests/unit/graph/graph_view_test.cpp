@@ -188,5 +188,35 @@ TEST(GraphView, ServersOfBridgesAreNoServers) {
   EXPECT_FALSE(view.has_server("/rea"));
 }
 
+// A node that starts has endpoints of its own; whoever cares for others' names is not concerned.
+TEST(GraphView, DiffersFromAnotherByItsNewNamesAndPublishersAlone) {
+  const auto server = [](std::string name) {
+    return ServiceState{std::move(name), "p/srv/S", {{gid_of(1), "/", "n"}}};
+  };
+  const Endpoint early = endpoint(gid_of(1), "n"), late = endpoint(gid_of(2), "m");
+  const GraphView before(
+      {{topic("/a", {early}, {early}), topic("/b", {}, {early}), topic("/c", {}, {late})},
+       {server("/stays"), server("/goes")}});
+  const GraphView after(
+      {{topic("/a", {early, late}, {early}), topic("/c", {}, {early}), topic("/d", {}, {late})},
+       {server("/stays"), server("/comes")}});
+  const auto difference = after.since(before);
+  EXPECT_FALSE(difference.all);
+  EXPECT_EQ(difference.listened,
+            (std::set<TopicKey>{{"/b", "p/msg/T"}, {"/c", "p/msg/T"}, {"/d", "p/msg/T"}}));
+  EXPECT_EQ(difference.publishers, std::set<Gid>{gid_of(2)});
+  EXPECT_EQ(difference.served, (std::set<std::string>{"/comes", "/goes"}));
+  const auto none = after.since(after);
+  EXPECT_TRUE(!none.all && none.listened.empty() && none.publishers.empty() && none.served.empty());
+}
+
+TEST(GraphView, WithAnotherBridgeAnythingMayDiffer) {
+  const GraphView before({{topic("/a", {endpoint(gid_of(1), "n")})}});
+  const GraphView after({{topic("/a", {endpoint(gid_of(1), "n")}),
+                          topic(kClaimsTopic, {endpoint(gid_of(9), "connect", "/x")})}});
+  EXPECT_TRUE(after.since(before).all);
+  EXPECT_TRUE(before.since(after).all);
+}
+
 }  // namespace
 }  // namespace connect_bridge

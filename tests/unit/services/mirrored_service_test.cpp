@@ -193,6 +193,28 @@ TEST(MirroredService, WithoutAPlaceItClaimsNothing) {
   s.imports.services.clear();
 }
 
+// All of them in one step would hold up everybody.
+TEST(MirroredService, OfManyWithoutAPlaceFewLookAtOnce) {
+  OfferedServices s;
+  AccountOptions limits;
+  limits.services_max = 4;
+  Shares shares(limits);
+  OneLink peer(2, std::make_shared<Account>(limits, &shares));
+  const auto all = shares.service_places.hold(4);
+  for (std::uint32_t n = 1; n <= 150; ++n) {
+    s.offer(peer, service_channel(n, "/s" + std::to_string(n)));
+    EXPECT_TRUE(s.attached(peer, {{n}, {1}, {}}));
+  }
+  s.update();
+  for (int step = 0; step < 2; ++step) {
+    s.pass_to(2000);
+    EXPECT_EQ(s.imports.deadline(), ms(2000).steady);  // others' turns are in between
+  }
+  s.pass_to(2000);
+  EXPECT_EQ(s.imports.deadline(), ms(4000).steady);
+  s.imports.services.clear();
+}
+
 TEST(MirroredService, WhatThePeerDoesNotAnswerIsNotClaimedForLong) {
   OfferedServices s;
   const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));

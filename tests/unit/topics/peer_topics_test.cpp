@@ -265,5 +265,28 @@ TEST(PeerTopics, AnOriginThatWasLeftOutGetsThePlaceOfOneThatEnds) {
   EXPECT_FALSE(s.context.looks_again_at);
 }
 
+// All of them in one step would hold up everybody, each second.
+TEST(PeerTopics, OfManyTopicsWithoutAPlaceFewLookAtOnceAndEachInItsTurn) {
+  PeerScript s;
+  s.options.mirrors_max = 0;
+  for (std::uint32_t n = 1; n <= 150; ++n) s.offer_topic(n, "/t" + std::to_string(n));
+  EXPECT_EQ(s.context.mirrors.size(), 0U);
+  const auto look = [&](std::int64_t at) {
+    s.context.looks_again_at.reset();
+    s.peer.try_left_out(ms(at));
+    return s.context.mirrors.size();
+  };
+  EXPECT_EQ(look(1000), 0U);
+  EXPECT_EQ(s.context.looks_again_at, ms(2000).steady);
+  s.options.mirrors_max = 150;
+  EXPECT_EQ(look(2000), 64U);
+  EXPECT_TRUE(s.context.mirrors.contains({{"/t65", kType}, gid(75)}));
+  EXPECT_FALSE(s.context.mirrors.contains({{"/t64", kType}, gid(74)}));
+  EXPECT_EQ(s.context.looks_again_at, ms(2010).steady);
+  EXPECT_EQ(look(2010), 128U);
+  EXPECT_EQ(look(2020), 150U);
+  EXPECT_FALSE(s.context.looks_again_at);
+}
+
 }  // namespace
 }  // namespace connect_bridge::topics_test
