@@ -47,6 +47,7 @@ int complain(const std::string& lines, int exit_code) {
 }
 
 int main(int argc, char** argv) {
+  show_rmw_variables();
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
   app.set_version_flag("--version", connect_bridge::version_text(), "Print the version");

@@ -16,6 +16,7 @@
 #include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
+#include "ros/rcl/missing_middleware.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
 #include "run/diagnosis.hpp"
@@ -191,6 +192,8 @@ int run_doctor(const DoctorOrder& order) {
   } else {
     found = look_at_file(order);
   }
+  if (const auto missing = ros::missing_middleware())
+    found.insert(found.begin(), {"rmw_missing", {}, to_text(*missing)});
   std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);
   return has_fault(found) ? kSomethingWrong : 0;
 }

@@ -2,19 +2,23 @@
 
 #include <fmt/format.h>
 #include <rcl/allocator.h>
+#include <rcl/arguments.h>
 #include <rcl_yaml_param_parser/parser.h>
+#include <sys/mman.h>
+#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "core/wire/text.hpp"
-#include "ros/node/ros_arguments.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -86,9 +90,7 @@ class KeyCheck {
   std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
 };
 
-YamlProblems yaml_problems(const std::string& file) {
-  std::ifstream text(file);
-  if (!text) return {{file + ": cannot be opened: " + std::strerror(errno)}, {}};
+YamlProblems yaml_problems(const std::string& file, std::istream& text) {
   KeyCheck keys(file);
   try {
     for (const YAML::Node& document : YAML::LoadAll(text)) keys.look_into(document, "");
@@ -99,15 +101,30 @@ YamlProblems yaml_problems(const std::string& file) {
   return std::move(keys.found);
 }
 
-// A pipe can be read once only, and rcl has to. A file that is missing is one that can be told.
-bool can_be_read_twice(const std::string& file) {
-  std::error_code failed;
-  return std::filesystem::is_regular_file(file, failed) || !std::filesystem::exists(file, failed);
-}
+// rcl reads only what has a path: the content of a pipe, which was read to be looked into, gets one.
+class MemoryFile {
+ public:
+  explicit MemoryFile(std::string_view content) : handle_(::memfd_create("params", MFD_CLOEXEC)) {
+    while (handle_ >= 0 && !content.empty()) {
+      const ssize_t written = ::write(handle_, content.data(), content.size());
+      if (written <= 0) break;
+      content.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() {
+    if (handle_ >= 0) ::close(handle_);
+  }
 
-}  // namespace
+  [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(handle_); }
 
-std::vector<ParameterSection> take_sections(rcl_params_s* params) {
+ private:
+  const int handle_;
+};
+
+// The sections of parameters that rcl has parsed; frees these.
+std::vector<ParameterSection> take_sections(rcl_params_t* params) {
   std::vector<ParameterSection> sections;
   if (params == nullptr) return sections;
   for (std::size_t n = 0; n < params->num_nodes; ++n) {
@@ -124,35 +141,94 @@ std::vector<ParameterSection> take_sections(rcl_params_s* params) {
   return sections;
 }
 
+// Empty: rcl has read the file at this path, and the sections are those in it.
+std::string parse_by_rcl(const std::string& path, std::vector<ParameterSection>& sections) {
+  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
+  if (params != nullptr && rcl_parse_yaml_file(path.c_str(), params)) {
+    sections = take_sections(params);
+    return {};
+  }
+  std::string words = words_of_rcl();  // also clears them
+  if (params != nullptr) rcl_yaml_node_struct_fini(params);
+  return words.empty() ? "cannot be read" : words;
+}
+
+// rcl puts before its reason the whole rule, which may hold a secret.
+std::string reason_in(const std::string& words) {
+  constexpr std::string_view kMark = "'. Error: ";
+  const std::size_t found = words.rfind(kMark);
+  if (found == std::string::npos) return "cannot be read";
+  std::string reason = words.substr(found + kMark.size());
+  // Of its lexer, which knows the parts of a name by number.
+  if (reason.find("lexeme") != std::string::npos)
+    return "expected KEY:=VALUE, or NODE:KEY:=VALUE with a node's name without its namespace";
+  return reason;
+}
+
+}  // namespace
+
+bool can_be_read_twice(const std::string& file) {
+  std::error_code failed;
+  return std::filesystem::is_regular_file(file, failed) || !std::filesystem::exists(file, failed);
+}
+
 std::string ParameterFile::problem() const {
   return fmt::format("{}", fmt::join(problems, "; "));
 }
 
 ParameterFile read_parameter_file(const std::string& file) {
   ParameterFile result;
-  YamlProblems found;
-  if (can_be_read_twice(file)) found = yaml_problems(file);
-  result.problems = std::move(found.certain);
-  if (!result.problems.empty()) return result;
-  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
-  if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
-    result.sections = take_sections(params);
+  std::ifstream in(file);
+  if (!in) {
+    result.problems = {file + ": cannot be opened: " + std::strerror(errno)};
     return result;
   }
-  const std::string words = words_of_rcl();  // also clears them
+  const bool is_pipe = !can_be_read_twice(file);
+  std::stringstream copy;
+  if (is_pipe) copy << in.rdbuf();
+  if (copy.bad() || std::filesystem::is_directory(file)) {
+    result.problems = {file + ": cannot be read"};
+    return result;
+  }
+  const std::string text = copy.str();
+  copy.clear();
+  YamlProblems found = yaml_problems(file, is_pipe ? static_cast<std::istream&>(copy) : in);
+  result.problems = std::move(found.certain);
+  if (!result.problems.empty()) return result;
+  const std::string words = is_pipe ? parse_by_rcl(MemoryFile(text).path(), result.sections)
+                                    : parse_by_rcl(file, result.sections);
+  if (words.empty()) return result;
   result.problems = std::move(found.without_value);
   if (result.problems.empty()) result.problems.push_back(file + ": " + words);
-  if (params != nullptr) rcl_yaml_node_struct_fini(params);
   return result;
 }
 
-std::vector<std::string> problems_of_parameter_files(int argc, const char* const* argv) {
-  std::vector<std::string> problems;
-  for (const auto& file : values_behind({"--params-file"}, argc, argv)) {
-    if (!can_be_read_twice(file)) continue;
-    for (auto& problem : read_parameter_file(file).problems) problems.push_back(std::move(problem));
+ParameterFile read_parameter_rule(const std::string& rule) {
+  ParameterFile result;
+  const std::size_t end = rule.find(":=");
+  const std::string key = to_text(rule.substr(0, end), kKeyShown);
+  if (end == std::string::npos || end == 0) {
+    result.problems = {"-p " + key + ": expected KEY:=VALUE"};
+    return result;
   }
-  return problems;
+  if (rule.find_first_not_of(" \t", end + 2) == std::string::npos) {
+    result.problems = {"-p " + key + ": expected a value behind :=, an empty text is '\"\"'"};
+    return result;
+  }
+  const char* const words[] = {"--ros-args", "-p", rule.c_str()};
+  rcl_arguments_t arguments = rcl_get_zero_initialized_arguments();
+  const rcl_ret_t parsed = rcl_parse_arguments(static_cast<int>(std::size(words)), words,
+                                               rcl_get_default_allocator(), &arguments);
+  if (parsed != RCL_RET_OK) {
+    result.problems = {"-p " + key + ": " + reason_in(words_of_rcl())};
+    return result;
+  }
+  rcl_params_t* params = nullptr;
+  if (!ignore_error(rcl_arguments_get_param_overrides(&arguments, &params)))
+    result.problems = {"-p " + key + ": cannot be read"};
+  result.sections = take_sections(params);
+  ignore_error(rcl_arguments_fini(&arguments));
+  return result;
 }
 
 }  // namespace connect_bridge::ros

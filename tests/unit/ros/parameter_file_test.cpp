@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <iterator>
 
 #include "unit/scratch.hpp"
 
@@ -102,17 +101,6 @@ TEST(ParameterFile, TheSameKeyInOtherPlacesIsNotTwice) {
       "    rule.c.export_topics: [/a, /b]\n"
       "connect_server: {ros__parameters: {rules: [a]}}\n");
   EXPECT_THAT(read_parameter_file(file).problems, IsEmpty());
-}
-
-TEST(ParameterFile, ThoseOfTheArgumentsAreReadBeforeRclDoes) {
-  const std::string file = file_with("a: [1\n");
-  const std::string other = test::scratch_folder() + "nowhere.yaml";
-  const char* const words[] = {"server",        "--params-file", "not-for-ros", "--ros-args",
-                               "--params-file", file.c_str(),    "-p",          "x:=1",
-                               "--params-file", other.c_str(),   "--"};
-  EXPECT_THAT(problems_of_parameter_files(static_cast<int>(std::size(words)), words),
-              ElementsAre(ContainsRegex("params.yaml:[0-9]+:[0-9]+: ."),
-                          HasSubstr(other + ": cannot be opened")));
 }
 
 }  // namespace
