@@ -174,6 +174,14 @@ int print_list() {
   return 0;
 }
 
+// "robot:9090", of which there is no file.
+bool looks_like_host(const std::string& what) {
+  const std::size_t colon = what.rfind(':');
+  return ::access(what.c_str(), F_OK) != 0 && colon != std::string::npos && colon > 0 &&
+         colon + 1 < what.size() && what.find('/') == std::string::npos &&
+         what.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+}
+
 int run_doctor(const DoctorOrder& order) {
   if (order.list) return print_list();
   std::signal(SIGPIPE, SIG_IGN);
@@ -189,6 +197,8 @@ int run_doctor(const DoctorOrder& order) {
     std::string role;
     found = look_at_side(what, role);
     if (role.empty()) return complain(what + ": nobody answers", kExitConfiguration);
+  } else if (looks_like_host(what)) {
+    return complain(what + ": no such file; did you mean wss://" + what + "?", kExitConfiguration);
   } else {
     found = look_at_file(order);
   }

@@ -9,11 +9,11 @@ namespace {
 
 using connect_bridge::ros::kRmwVariables;
 
-constexpr int kVariables = sizeof(kRmwVariables) / sizeof(kRmwVariables[0]);
-const char* hidden[kVariables];  // their values, where they stood
+constexpr int kHiddenMax = sizeof(kRmwVariables) / sizeof(kRmwVariables[0]);
+const char* hidden_values[kHiddenMax];  // their values, where they stood
 
 // The value in "NAME=value"; null: it is another variable.
-__attribute__((no_sanitize("address", "undefined", "thread"))) const char* value_in(
+__attribute__((no_sanitize("address", "undefined", "thread"))) const char* value_behind(
     const char* entry, const char* name) {
   while (*name != '\0' && *entry == *name) ++entry, ++name;
   return *name == '\0' && *entry == '=' ? entry + 1 : nullptr;
@@ -25,10 +25,10 @@ __attribute__((no_sanitize("address", "undefined", "thread"))) void hide_variabl
   char** kept = environment;
   for (char** entry = environment; *entry != nullptr; ++entry) {
     bool is_kept = true;
-    for (int i = 0; i < kVariables; ++i) {
-      const char* const value = value_in(*entry, kRmwVariables[i]);
+    for (int i = 0; i < kHiddenMax; ++i) {
+      const char* const value = value_behind(*entry, kRmwVariables[i]);
       if (value == nullptr) continue;
-      hidden[i] = value;
+      hidden_values[i] = value;
       is_kept = false;
     }
     if (is_kept) *kept++ = *entry;
@@ -36,13 +36,12 @@ __attribute__((no_sanitize("address", "undefined", "thread"))) void hide_variabl
   *kept = nullptr;
 }
 
-__attribute__((section(".preinit_array"), used)) void (*const kHideVariables)(int, char**,
-                                                                              char**) =
-    hide_variables;
+__attribute__((section(".preinit_array"),
+               used)) void (*const kHideVariables)(int, char**, char**) = hide_variables;
 
 }  // namespace
 
 void show_rmw_variables() {
-  for (int i = 0; i < kVariables; ++i)
-    if (hidden[i] != nullptr) ::setenv(kRmwVariables[i], hidden[i], 0);
+  for (int i = 0; i < kHiddenMax; ++i)
+    if (hidden_values[i] != nullptr) ::setenv(kRmwVariables[i], hidden_values[i], 0);
 }

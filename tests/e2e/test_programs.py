@@ -124,3 +124,12 @@ def test_ctl_needs_no_rmw(tmp_path, missing_rmw, monkeypatch):
     assert run("ctl", "check", file).returncode == 0
     monkeypatch.setenv("RCL_ASSERT_RMW_ID_MATCHES", "rmw_nowhere_cpp")
     assert "RCL_ASSERT_RMW_ID_MATCHES=rmw_nowhere_cpp" in run("ctl", "check", file).stderr
+
+
+def test_ctl_says_what_was_meant():
+    told = run("ctl", "chek", "robot.yaml")
+    assert told.returncode == 2
+    assert '"chek" is unknown: did you mean check?' in told.stderr
+    told = run("ctl", "doctor", "robot:9090")
+    assert told.returncode == 2
+    assert told.stderr == "robot:9090: no such file; did you mean wss://robot:9090?\n"

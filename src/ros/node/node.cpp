@@ -115,8 +115,8 @@ void Node::State::open_context() {
   rcl_init_options_t init = rcl_get_zero_initialized_init_options();
   require_ok(rcl_init_options_init(&init, allocator), "cannot set up ROS");
   const auto argv = pointers_to(words);
-  const rcl_ret_t result =
-      rcl_init(static_cast<int>(argv.size()), argv.empty() ? nullptr : argv.data(), &init, &context);
+  const rcl_ret_t result = rcl_init(static_cast<int>(argv.size()),
+                                    argv.empty() ? nullptr : argv.data(), &init, &context);
   const std::string problem =
       result == RCL_RET_OK ? std::string{} : error_text("cannot start ROS", result);
   ignore_error(rcl_init_options_fini(&init));

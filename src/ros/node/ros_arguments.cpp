@@ -15,10 +15,9 @@ bool names_the_node(std::string_view remap) {
 }
 
 // The options of rcl that take the next argument.
-constexpr auto kWithValue =
-    std::to_array<std::string_view>({"-p", "--param", "-r", "--remap", "--params-file", "-e",
-                                     "--enclave", "--log-level", "--log-config-file",
-                                     "--log-file-name"});
+constexpr auto kWithValue = std::to_array<std::string_view>(
+    {"-p", "--param", "-r", "--remap", "--params-file", "-e", "--enclave", "--log-level",
+     "--log-config-file", "--log-file-name"});
 
 template <class Words>
 bool is_one_of(const Words& words, std::string_view word) {

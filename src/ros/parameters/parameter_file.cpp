@@ -6,19 +6,18 @@
 #include <rcl_yaml_param_parser/parser.h>
 #include <sys/mman.h>
 #include <unistd.h>
-#include <yaml-cpp/yaml.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "core/wire/text.hpp"
+#include "ros/parameters/yaml_problems.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -47,61 +46,8 @@ ParameterValue value_of(const rcl_variant_t& value) {
 
 constexpr std::size_t kKeyShown = 100;  // bytes
 
-struct YamlProblems {
-  std::vector<std::string> certain;
-  std::vector<std::string> without_value;  // what is wrong if rcl refuses the file
-};
-
-// Looks for keys that are given twice, and for those without a value: rcl takes none, and names the
-// line alone. Keys are compared by their whole names, as rcl joins them: `rule.drive: {...}` and
-// `rule: {drive: {...}}` are the same.
-class KeyCheck {
- public:
-  explicit KeyCheck(std::string file) : file_(std::move(file)) {}
-
-  // `name`: of the node itself; empty: the whole document.
-  void look_into(const YAML::Node& node, const std::string& name) {
-    if (!node.IsMap()) return;
-    for (const auto& entry : node) look_at(entry.first, entry.second, name);
-  }
-
-  YamlProblems found;
-
- private:
-  void look_at(const YAML::Node& key, const YAML::Node& value, const std::string& map) {
-    const std::string text = key.IsScalar() ? key.Scalar() : "~";
-    const std::string name = map.empty() ? text : map + "." + text;
-    const int line = key.Mark().line + 1;
-    const std::string at =
-        file_ + ":" + std::to_string(line) + ": \"" + to_text(text, kKeyShown) + "\" ";
-    const auto [first, is_new] = lines_.try_emplace(name, line);
-    if (!is_new)
-      found.certain.push_back(at + "is given twice, first in line " +
-                              std::to_string(first->second));
-    if (value.IsNull())
-      found.without_value.push_back(at + "has no value; a list stands in brackets: [/one, /two]");
-    // The keys in what is there again were told with it. What stands before its key is an alias,
-    // which rcl does not take, and may contain itself.
-    const bool is_alias = value.Mark().pos < key.Mark().pos;
-    if (is_new && !is_alias) look_into(value, name);
-  }
-
-  const std::string file_;
-  std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
-};
-
-YamlProblems yaml_problems(const std::string& file, std::istream& text) {
-  KeyCheck keys(file);
-  try {
-    for (const YAML::Node& document : YAML::LoadAll(text)) keys.look_into(document, "");
-  } catch (const YAML::Exception& error) {
-    keys.found.certain.push_back(file + ":" + std::to_string(error.mark.line + 1) + ":" +
-                                 std::to_string(error.mark.column + 1) + ": " + error.msg);
-  }
-  return std::move(keys.found);
-}
-
-// rcl reads only what has a path: the content of a pipe, which was read to be looked into, gets one.
+// rcl reads only what has a path: the content of a pipe, which was read to be looked into, gets
+// one.
 class MemoryFile {
  public:
   explicit MemoryFile(std::string_view content) : handle_(::memfd_create("params", MFD_CLOEXEC)) {
@@ -162,6 +108,8 @@ std::string reason_in(const std::string& words) {
   // Of its lexer, which knows the parts of a name by number.
   if (reason.find("lexeme") != std::string::npos)
     return "expected KEY:=VALUE, or NODE:KEY:=VALUE with a node's name without its namespace";
+  if (reason.find("should be of same type") != std::string::npos)
+    return "a list of several kinds of values: write all alike, text in quotes";
   return reason;
 }
 
@@ -198,7 +146,7 @@ ParameterFile read_parameter_file(const std::string& file) {
   const std::string words = is_pipe ? parse_by_rcl(MemoryFile(text).path(), result.sections)
                                     : parse_by_rcl(file, result.sections);
   if (words.empty()) return result;
-  result.problems = std::move(found.without_value);
+  result.problems = std::move(found.if_refused);
   if (result.problems.empty()) result.problems.push_back(file + ": " + words);
   return result;
 }

@@ -1,5 +1,5 @@
-// Parameter files, and single parameters of the command line, as rcl reads them: the same reader for
-// a node that starts and for `ctl check`.
+// Parameter files, and single parameters of the command line, as rcl reads them: the same reader
+// for a node that starts and for `ctl check`.
 #pragma once
 
 #include <string>

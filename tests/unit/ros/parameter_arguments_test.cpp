@@ -110,7 +110,8 @@ struct Way {
 constexpr Way kWays[] = {
     {"a file for any node", [](Command& to, bool second) { to.give_file("/**", second); }},
     {"a file for this node", [](Command& to, bool second) { to.give_file(kNode, second); }},
-    {"a file for its name", [](Command& to, bool second) { to.give_file("connect_server", second); }},
+    {"a file for its name",
+     [](Command& to, bool second) { to.give_file("connect_server", second); }},
     {"a file for a namespace", [](Command& to, bool second) { to.give_file("/*", second); }},
     {"-p", [](Command& to, bool second) { to.give_arguments("-p", "", second); }},
     {"--param", [](Command& to, bool second) { to.give_arguments("--param", "", second); }},
@@ -144,8 +145,8 @@ TEST(ParameterArguments, ASectionOfAnEarlierFileIsEarlier) {
   command.add("--params-file", command.write("/**: {ros__parameters: {a: 3.5}}\n"));
   command.add("-p", "b:=text");
   const auto read = command.arguments().read_for(kNode);
-  EXPECT_EQ(read.parameters, (ParameterMap{
-                                 {"a", 3.5}, {"b", std::string{"text"}}, {"c", std::int64_t{2}}}));
+  EXPECT_EQ(read.parameters,
+            (ParameterMap{{"a", 3.5}, {"b", std::string{"text"}}, {"c", std::int64_t{2}}}));
 }
 
 TEST(ParameterArguments, AFileBehindAnArgumentWins) {
@@ -175,8 +176,7 @@ TEST(ParameterArguments, AChangedFileIsReadAgainInItsTurn) {
   ASSERT_THAT(arguments.read_for(kNode).problems, IsEmpty());
   for (const Kind& kind : kinds()) {
     std::ofstream(file) << fmt::format("/**: {{ros__parameters: {{a: {0}, b: {0}}}}}\n", kind.yaml);
-    EXPECT_EQ(arguments.read_for(kNode).parameters,
-              (ParameterMap{{"a", 1.5}, {"b", kind.value}}));
+    EXPECT_EQ(arguments.read_for(kNode).parameters, (ParameterMap{{"a", 1.5}, {"b", kind.value}}));
   }
   std::ofstream(file) << "a: [1\n";
   const auto wrong = arguments.read_for(kNode);
@@ -228,8 +228,7 @@ TEST(ParameterArguments, AllAreReadBeforeRclDoes) {
   command.add("-p", "/lidar:a:=1");
   EXPECT_THAT(command.problems(),
               ElementsAre(ContainsRegex("[0-9]+.yaml:[0-9]+:[0-9]+: ."),
-                          HasSubstr(other + ": cannot be opened"),
-                          "-p token: expected KEY:=VALUE",
+                          HasSubstr(other + ": cannot be opened"), "-p token: expected KEY:=VALUE",
                           "-p token: expected a value behind :=, an empty text is '\"\"'",
                           AllOf(HasSubstr("-p auth.token: "), Not(HasSubstr("secret"))),
                           "-p /lidar:a: expected KEY:=VALUE, or NODE:KEY:=VALUE with a node's name "
@@ -242,10 +241,11 @@ TEST(ParameterArguments, AFolderIsNoFile) {
 }
 
 TEST(ParameterArguments, TheRestIsLeftForRcl) {
-  const char* const words[] = {"server", "-p",        "no:=ros", "--ros-args",    "-p",
-                               "x:=1",   "--enclave", "-p",      "--params-file", "a.yaml",
-                               "-r",     "--param",   "--",      "--param",       "y:=1",
-                               "--ros-args", "--param", "z:=1", "-p"};
+  const char* const words[] = {
+      "server",    "-p",      "no:=ros",       "--ros-args", "-p",      "x:=1",
+      "--enclave", "-p",      "--params-file", "a.yaml",     "-r",      "--param",
+      "--",        "--param", "y:=1",          "--ros-args", "--param", "z:=1",
+      "-p"};
   const int count = static_cast<int>(std::size(words));
   EXPECT_THAT(ParameterArguments::without(count, words),
               ElementsAre("server", "-p", "no:=ros", "--ros-args", "--enclave", "-p", "-r",
