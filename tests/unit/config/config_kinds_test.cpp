@@ -10,7 +10,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-const std::vector<ParameterValue>& kinds() {
+const std::vector<ParameterValue>& value_kinds() {
   static const std::vector<ParameterValue> all = {
       true,
       std::int64_t{1},
@@ -26,7 +26,7 @@ const std::vector<ParameterValue>& kinds() {
 }
 
 // An integer is a number, too; an empty list looks the same whatever it is of.
-bool may_fit(ParameterType type, const ParameterValue& value) {
+bool fits_kind(ParameterType type, const ParameterValue& value) {
   return type_of(value) == type ||
          (type == ParameterType::kDouble && type_of(value) == ParameterType::kInteger);
 }
@@ -34,8 +34,8 @@ bool may_fit(ParameterType type, const ParameterValue& value) {
 TEST(ConfigKinds, AValueOfAnotherKindIsNamedWithItsKey) {
   std::size_t refused = 0;
   for (const KeySpec& spec : key_table()) {
-    for (const ParameterValue& value : kinds()) {
-      if (may_fit(spec.type, value)) continue;
+    for (const ParameterValue& value : value_kinds()) {
+      if (fits_kind(spec.type, value)) continue;
       const Role role = is_used_by(spec, Role::kServer) ? Role::kServer : Role::kClient;
       const std::string key = key_of(spec, "a");
       const Parsed parsed = parse_config({{key, value}}, role, {});
@@ -53,7 +53,7 @@ TEST(ConfigKinds, AValueOfAnotherKindIsNamedWithItsKey) {
 }
 
 TEST(ConfigKinds, TheTimeOfASimulatorIsAskedForByTrueOrFalse) {
-  for (const ParameterValue& value : kinds()) {
+  for (const ParameterValue& value : value_kinds()) {
     const Parsed parsed = parse_config({{"use_sim_time", value}}, Role::kServer, {});
     std::string told;
     for (const Problem& problem : parsed.problems)

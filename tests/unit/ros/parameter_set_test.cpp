@@ -9,7 +9,7 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const std::vector<ParameterValue>& kinds() {
+const std::vector<ParameterValue>& set_kinds() {
   static const std::vector<ParameterValue> all = {
       true,
       std::int64_t{3},
@@ -25,8 +25,8 @@ const std::vector<ParameterValue>& kinds() {
 }
 
 TEST(ParameterSet, AnotherKindIsRefusedByName) {
-  for (const ParameterValue& type : kinds()) {
-    for (const ParameterValue& given : kinds()) {
+  for (const ParameterValue& type : set_kinds()) {
+    for (const ParameterValue& given : set_kinds()) {
       ParameterDescriptor entry;
       entry.name = "some.key";
       entry.type = type_of(type);
