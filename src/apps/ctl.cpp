@@ -7,6 +7,7 @@
 
 #include "apps/ctl_commands.hpp"
 #include "config/document.hpp"
+#include "config/key_search.hpp"
 #include "run/check.hpp"
 #include "run/program.hpp"
 
@@ -36,7 +37,17 @@ int write_tables(const std::string& manual) {
 std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
   const auto unknown = app.remaining();
   if (unknown.empty() || !app.get_subcommands().empty()) return wrong.what();
-  return "\"" + unknown.front() + "\" is unknown: a subcommand is required";
+  std::string best;
+  std::size_t least = 3;  // typing errors
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    const std::size_t distance =
+        connect_bridge::edit_distance(unknown.front(), command->get_name());
+    if (distance >= least) continue;
+    least = distance;
+    best = command->get_name();
+  }
+  return "\"" + unknown.front() + "\" is unknown: " +
+         (best.empty() ? "a subcommand is required" : "did you mean " + best + "?");
 }
 
 }  // namespace
@@ -47,6 +58,7 @@ int complain(const std::string& lines, int exit_code) {
 }
 
 int main(int argc, char** argv) {
+  show_rmw_variables();
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
   app.set_version_flag("--version", connect_bridge::version_text(), "Print the version");

@@ -16,6 +16,7 @@
 #include "apps/ctl_programs.hpp"
 #include "auth/runtime_folder.hpp"
 #include "config/syntax.hpp"
+#include "ros/rcl/missing_middleware.hpp"
 #include "run/assembly.hpp"
 #include "run/check.hpp"
 #include "run/diagnosis.hpp"
@@ -173,6 +174,14 @@ int print_list() {
   return 0;
 }
 
+// "robot:9090", of which there is no file.
+bool looks_like_host(const std::string& what) {
+  const std::size_t colon = what.rfind(':');
+  return ::access(what.c_str(), F_OK) != 0 && colon != std::string::npos && colon > 0 &&
+         colon + 1 < what.size() && what.find('/') == std::string::npos &&
+         what.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+}
+
 int run_doctor(const DoctorOrder& order) {
   if (order.list) return print_list();
   std::signal(SIGPIPE, SIG_IGN);
@@ -188,9 +197,13 @@ int run_doctor(const DoctorOrder& order) {
     std::string role;
     found = look_at_side(what, role);
     if (role.empty()) return complain(what + ": nobody answers", kExitConfiguration);
+  } else if (looks_like_host(what)) {
+    return complain(what + ": no such file; did you mean wss://" + what + "?", kExitConfiguration);
   } else {
     found = look_at_file(order);
   }
+  if (const auto missing = ros::missing_middleware())
+    found.insert(found.begin(), {"rmw_missing", {}, to_text(*missing)});
   std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);
   return has_fault(found) ? kSomethingWrong : 0;
 }

@@ -106,6 +106,9 @@ std::string shown_to_others(std::string_view key, const ParameterValue& value) {
 
 CheckedValues::CheckedValues(const ParameterMap& given, Role role, std::vector<Problem>& problems) {
   for (const auto& [key, value] : given) {
+    // Its owner would take another kind of value for false.
+    if (key == kUseSimTime && type_of(value) != ParameterType::kBool)
+      problems.push_back({key, to_text(value), "true or false"});
     if (is_ros_key(key)) continue;
     keys_.insert(key);
     if (const auto rule = rule_of(key); !rule.empty()) rules_.emplace(rule);

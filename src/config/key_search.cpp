@@ -85,7 +85,7 @@ const KeySpec* find_key(std::string_view key) {
 }
 
 bool is_ros_key(std::string_view key) {
-  return key == "use_sim_time" || key == "start_type_description_service" ||
+  return key == kUseSimTime || key == "start_type_description_service" ||
          key.starts_with("qos_overrides.");
 }
 

@@ -21,6 +21,7 @@ namespace connect_bridge {
 
 [[nodiscard]] bool is_used_by(const KeySpec& spec, Role role);
 
+inline constexpr std::string_view kUseSimTime = "use_sim_time";
 // Keys of the ROS layer that are not ours and must not be refused: use_sim_time, qos_overrides.*
 // ...
 [[nodiscard]] bool is_ros_key(std::string_view key);

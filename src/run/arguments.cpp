@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "config/invitation.hpp"
+#include "config/key_search.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -13,11 +14,36 @@ constexpr char kRobot[] = "--robot";
 constexpr char kOperate[] = "--operate";
 constexpr char kVia[] = "--via";
 
+// What the user may have meant; empty: nothing comes to mind.
+std::string meant(const std::string& word, const std::string& shown, Role role) {
+  if (word.find(":=") != std::string::npos) return "--ros-args -p " + shown + ":=...";
+  if (word.ends_with(".yaml") || word.ends_with(".yml")) return "--ros-args --params-file " + shown;
+  if (role == Role::kClient && (word.starts_with("ws://") || word.starts_with("wss://")))
+    return "--ros-args -p url:=" + shown;
+  constexpr std::size_t kTypingErrors = 2;
+  std::string best;
+  std::size_t least = kTypingErrors + 1;
+  for (const char* option : {kPair, kDrive, kRobot, kOperate, kVia, "--help", "--version"}) {
+    const bool is_of_server = option == kPair || option == kDrive || option == kVia;
+    if ((is_of_server && role != Role::kServer) || (option == kRobot && role != Role::kClient))
+      continue;
+    const std::size_t distance = edit_distance(word, option);
+    if (distance >= least) continue;
+    least = distance;
+    best = option;
+  }
+  return best;
+}
+
 std::string unknown(const std::string& word, Role role) {
   const char* const program = role == Role::kServer ? "server" : "client";
   // The text after := may be a token, that after # a code.
-  return "unknown argument \"" + word.substr(0, std::min(word.find(":="), word.find('#'))) +
-         "\": parameters are given behind --ros-args, see " + program + " --help";
+  const std::string shown = word.substr(0, std::min(word.find(":="), word.find('#')));
+  const std::string instead = meant(word, shown, role);
+  return "unknown argument \"" + shown + "\": " +
+         (instead.empty() ? "parameters are given behind --ros-args, see "
+                          : "did you mean " + instead + "? See ") +
+         program + " --help";
 }
 
 // What the words are together.

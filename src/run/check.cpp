@@ -12,6 +12,7 @@
 #include "core/ports/pin.hpp"
 #include "core/wire/text.hpp"
 #include "ros/parameters/parameter_file.hpp"
+#include "ros/rcl/missing_middleware.hpp"
 #include "run/assembly.hpp"
 #include "run/host_check.hpp"
 #include "run/program.hpp"
@@ -187,7 +188,10 @@ FileJudged judge_file(const std::string& file, const std::string& role) {
 }
 
 int check_file(const std::string& file, const std::string& asked_role) {
-  const FileJudged judged = judge_file(file, asked_role);
+  FileJudged judged = judge_file(file, asked_role);
+  if (const auto missing = ros::missing_middleware())
+    judged.given.problems.push_back("the RMW is not installed (" + to_text(*missing) +
+                                    "): install its package, or unset " + missing->variable);
   const OfNode& given = judged.given;
   if (given.node.empty()) return report(file, given.problems);
   say(given.problems.empty() ? stdout : stderr, given.taken_as);

@@ -166,6 +166,10 @@ constexpr Finding kFindings[] = {
      "start both with the same one"},
     {"rmw_differs", kFault, "the bridge has another RMW_IMPLEMENTATION than this shell",
      "start both with the same one"},
+    {"rmw_missing", kFault,
+     "the RMW that RMW_IMPLEMENTATION names is not installed: no program of ROS starts",
+     "install its package (ros-$ROS_DISTRO-rmw-cyclonedds-cpp for rmw_cyclonedds_cpp) and source "
+     "ROS again; or unset RMW_IMPLEMENTATION"},
     {"discovery_range", kFault, "the discovery range keeps nodes and bridge apart",
      "the same ROS_AUTOMATIC_DISCOVERY_RANGE (and ROS_LOCALHOST_ONLY) for both, and not OFF"},
     {"user_differs", kHint, "the bridge runs as another user than this shell",

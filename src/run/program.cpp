@@ -16,7 +16,7 @@
 #include "config/key_search.hpp"
 #include "net/descriptors.hpp"
 #include "ros/node/ros_arguments.hpp"
-#include "ros/parameters/parameter_file.hpp"
+#include "ros/parameters/parameter_arguments.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "run/arguments.hpp"
 #include "run/assembly.hpp"
@@ -198,7 +198,7 @@ int run_program(Role role, int given_count, char** given) {
   std::signal(SIGPIPE, SIG_IGN);
   ignore_early_hangup();
   raise_descriptors();
-  auto wrong = ros::problems_of_parameter_files(argc, argv);
+  auto wrong = ros::problems_of_parameters(argc, argv);
   append(wrong, ros::problems_of_remaps(argc, argv));
   if (!wrong.empty()) return refuse(wrong);
   tune_heap();

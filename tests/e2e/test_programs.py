@@ -1,5 +1,6 @@
 """What the programs say without a ROS graph: version, help, and what is wrong with a file."""
 
+import json
 import re
 import subprocess
 
@@ -58,3 +59,77 @@ def test_rules_that_others_may_change_are_refused(tmp_path):
     file.write_text(file.read_text("ascii").replace("0.0.0.0", "127.0.0.1"), encoding="ascii")
     checked = run("ctl", "check", file)
     assert checked.returncode == 0 and "may change" in checked.stdout
+
+
+@pytest.mark.parametrize(
+    ["given", "told"],
+    [
+        ("connections_max:=ten", 'connections_max: "ten" is wrong, expected a whole number'),
+        ("listen.port:=abc", 'listen.port: "abc" is wrong, expected a whole number'),
+        ("dead_after:=[3.0]", "dead_after: [3.0] is wrong, expected a number"),
+        ("allow_plaintext:=1", "allow_plaintext: 1 is wrong, expected true or false"),
+        ("rules:=look", 'rules: "look" is wrong, expected a list of strings: ["look"]'),
+        ("use_sim_time:=maybe", 'use_sim_time: "maybe" is wrong, expected true or false'),
+        ("dead_after", "-p dead_after: expected KEY:=VALUE"),
+        ("dead_after:=", "-p dead_after: expected a value behind :="),
+    ],
+)
+def test_an_argument_that_does_not_fit_is_refused_over_a_file_that_does(tmp_path, given, told):
+    file = tmp_path / "robot.yaml"
+    file.write_text(
+        "connect_server: {ros__parameters: {auth: {token: 0123456789abcdef}, connections_max: 8,"
+        " listen: {port: 0}, dead_after: 3, allow_plaintext: true, rules: [], use_sim_time: true}}",
+        encoding="ascii",
+    )
+    refused = run("server", "--ros-args", "--params-file", file, "-p", given)
+    assert refused.returncode == 2
+    assert told in refused.stderr
+
+
+@pytest.fixture
+def missing_rmw(monkeypatch):
+    """A shell whose RMW is named and not installed."""
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_nowhere_cpp")
+    return "RMW_IMPLEMENTATION=rmw_nowhere_cpp; installed: rmw_"
+
+
+def test_ctl_finds_that_the_rmw_is_missing(tmp_path, missing_rmw):
+    file = tmp_path / "robot.yaml"
+    file.write_text(
+        "/**: {ros__parameters: {auth: {token: 0123456789abcdef}}}", encoding="ascii"
+    )
+    checked = run("ctl", "check", file)
+    assert checked.returncode == 2
+    assert f"the RMW is not installed ({missing_rmw}" in checked.stderr
+    assert "or unset RMW_IMPLEMENTATION" in checked.stderr
+    for words in ([], [file], ["ws://127.0.0.1:1"]):
+        found = run("ctl", "doctor", "--json", *words)
+        assert found.returncode == 1, found.stderr
+        first = json.loads(found.stdout)["findings"][0]
+        assert first["id"] == "rmw_missing" and first["detail"].startswith(missing_rmw)
+    # It is the fault of the shell: a program of ROS does not start there.
+    assert "rmw_nowhere_cpp" in run("server", "--ros-args", "--params-file", file).stderr
+
+
+def test_ctl_needs_no_rmw(tmp_path, missing_rmw, monkeypatch):
+    file = tmp_path / "robot.yaml"
+    file.write_text(
+        "/**: {ros__parameters: {auth: {token: 0123456789abcdef}}}", encoding="ascii"
+    )
+    for words in (["--help"], ["explain", file, "--topic", "/a"], ["token", "anna"],
+                  ["config-doc"], ["doctor", "--list"]):
+        told = run("ctl", *words)
+        assert told.returncode in (0, 1) and "[rcl]" not in told.stderr, told.stderr
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "")
+    assert run("ctl", "check", file).returncode == 0
+    monkeypatch.setenv("RCL_ASSERT_RMW_ID_MATCHES", "rmw_nowhere_cpp")
+    assert "RCL_ASSERT_RMW_ID_MATCHES=rmw_nowhere_cpp" in run("ctl", "check", file).stderr
+
+
+def test_ctl_says_what_was_meant():
+    told = run("ctl", "chek", "robot.yaml")
+    assert told.returncode == 2
+    assert '"chek" is unknown: did you mean check?' in told.stderr
+    told = run("ctl", "doctor", "robot:9090")
+    assert told.returncode == 2
+    assert told.stderr == "robot:9090: no such file; did you mean wss://robot:9090?\n"

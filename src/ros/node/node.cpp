@@ -26,8 +26,7 @@
 
 #include "ros/node/own_endpoints.hpp"
 #include "ros/node/process_log.hpp"
-#include "ros/node/ros_arguments.hpp"
-#include "ros/parameters/parameter_file.hpp"
+#include "ros/parameters/parameter_arguments.hpp"
 #include "ros/rcl/cyclone_publishers.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/fastdds_profile.hpp"
@@ -38,32 +37,25 @@
 namespace connect_bridge::ros {
 namespace {
 
-void read_overrides(const rcl_arguments_t& arguments, const std::string& full_name,
-                    ParameterMap& overrides, std::vector<std::string>& others) {
-  rcl_params_t* params = nullptr;
-  require_ok(rcl_arguments_get_param_overrides(&arguments, &params), "cannot read the parameters");
-  for (auto& section : take_sections(params)) {
-    if (node_name_matches(section.node, full_name)) {
-      for (const auto& [key, value] : section.parameters) overrides.insert_or_assign(key, value);
-    } else {
-      others.push_back(std::move(section.node));
-    }
-  }
-}
-
 int severity_of(LogLevel level) {
   constexpr int kSeverities[] = {RCUTILS_LOG_SEVERITY_DEBUG, RCUTILS_LOG_SEVERITY_INFO,
                                  RCUTILS_LOG_SEVERITY_WARN, RCUTILS_LOG_SEVERITY_ERROR};
   return kSeverities[static_cast<std::size_t>(level)];
 }
 
-// The arguments of main() at these places.
-std::vector<std::string> pick(const NodeOptions& options, int count, rcl_ret_t result,
+std::vector<const char*> pointers_to(const std::vector<std::string>& words) {
+  std::vector<const char*> pointers;
+  for (const auto& word : words) pointers.push_back(word.c_str());
+  return pointers;
+}
+
+// The words at these places.
+std::vector<std::string> pick(const std::vector<std::string>& words, int count, rcl_ret_t result,
                               int* places) {
   std::vector<std::string> texts;
   auto allocator = rcl_get_default_allocator();
   for (int i = 0; result == RCL_RET_OK && i < count; ++i) {
-    texts.emplace_back(options.argv[places[i]]);
+    texts.push_back(words.at(static_cast<std::size_t>(places[i])));
   }
   ignore_error(result);
   if (places != nullptr) allocator.deallocate(places, allocator.state);
@@ -101,12 +93,15 @@ struct Node::State {
   bool logging = false;
   int first_severity = RCUTILS_LOG_SEVERITY_UNSET;  // of our own logger, by the arguments
   std::vector<std::string> warnings;                // of the start, for the log
-  std::vector<std::string> all_arguments;  // as they were: main() may scrub secrets in its own
+  // As they were: main() may scrub secrets in its own. The words are all but those of parameters.
+  std::vector<std::string> words;
+  ParameterArguments parameters;
   NodeFacts facts;
 
   void open(const NodeOptions& options);
-  void open_context(const NodeOptions& options);
-  void read_arguments(const NodeOptions& options);
+  void open_context();
+  void read_arguments();
+  void read_parameters();
   std::size_t domain();
   void open_publisher_ids();
   void open_parameter_events();
@@ -115,45 +110,55 @@ struct Node::State {
   ~State();
 };
 
-void Node::State::open_context(const NodeOptions& options) {
+void Node::State::open_context() {
   const auto allocator = rcl_get_default_allocator();
   rcl_init_options_t init = rcl_get_zero_initialized_init_options();
   require_ok(rcl_init_options_init(&init, allocator), "cannot set up ROS");
-  const rcl_ret_t result = rcl_init(options.argc, options.argv, &init, &context);
+  const auto argv = pointers_to(words);
+  const rcl_ret_t result = rcl_init(static_cast<int>(argv.size()),
+                                    argv.empty() ? nullptr : argv.data(), &init, &context);
   const std::string problem =
       result == RCL_RET_OK ? std::string{} : error_text("cannot start ROS", result);
   ignore_error(rcl_init_options_fini(&init));
   if (!problem.empty()) throw RosError(problem);
 }
 
-void Node::State::read_arguments(const NodeOptions& options) {
+void Node::State::read_arguments() {
   const auto allocator = rcl_get_default_allocator();
   const rcl_arguments_t& given = context.global_arguments;
   int* places = nullptr;
   rcl_ret_t result = rcl_arguments_get_unparsed_ros(&given, allocator, &places);
-  const auto unknown = pick(options, rcl_arguments_get_count_unparsed_ros(&given), result, places);
+  const auto unknown = pick(words, rcl_arguments_get_count_unparsed_ros(&given), result, places);
   if (!unknown.empty()) throw RosError("unknown ROS argument \"" + unknown.front() + "\"");
   places = nullptr;
   result = rcl_arguments_get_unparsed(&given, allocator, &places);
   auto& arguments = facts.arguments;
-  arguments = pick(options, rcl_arguments_get_count_unparsed(&given), result, places);
+  arguments = pick(words, rcl_arguments_get_count_unparsed(&given), result, places);
   if (!arguments.empty()) arguments.erase(arguments.begin());
+}
+
+void Node::State::read_parameters() {
+  auto read = parameters.read_for(facts.full_name);
+  if (!read.problems.empty()) throw RosError(fmt::format("{}", fmt::join(read.problems, "; ")));
+  facts.parameter_overrides = std::move(read.parameters);
+  facts.others_with_parameters = std::move(read.others);
+  facts.parameter_files = parameters.files();
 }
 
 void Node::State::open(const NodeOptions& options) {
   const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // else rcl says why
   ask_for_whole_graph(is_loaded);
-  open_context(options);
-  read_arguments(options);
+  // rcl itself gets no parameters: it reads a pipe to its end, and loses their order.
+  words = ParameterArguments::without(options.argc, options.argv);
+  parameters = ParameterArguments(options.argc, options.argv);
+  open_context();
+  read_arguments();
   facts.full_name = future_name(context.global_arguments, options.name);
-  read_overrides(context.global_arguments, facts.full_name, facts.parameter_overrides,
-                 facts.others_with_parameters);
-  facts.parameter_files = values_behind({"--params-file"}, options.argc, options.argv);
+  read_parameters();
   const bool publishes_images = options.publishes_images && options.publishes_images(facts);
   const FastDdsProfile profile(is_loaded, publishes_images ? FastDdsProfile::kLargeSegment : 0);
   warnings = profile.problems();
-  all_arguments.assign(options.argv, options.argv + options.argc);
-  const std::string no_file = begin_log(context.global_arguments, all_arguments);
+  const std::string no_file = begin_log(context.global_arguments, words);
   logging = true;
   if (!no_file.empty())
     warnings.push_back(no_file +
@@ -252,26 +257,9 @@ const NodeFacts& Node::facts() const {
   return state_->facts;
 }
 
-// The arguments are parsed again: rcl then reads the files, in the same order.
 Node::Overrides Node::read_overrides_again() const {
-  std::vector<const char*> words;
-  for (const auto& word : state_->all_arguments) words.push_back(word.c_str());
-  const int count = static_cast<int>(words.size());
-  const auto wrong = problems_of_parameter_files(count, words.data());
-  if (!wrong.empty()) return {{}, fmt::format("{}", fmt::join(wrong, "; "))};
-  rcl_arguments_t arguments = rcl_get_zero_initialized_arguments();
-  const rcl_ret_t result =
-      rcl_parse_arguments(count, words.data(), rcl_get_default_allocator(), &arguments);
-  if (result != RCL_RET_OK) return {{}, error_text("cannot read the parameters", result)};
-  Overrides again;
-  std::vector<std::string> others;
-  try {
-    read_overrides(arguments, facts().full_name, again.parameters, others);
-  } catch (const RosError& error) {
-    again.problem = error.what();
-  }
-  ignore_error(rcl_arguments_fini(&arguments));
-  return again;
+  auto read = state_->parameters.read_for(facts().full_name);
+  return {std::move(read.parameters), fmt::format("{}", fmt::join(read.problems, "; "))};
 }
 
 Stamp Node::ros_now() const {

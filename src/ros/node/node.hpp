@@ -49,7 +49,7 @@ struct NodeFacts {
   std::string name;        // "connect_server"
   std::string name_space;  // "/"
   std::string full_name;   // "/connect_server"
-  // What parameter files and -p say for this node, already merged.
+  // What parameter files and -p say for this node: of one key the last one given.
   ParameterMap parameter_overrides;
   std::vector<std::string> parameter_files;  // of --params-file, in their order
   // The other nodes that have parameters in the files: "connect_server", "/**/camera".
@@ -67,8 +67,8 @@ class Node {
   Node& operator=(const Node&) = delete;
 
   [[nodiscard]] const NodeFacts& facts() const;
-  // The present content of the files with -p, merged as at the start. Blocks as long as the disk
-  // does.
+  // The present content of the files with -p, merged as at the start, and of a pipe what it had
+  // then. Blocks as long as the disk does.
   struct Overrides {
     ParameterMap parameters;
     std::string problem;  // empty: the files were read

@@ -8,7 +8,23 @@
 
 namespace connect_bridge::ros {
 
-// What stands behind each of these words between --ros-args and --.
+// An option with a value between --ros-args and --, as rcl reads it: "-p", "x:=1".
+struct RosOption {
+  std::string word;
+  std::string value;
+};
+
+struct SplitArguments {
+  std::vector<RosOption> options;  // the wanted ones, in the order in which they are given
+  std::vector<std::string> rest;   // all other arguments, the program's name first
+};
+
+// Takes the options with these words out of the arguments of main(). A word without a value stays
+// among the rest: rcl refuses it.
+[[nodiscard]] SplitArguments split_arguments(std::initializer_list<std::string_view> words,
+                                             int argc, const char* const* argv);
+
+// The values of the options with these words.
 [[nodiscard]] std::vector<std::string> values_behind(std::initializer_list<std::string_view> words,
                                                      int argc, const char* const* argv);
 

@@ -2,19 +2,22 @@
 
 #include <fmt/format.h>
 #include <rcl/allocator.h>
+#include <rcl/arguments.h>
 #include <rcl_yaml_param_parser/parser.h>
-#include <yaml-cpp/yaml.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <iterator>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "core/wire/text.hpp"
-#include "ros/node/ros_arguments.hpp"
+#include "ros/parameters/yaml_problems.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -43,71 +46,31 @@ ParameterValue value_of(const rcl_variant_t& value) {
 
 constexpr std::size_t kKeyShown = 100;  // bytes
 
-struct YamlProblems {
-  std::vector<std::string> certain;
-  std::vector<std::string> without_value;  // what is wrong if rcl refuses the file
-};
-
-// Looks for keys that are given twice, and for those without a value: rcl takes none, and names the
-// line alone. Keys are compared by their whole names, as rcl joins them: `rule.drive: {...}` and
-// `rule: {drive: {...}}` are the same.
-class KeyCheck {
+// rcl reads only what has a path: the content of a pipe, which was read to be looked into, gets
+// one.
+class MemoryFile {
  public:
-  explicit KeyCheck(std::string file) : file_(std::move(file)) {}
-
-  // `name`: of the node itself; empty: the whole document.
-  void look_into(const YAML::Node& node, const std::string& name) {
-    if (!node.IsMap()) return;
-    for (const auto& entry : node) look_at(entry.first, entry.second, name);
+  explicit MemoryFile(std::string_view content) : handle_(::memfd_create("params", MFD_CLOEXEC)) {
+    while (handle_ >= 0 && !content.empty()) {
+      const ssize_t written = ::write(handle_, content.data(), content.size());
+      if (written <= 0) break;
+      content.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() {
+    if (handle_ >= 0) ::close(handle_);
   }
 
-  YamlProblems found;
+  [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(handle_); }
 
  private:
-  void look_at(const YAML::Node& key, const YAML::Node& value, const std::string& map) {
-    const std::string text = key.IsScalar() ? key.Scalar() : "~";
-    const std::string name = map.empty() ? text : map + "." + text;
-    const int line = key.Mark().line + 1;
-    const std::string at =
-        file_ + ":" + std::to_string(line) + ": \"" + to_text(text, kKeyShown) + "\" ";
-    const auto [first, is_new] = lines_.try_emplace(name, line);
-    if (!is_new)
-      found.certain.push_back(at + "is given twice, first in line " +
-                              std::to_string(first->second));
-    if (value.IsNull())
-      found.without_value.push_back(at + "has no value; a list stands in brackets: [/one, /two]");
-    // The keys in what is there again were told with it. What stands before its key is an alias,
-    // which rcl does not take, and may contain itself.
-    const bool is_alias = value.Mark().pos < key.Mark().pos;
-    if (is_new && !is_alias) look_into(value, name);
-  }
-
-  const std::string file_;
-  std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
+  const int handle_;
 };
 
-YamlProblems yaml_problems(const std::string& file) {
-  std::ifstream text(file);
-  if (!text) return {{file + ": cannot be opened: " + std::strerror(errno)}, {}};
-  KeyCheck keys(file);
-  try {
-    for (const YAML::Node& document : YAML::LoadAll(text)) keys.look_into(document, "");
-  } catch (const YAML::Exception& error) {
-    keys.found.certain.push_back(file + ":" + std::to_string(error.mark.line + 1) + ":" +
-                                 std::to_string(error.mark.column + 1) + ": " + error.msg);
-  }
-  return std::move(keys.found);
-}
-
-// A pipe can be read once only, and rcl has to. A file that is missing is one that can be told.
-bool can_be_read_twice(const std::string& file) {
-  std::error_code failed;
-  return std::filesystem::is_regular_file(file, failed) || !std::filesystem::exists(file, failed);
-}
-
-}  // namespace
-
-std::vector<ParameterSection> take_sections(rcl_params_s* params) {
+// The sections of parameters that rcl has parsed; frees these.
+std::vector<ParameterSection> take_sections(rcl_params_t* params) {
   std::vector<ParameterSection> sections;
   if (params == nullptr) return sections;
   for (std::size_t n = 0; n < params->num_nodes; ++n) {
@@ -124,35 +87,96 @@ std::vector<ParameterSection> take_sections(rcl_params_s* params) {
   return sections;
 }
 
+// Empty: rcl has read the file at this path, and the sections are those in it.
+std::string parse_by_rcl(const std::string& path, std::vector<ParameterSection>& sections) {
+  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
+  if (params != nullptr && rcl_parse_yaml_file(path.c_str(), params)) {
+    sections = take_sections(params);
+    return {};
+  }
+  std::string words = words_of_rcl();  // also clears them
+  if (params != nullptr) rcl_yaml_node_struct_fini(params);
+  return words.empty() ? "cannot be read" : words;
+}
+
+// rcl puts before its reason the whole rule, which may hold a secret.
+std::string reason_in(const std::string& words) {
+  constexpr std::string_view kMark = "'. Error: ";
+  const std::size_t found = words.rfind(kMark);
+  if (found == std::string::npos) return "cannot be read";
+  std::string reason = words.substr(found + kMark.size());
+  // Of its lexer, which knows the parts of a name by number.
+  if (reason.find("lexeme") != std::string::npos)
+    return "expected KEY:=VALUE, or NODE:KEY:=VALUE with a node's name without its namespace";
+  if (reason.find("should be of same type") != std::string::npos)
+    return "a list of several kinds of values: write all alike, text in quotes";
+  return reason;
+}
+
+}  // namespace
+
+bool can_be_read_twice(const std::string& file) {
+  std::error_code failed;
+  return std::filesystem::is_regular_file(file, failed) || !std::filesystem::exists(file, failed);
+}
+
 std::string ParameterFile::problem() const {
   return fmt::format("{}", fmt::join(problems, "; "));
 }
 
 ParameterFile read_parameter_file(const std::string& file) {
   ParameterFile result;
-  YamlProblems found;
-  if (can_be_read_twice(file)) found = yaml_problems(file);
-  result.problems = std::move(found.certain);
-  if (!result.problems.empty()) return result;
-  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
-  if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
-    result.sections = take_sections(params);
+  std::ifstream in(file);
+  if (!in) {
+    result.problems = {file + ": cannot be opened: " + std::strerror(errno)};
     return result;
   }
-  const std::string words = words_of_rcl();  // also clears them
-  result.problems = std::move(found.without_value);
+  const bool is_pipe = !can_be_read_twice(file);
+  std::stringstream copy;
+  if (is_pipe) copy << in.rdbuf();
+  if (copy.bad() || std::filesystem::is_directory(file)) {
+    result.problems = {file + ": cannot be read"};
+    return result;
+  }
+  const std::string text = copy.str();
+  copy.clear();
+  YamlProblems found = yaml_problems(file, is_pipe ? static_cast<std::istream&>(copy) : in);
+  result.problems = std::move(found.certain);
+  if (!result.problems.empty()) return result;
+  const std::string words = is_pipe ? parse_by_rcl(MemoryFile(text).path(), result.sections)
+                                    : parse_by_rcl(file, result.sections);
+  if (words.empty()) return result;
+  result.problems = std::move(found.if_refused);
   if (result.problems.empty()) result.problems.push_back(file + ": " + words);
-  if (params != nullptr) rcl_yaml_node_struct_fini(params);
   return result;
 }
 
-std::vector<std::string> problems_of_parameter_files(int argc, const char* const* argv) {
-  std::vector<std::string> problems;
-  for (const auto& file : values_behind({"--params-file"}, argc, argv)) {
-    if (!can_be_read_twice(file)) continue;
-    for (auto& problem : read_parameter_file(file).problems) problems.push_back(std::move(problem));
+ParameterFile read_parameter_rule(const std::string& rule) {
+  ParameterFile result;
+  const std::size_t end = rule.find(":=");
+  const std::string key = to_text(rule.substr(0, end), kKeyShown);
+  if (end == std::string::npos || end == 0) {
+    result.problems = {"-p " + key + ": expected KEY:=VALUE"};
+    return result;
   }
-  return problems;
+  if (rule.find_first_not_of(" \t", end + 2) == std::string::npos) {
+    result.problems = {"-p " + key + ": expected a value behind :=, an empty text is '\"\"'"};
+    return result;
+  }
+  const char* const words[] = {"--ros-args", "-p", rule.c_str()};
+  rcl_arguments_t arguments = rcl_get_zero_initialized_arguments();
+  const rcl_ret_t parsed = rcl_parse_arguments(static_cast<int>(std::size(words)), words,
+                                               rcl_get_default_allocator(), &arguments);
+  if (parsed != RCL_RET_OK) {
+    result.problems = {"-p " + key + ": " + reason_in(words_of_rcl())};
+    return result;
+  }
+  rcl_params_t* params = nullptr;
+  if (!ignore_error(rcl_arguments_get_param_overrides(&arguments, &params)))
+    result.problems = {"-p " + key + ": cannot be read"};
+  result.sections = take_sections(params);
+  ignore_error(rcl_arguments_fini(&arguments));
+  return result;
 }
 
 }  // namespace connect_bridge::ros

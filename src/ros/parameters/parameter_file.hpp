@@ -1,12 +1,11 @@
-// Parameter files as rcl reads them: the same reader for a node that starts and for `ctl check`.
+// Parameter files, and single parameters of the command line, as rcl reads them: the same reader
+// for a node that starts and for `ctl check`.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "ros/parameters/parameter.hpp"
-
-struct rcl_params_s;
 
 namespace connect_bridge::ros {
 
@@ -27,16 +26,14 @@ struct ParameterFile {
   [[nodiscard]] std::string problem() const;
 };
 
-// Reads the file, and looks for keys that stand there twice (not in a pipe, which can be read only
-// once).
+// Reads the file, and looks for keys that stand there twice. A pipe is read to its end.
 [[nodiscard]] ParameterFile read_parameter_file(const std::string& file);
 
-// The problems of all files of --params-file among the arguments of main(), before rcl reads them:
-// rcl's own message names neither the file nor the reason.
-[[nodiscard]] std::vector<std::string> problems_of_parameter_files(int argc,
-                                                                   const char* const* argv);
+// Reads what stands behind -p: "KEY:=VALUE", or "NODE:KEY:=VALUE". Its problems begin with the key,
+// and never show the value, which may be a secret.
+[[nodiscard]] ParameterFile read_parameter_rule(const std::string& rule);
 
-// For src/ros only: the sections of parameters that rcl has parsed; frees these. None for null.
-[[nodiscard]] std::vector<ParameterSection> take_sections(rcl_params_s* params);
+// Not a pipe. A file that is missing is one whose problem can be told.
+[[nodiscard]] bool can_be_read_twice(const std::string& file);
 
 }  // namespace connect_bridge::ros

@@ -5,18 +5,19 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <iterator>
 
 #include "unit/scratch.hpp"
 
 namespace connect_bridge::ros {
 namespace {
 
+using testing::AllOf;
+using testing::Contains;
 using testing::ContainsRegex;
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Not;
 
 std::string file_with(const std::string& text) {
   const std::string file = test::scratch_folder() + "params.yaml";
@@ -30,14 +31,56 @@ TEST(ParameterFile, ThatIsNotThereIsToldSo) {
             file + ": cannot be opened: No such file or directory");
 }
 
-// Where in its own source the parser found that is nobody's business.
-TEST(ParameterFile, ThatIsWrongIsToldInOneLine) {
-  // Of this file rcl's own parser is the first to complain: it is YAML.
-  const std::string problem =
-      read_parameter_file(file_with("/**: {ros__parameters: {a: [1, b]}}\n")).problem();
-  EXPECT_THAT(problem, HasSubstr("params.yaml: "));
-  EXPECT_THAT(problem, Not(HasSubstr("\n")));
-  EXPECT_THAT(problem, Not(HasSubstr(".c:")));
+std::vector<std::string> problems_of(const std::string& text) {
+  return read_parameter_file(file_with(text)).problems;
+}
+
+// rcl says "Sequence should be of same type. Value type 'integer' do not belong at line_num 3".
+TEST(ParameterFile, AListOfSeveralKindsIsNamed) {
+  EXPECT_THAT(
+      problems_of("/**:\n"
+                  "  ros__parameters:\n"
+                  "    rule.look.export_topics: [/scan, 1]\n"
+                  "    b: [1, 2.5]\n"
+                  "    c: ['1', one, \"2.5\"]\n"
+                  "    d: [.inf, -1e3, .5]\n"
+                  "    e: [on, yes, off]\n"
+                  "    f: [a, [b]]\n"),
+      ElementsAre(HasSubstr(":3: \"rule.look.export_topics\" is a list of text with whole "
+                            "numbers in it (1): write all alike, text in quotes"),
+                  HasSubstr(":4: \"b\" is a list of whole numbers with numbers with a point "
+                            "in it (2.5)"),
+                  HasSubstr(":8: \"f\" is a list with another list or a map in it")));
+}
+
+TEST(ParameterFile, ATabIsNamed) {
+  EXPECT_THAT(problems_of("/**:\n  ros__parameters:\n\trules: []\n"),
+              ElementsAre(EndsWith(".yaml:3: a tab; YAML indents with spaces")));
+  EXPECT_THAT(problems_of("/**:\n  ros__parameters:\n    listen:\n  \t  port: 1\n"),
+              ElementsAre(EndsWith(".yaml:4: a tab; YAML indents with spaces")));
+  EXPECT_THAT(problems_of("/**:\n  ros__parameters:\n    a: b\n\t\n"),
+              ElementsAre(EndsWith(".yaml:4: a tab; YAML indents with spaces")));
+  EXPECT_THAT(problems_of("/**:\n  ros__parameters:\n    a: b\tc\n"), IsEmpty());
+}
+
+TEST(ParameterFile, AWrongIndentIsNamed) {
+  EXPECT_THAT(problems_of("/**:\n  ros__parameters:\n    listen:\n      port: 1\n   rules: []\n"),
+              ElementsAre(AllOf(ContainsRegex(".yaml:5:[0-9]+: "),
+                                HasSubstr("keys of one map stand in one column"))));
+  EXPECT_THAT(problems_of("/**:\n  ros__parameters:\n  dead_after: 3.0\n"),
+              ElementsAre(HasSubstr(":2: \"ros__parameters\" has nothing below it: indent the "
+                                    "parameters further")));
+  EXPECT_THAT(problems_of("/**:\nros__parameters:\n  dead_after: 3.0\n"),
+              Contains(HasSubstr(":2: \"ros__parameters\" stands below a node's name: indent it")));
+}
+
+TEST(ParameterFile, AFileOfBareParametersIsToldWhatIsMissing) {
+  for (const char* bare : {"rules: []\ndead_after: 3.0\n", "/**:\n  dead_after: 3.0\n", "[a]\n",
+                           "listen: {port: 1}\n"})
+    EXPECT_THAT(
+        problems_of(bare),
+        Contains(HasSubstr(":1: expected `/**:` and below it, indented, `ros__parameters:`")))
+        << bare;
 }
 
 TEST(ParameterFile, ThatIsNoYamlIsToldWithLineAndColumn) {
@@ -102,17 +145,6 @@ TEST(ParameterFile, TheSameKeyInOtherPlacesIsNotTwice) {
       "    rule.c.export_topics: [/a, /b]\n"
       "connect_server: {ros__parameters: {rules: [a]}}\n");
   EXPECT_THAT(read_parameter_file(file).problems, IsEmpty());
-}
-
-TEST(ParameterFile, ThoseOfTheArgumentsAreReadBeforeRclDoes) {
-  const std::string file = file_with("a: [1\n");
-  const std::string other = test::scratch_folder() + "nowhere.yaml";
-  const char* const words[] = {"server",        "--params-file", "not-for-ros", "--ros-args",
-                               "--params-file", file.c_str(),    "-p",          "x:=1",
-                               "--params-file", other.c_str(),   "--"};
-  EXPECT_THAT(problems_of_parameter_files(static_cast<int>(std::size(words)), words),
-              ElementsAre(ContainsRegex("params.yaml:[0-9]+:[0-9]+: ."),
-                          HasSubstr(other + ": cannot be opened")));
 }
 
 }  // namespace

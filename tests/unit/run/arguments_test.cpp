@@ -6,8 +6,10 @@
 namespace connect_bridge {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::SizeIs;
 
 constexpr char kGivenLine[] = "wss+pair://robot.local:9090/#00112233445566778899aabbccddeeff.47";
@@ -23,6 +25,25 @@ TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
               ElementsAre(HasSubstr("give --pair")));
   EXPECT_THAT(read_arguments({"--pair"}, Role::kClient).problems, SizeIs(1));
   EXPECT_THAT(read_arguments({kGivenLine}, Role::kServer).problems, SizeIs(1));
+}
+
+TEST(Arguments, OfTheUnknownItSaysWhatWasMeant) {
+  const auto told = [](const char* word, Role role) {
+    const auto problems = read_arguments({word}, role).problems;
+    return problems.size() == 1 ? problems.front() : "";
+  };
+  EXPECT_THAT(told("--pare", Role::kServer), HasSubstr("did you mean --pair? See server --help"));
+  EXPECT_THAT(told("--operat", Role::kClient), HasSubstr("did you mean --operate?"));
+  EXPECT_THAT(told("--pair", Role::kClient), Not(HasSubstr("did you mean")));
+  EXPECT_THAT(told("wss://robot:9090", Role::kClient),
+              HasSubstr("did you mean --ros-args -p url:=wss://robot:9090?"));
+  EXPECT_THAT(told("wss://robot:9090", Role::kServer), Not(HasSubstr("did you mean")));
+  EXPECT_THAT(told("robot.yaml", Role::kServer),
+              HasSubstr("did you mean --ros-args --params-file robot.yaml?"));
+  EXPECT_THAT(
+      told("auth.token:=secret", Role::kServer),
+      AllOf(HasSubstr("did you mean --ros-args -p auth.token:=...?"), Not(HasSubstr("secret"))));
+  EXPECT_THAT(told("--wombat", Role::kServer), HasSubstr("parameters are given behind --ros-args"));
 }
 
 // Who owns the robot says what may be done there.

@@ -1,0 +1,159 @@
+#include "ros/parameters/yaml_problems.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <iterator>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "core/wire/text.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+constexpr std::size_t kTextShown = 100;  // bytes
+constexpr std::string_view kParameters = "ros__parameters";
+
+std::string place(const std::string& file, int line) {
+  return file + ":" + std::to_string(line) + ": ";
+}
+
+// What rcl takes a scalar for.
+std::string_view kind_of(const YAML::Node& node) {
+  constexpr auto kBools = std::to_array<std::string_view>(
+      {"Y", "y", "yes", "Yes", "YES", "true",  "True",  "TRUE",  "on",  "On",  "ON",
+       "N", "n", "no",  "No",  "NO",  "false", "False", "FALSE", "off", "Off", "OFF"});
+  const std::string& text = node.Scalar();
+  if (node.Tag() == "!" || text.empty()) return "text";  // in quotes
+  if (std::find(kBools.begin(), kBools.end(), text) != kBools.end()) return "true or false";
+  char* end = nullptr;
+  errno = 0;
+  static_cast<void>(std::strtol(text.c_str(), &end, 0));
+  if (errno == 0 && *end == '\0') return "whole numbers";
+  const bool is_special = text.front() == '.' || text.find(".inf") == 1;
+  errno = 0;
+  static_cast<void>(std::strtod(text.c_str() + (is_special ? text.find('.') + 1 : 0), &end));
+  return errno == 0 && *end == '\0' ? "numbers with a point" : "text";
+}
+
+// Looks for keys that are given twice, and for what rcl refuses with the line alone: keys without a
+// value, lists of several kinds. Keys are compared by their whole names, as rcl joins them:
+// `rule.drive: {...}` and `rule: {drive: {...}}` are the same.
+class KeyCheck {
+ public:
+  explicit KeyCheck(std::string file) : file_(std::move(file)) {}
+
+  void look_into_document(const YAML::Node& document) {
+    has_parameters_ = false;
+    look_into(document, "");
+    if (document.IsNull() || has_parameters_) return;
+    found.if_refused.insert(found.if_refused.begin(),
+                            place(file_, document.Mark().line + 1) +
+                                "expected `/**:` and below it, indented, `ros__parameters:`");
+  }
+
+  YamlProblems found;
+
+ private:
+  // `name`: of the node itself; empty: the whole document.
+  void look_into(const YAML::Node& node, const std::string& name) {
+    if (!node.IsMap()) return;
+    for (const auto& entry : node) look_at(entry.first, entry.second, name);
+  }
+
+  void look_at(const YAML::Node& key, const YAML::Node& value, const std::string& map) {
+    const std::string text = key.IsScalar() ? key.Scalar() : "~";
+    const std::string name = map.empty() ? text : map + "." + text;
+    const int line = key.Mark().line + 1;
+    const std::string at = place(file_, line) + "\"" + to_text(text, kTextShown) + "\" ";
+    const auto [first, is_new] = lines_.try_emplace(name, line);
+    if (!is_new)
+      found.certain.push_back(at + "is given twice, first in line " +
+                              std::to_string(first->second));
+    if (text == kParameters) {
+      has_parameters_ = true;
+      if (map.empty())
+        found.if_refused.push_back(at + "stands below a node's name: indent it below `/**:`");
+      else if (value.IsNull())
+        found.if_refused.push_back(at + "has nothing below it: indent the parameters further");
+    } else if (value.IsNull()) {
+      found.if_refused.push_back(at + "has no value; a list stands in brackets: [/one, /two]");
+    }
+    // The keys in what is there again were told with it. What stands before its key is an alias,
+    // which rcl does not take, and may contain itself.
+    const bool is_alias = value.Mark().pos < key.Mark().pos;
+    if (is_alias || !is_new) return;
+    if (value.IsSequence()) look_at_list(at, value);
+    look_into(value, name);
+  }
+
+  void look_at_list(const std::string& at, const YAML::Node& list) {
+    std::string_view kind;
+    for (const YAML::Node& entry : list) {
+      if (!entry.IsScalar()) {
+        found.if_refused.push_back(at +
+                                   "is a list with another list or a map in it: only text, "
+                                   "numbers, or true and false can stand there");
+        return;
+      }
+      const std::string_view now = kind_of(entry);
+      if (!kind.empty() && now != kind) {
+        found.if_refused.push_back(
+            fmt::format("{}is a list of {} with {} in it ({}): write all alike, text in quotes", at,
+                        kind, now, to_text(entry.Scalar(), kTextShown)));
+        return;
+      }
+      kind = now;
+    }
+  }
+
+  const std::string file_;
+  std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
+  bool has_parameters_ = false;       // ros__parameters stands in this document
+};
+
+// The first line, of the first so many, that a tab indents; 0: none.
+int line_with_tab(std::string_view text, int lines) {
+  for (int line = 1; line <= lines && !text.empty(); ++line) {
+    const std::string_view one = text.substr(0, text.find('\n'));
+    if (one.substr(0, one.find_first_not_of(" \t")).find('\t') != std::string_view::npos)
+      return line;
+    text.remove_prefix(std::min(one.size() + 1, text.size()));
+  }
+  return 0;
+}
+
+std::string no_yaml(const std::string& file, const YAML::Exception& error, std::string_view text) {
+  // The parser may find a fault of a line at the beginning of the next one.
+  if (const int line = line_with_tab(text, error.mark.line + 1); line > 0)
+    return place(file, line) + "a tab; YAML indents with spaces";
+  std::string problem = file + ":" + std::to_string(error.mark.line + 1) + ":" +
+                        std::to_string(error.mark.column + 1) + ": " + error.msg;
+  if (error.msg.starts_with("end of map not found"))
+    problem += ": this line is indented as none before it; keys of one map stand in one column";
+  return problem;
+}
+
+}  // namespace
+
+YamlProblems yaml_problems(const std::string& file, std::istream& in) {
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  KeyCheck keys(file);
+  try {
+    for (const YAML::Node& document : YAML::LoadAll(text)) keys.look_into_document(document);
+  } catch (const YAML::Exception& error) {
+    keys.found.certain.push_back(no_yaml(file, error, text));
+  }
+  if (const int line = line_with_tab(text, static_cast<int>(text.size())); line > 0)
+    keys.found.if_refused.insert(keys.found.if_refused.begin(),
+                                 place(file, line) + "a tab; YAML indents with spaces");
+  return std::move(keys.found);
+}
+
+}  // namespace connect_bridge::ros
