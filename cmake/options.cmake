@@ -73,8 +73,8 @@ if(CONNECT_ROS AND DEFINED ENV{ROS_DISTRO})
 endif()
 configure_file("${CMAKE_CURRENT_LIST_DIR}/version.hpp.in" "${CMAKE_CURRENT_BINARY_DIR}/generated/version.hpp" @ONLY)
 
-# status_page.hpp: the page of src/run/status_page.html as a text in the program
-set(page "${CMAKE_CURRENT_SOURCE_DIR}/src/run/status_page.html")
+# status_page.hpp: the page of src/ops/status/status_page.html as a text in the program
+set(page "${CMAKE_CURRENT_SOURCE_DIR}/src/ops/status/status_page.html")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${page}")
 file(READ "${page}" CONNECT_STATUS_PAGE)
 configure_file("${CMAKE_CURRENT_LIST_DIR}/status_page.hpp.in" "${CMAKE_CURRENT_BINARY_DIR}/generated/status_page.hpp" @ONLY)

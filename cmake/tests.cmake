@@ -88,7 +88,7 @@ if(unit_tests)
   target_compile_definitions(idle_plugin PRIVATE ODD_THREADS=0)
   connect_test_plugin(marking_plugin tests/plugins/odd_plugin.cpp)
   target_compile_definitions(marking_plugin PRIVATE ODD_MARKS)
-  set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" "${tests}/unit/run/check_test.cpp" PROPERTIES
+  set_source_files_properties("${tests}/unit/access/login/plugin_login_test.cpp" "${tests}/unit/ctl/check_test.cpp" PROPERTIES
     COMPILE_DEFINITIONS CONNECT_PLUGINS="${CMAKE_BINARY_DIR}/plugins/")
   # They wait for sockets, files and threads: 75 s with 5 s of processor time. With a sanitizer they compute.
   set(places 1)

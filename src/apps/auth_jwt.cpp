@@ -1,4 +1,4 @@
-#include "plugins/jwt_login.hpp"
+#include "access/plugins/jwt_login.hpp"
 
 const connect_bridge_auth_functions* connect_bridge_auth_plugin() noexcept {
   static constexpr auto kFunctions =

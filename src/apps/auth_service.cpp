@@ -1,4 +1,4 @@
-#include "plugins/service_login.hpp"
+#include "access/plugins/service_login.hpp"
 
 const connect_bridge_auth_functions* connect_bridge_auth_plugin() noexcept {
   // A slow answer must not delay the next login.

@@ -5,10 +5,10 @@
 #include <sstream>
 #include <string>
 
-#include "apps/ctl_commands.hpp"
+#include "ctl/ctl_commands.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
-#include "run/check.hpp"
+#include "ctl/check.hpp"
 #include "run/program.hpp"
 
 namespace {

@@ -14,12 +14,12 @@
 #include <sstream>
 #include <string>
 
-#include "auth/file_trust.hpp"
-#include "auth/token_table.hpp"
+#include "access/login/file_trust.hpp"
+#include "access/login/token_table.hpp"
 #include "config/document.hpp"
 #include "config/syntax.hpp"
-#include "net/descriptors.hpp"
-#include "net/system_now.hpp"
+#include "net/tcp/descriptors.hpp"
+#include "net/tcp/system_now.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
 #include "relay/relay_site.hpp"

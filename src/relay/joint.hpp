@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/base/bytes.hpp"
-#include "net/transport.hpp"
+#include "net/tcp/transport.hpp"
 
 namespace connect_bridge {
 

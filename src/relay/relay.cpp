@@ -7,13 +7,13 @@
 #include <chrono>
 #include <utility>
 
-#include "auth/secret.hpp"
+#include "access/login/secret.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
 #include "core/wire/text.hpp"
-#include "net/relay_wire.hpp"
-#include "net/socket_tuning.hpp"
-#include "net/steady_now.hpp"
+#include "net/relay/relay_wire.hpp"
+#include "net/tcp/socket_tuning.hpp"
+#include "net/tcp/steady_now.hpp"
 
 namespace connect_bridge {
 namespace {

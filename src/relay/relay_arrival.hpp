@@ -5,8 +5,8 @@
 #include <memory>
 #include <utility>
 
-#include "net/proxy_header.hpp"
-#include "net/transport.hpp"
+#include "net/tcp/proxy_header.hpp"
+#include "net/tcp/transport.hpp"
 #include "relay/client_hello.hpp"
 
 namespace connect_bridge {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "auth/runtime_folder.hpp"
+#include "access/login/runtime_folder.hpp"
 
 namespace connect_bridge {
 

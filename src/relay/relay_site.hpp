@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "core/ports/net_options.hpp"
-#include "net/status_door.hpp"
+#include "net/http/status_door.hpp"
 #include "relay/relay_status.hpp"
 
 namespace connect_bridge {

@@ -7,13 +7,13 @@
 #include <fstream>
 #include <sstream>
 
-#include "auth/secret.hpp"
-#include "auth/token_file.hpp"
-#include "auth/token_table.hpp"
+#include "access/login/secret.hpp"
+#include "access/login/token_file.hpp"
+#include "access/login/token_table.hpp"
 #include "config/invitation.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/sha256.hpp"
-#include "net/authority.hpp"
+#include "net/tls/authority.hpp"
 #include "relay/relay_file.hpp"
 #include "relay/robot_names.hpp"
 

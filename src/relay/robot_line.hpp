@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "auth/secret.hpp"
+#include "access/login/secret.hpp"
 #include "core/base/time.hpp"
 #include "core/ports/url.hpp"
 

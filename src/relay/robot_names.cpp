@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "auth/secret.hpp"
-#include "net/system_now.hpp"
+#include "access/login/secret.hpp"
+#include "net/tcp/system_now.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "auth/authenticator.hpp"
+#include "access/login/authenticator.hpp"
 #include "core/base/sha256.hpp"
 
 namespace connect_bridge {

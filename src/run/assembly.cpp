@@ -7,15 +7,15 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "auth/credential.hpp"
-#include "auth/file_trust.hpp"
-#include "auth/pairing_login.hpp"
+#include "access/login/credential.hpp"
+#include "access/login/file_trust.hpp"
+#include "access/login/pairing_login.hpp"
 #include "core/base/check.hpp"
-#include "net/certified.hpp"
-#include "net/descriptors.hpp"
-#include "net/system_now.hpp"
+#include "net/tls/certified.hpp"
+#include "net/tcp/descriptors.hpp"
+#include "net/tcp/system_now.hpp"
 #include "ros/types/type_supports.hpp"
-#include "run/host_check.hpp"
+#include "ops/doctor/host_check.hpp"
 #include "run/supervisor.hpp"
 
 namespace connect_bridge {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "run/bridge.hpp"
-#include "run/pairing.hpp"
+#include "access/pairing/pairing.hpp"
 
 namespace connect_bridge {
 

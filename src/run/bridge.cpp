@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "core/base/overloaded.hpp"
-#include "net/certified.hpp"
-#include "net/system_now.hpp"
-#include "run/audit_json.hpp"
-#include "run/diagnostics.hpp"
+#include "net/tls/certified.hpp"
+#include "net/tcp/system_now.hpp"
+#include "ops/audit/audit_json.hpp"
+#include "ops/doctor/diagnostics.hpp"
 #include "run/program.hpp"
-#include "run/status_json.hpp"
-#include "run/worth_telling.hpp"
+#include "ops/status/status_json.hpp"
+#include "ops/doctor/worth_telling.hpp"
 #include "version.hpp"
 
 namespace connect_bridge {

@@ -9,14 +9,14 @@
 #include <system_error>
 #include <utility>
 
-#include "auth/secret.hpp"
+#include "access/login/secret.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_changes.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
-#include "run/host_check.hpp"
-#include "run/pairing_folder.hpp"
+#include "ops/doctor/host_check.hpp"
+#include "access/pairing/pairing_folder.hpp"
 
 namespace connect_bridge {
 namespace {

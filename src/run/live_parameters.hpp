@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "auth/file_watch.hpp"
+#include "access/login/file_watch.hpp"
 #include "config/config.hpp"
 #include "core/ports/audit.hpp"
 #include "ros/node/node.hpp"
-#include "ros/parameters/parameter_server.hpp"
-#include "run/pairing_folder.hpp"
+#include "ros/services/parameter_server.hpp"
+#include "access/pairing/pairing_folder.hpp"
 
 namespace connect_bridge {
 

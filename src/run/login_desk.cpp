@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "net/system_now.hpp"
+#include "net/tcp/system_now.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "auth/authenticator.hpp"
-#include "auth/credential.hpp"
+#include "access/login/authenticator.hpp"
+#include "access/login/credential.hpp"
 #include "core/base/turns.hpp"
 #include "core/ports/ports.hpp"
 

@@ -5,7 +5,7 @@
 #include <istream>
 #include <string_view>
 
-#include "auth/secret.hpp"
+#include "access/login/secret.hpp"
 #include "config/invitation.hpp"
 #include "config/key_search.hpp"
 

@@ -1,6 +1,6 @@
 """`ctl doctor`: faults of the link and of a running pair that are injected, and recognised.
 
-Those of files and of a status are values in tests/unit/run/diagnosis_test.cpp."""
+Those of files and of a status are values in tests/unit/ops/doctor/diagnosis_test.cpp."""
 
 import contextlib
 import json

@@ -15,7 +15,7 @@
 #include "core/base/check.hpp"
 #include "core/wire/login.hpp"
 #include "fuzz/stand_in.hpp"
-#include "net/network.hpp"
+#include "net/websocket/network.hpp"
 
 using namespace connect_bridge;
 

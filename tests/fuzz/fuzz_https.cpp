@@ -9,11 +9,11 @@
 #include <thread>
 #include <vector>
 
-#include "auth/names.hpp"
+#include "access/login/names.hpp"
 #include "fuzz/stand_in.hpp"
-#include "plugins/https.hpp"
-#include "plugins/key_source.hpp"
-#include "plugins/service_login.hpp"
+#include "access/plugins/https.hpp"
+#include "access/plugins/key_source.hpp"
+#include "access/plugins/service_login.hpp"
 
 using namespace connect_bridge;
 

@@ -11,7 +11,7 @@
 #include "core/base/base64.hpp"
 #include "core/base/check.hpp"
 #include "fuzz/slow.hpp"
-#include "plugins/jwt_login.hpp"
+#include "access/plugins/jwt_login.hpp"
 
 using namespace connect_bridge;
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "auth/pairing_login.hpp"
+#include "access/login/pairing_login.hpp"
 #include "config/invitation.hpp"
 #include "core/base/check.hpp"
 #include "core/base/hex.hpp"

@@ -5,7 +5,7 @@
 
 #include "core/base/check.hpp"
 #include "fuzz/slow.hpp"
-#include "net/proxy_header.hpp"
+#include "net/tcp/proxy_header.hpp"
 
 using namespace connect_bridge;
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "auth/token_table.hpp"
+#include "access/login/token_table.hpp"
 #include "core/base/check.hpp"
 
 using namespace connect_bridge;

@@ -1,4 +1,4 @@
-#include "ros/parameters/parameter_server.hpp"
+#include "ros/services/parameter_server.hpp"
 
 #include <algorithm>
 #include <cstdio>

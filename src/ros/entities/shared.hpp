@@ -14,7 +14,7 @@
 #include "core/base/log_limit.hpp"
 #include "core/base/tell_once.hpp"
 #include "core/ports/ports.hpp"
-#include "ros/counters.hpp"
+#include "ros/entities/counters.hpp"
 #include "ros/entities/entity.hpp"
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/node.hpp"

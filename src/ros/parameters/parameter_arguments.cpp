@@ -4,7 +4,7 @@
 #include <string_view>
 #include <utility>
 
-#include "ros/node/ros_arguments.hpp"
+#include "ros/parameters/ros_arguments.hpp"
 
 namespace connect_bridge::ros {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "ros/entities/entity.hpp"
 #include "ros/entities/shared.hpp"
-#include "ros/rcl/qos_event.hpp"
+#include "ros/entities/qos_event.hpp"
 
 namespace connect_bridge::ros {
 

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/hex.hpp"
-#include "net/relay_door.hpp"
-#include "net/relay_wire.hpp"
+#include "net/relay/relay_door.hpp"
+#include "net/relay/relay_wire.hpp"
 
 namespace connect_bridge {
 namespace {

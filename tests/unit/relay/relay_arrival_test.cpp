@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "net/relay_door.hpp"
-#include "unit/net/harness.hpp"
+#include "net/relay/relay_door.hpp"
+#include "unit/net/websocket/harness.hpp"
 
 namespace connect_bridge::test {
 namespace {

@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 #include <openssl/ssl.h>
 
-#include "net/relay_door.hpp"
-#include "net/relay_wire.hpp"
+#include "net/relay/relay_door.hpp"
+#include "net/relay/relay_wire.hpp"
 #include "relay/relay.hpp"
-#include "unit/net/certificates.hpp"
-#include "unit/net/harness.hpp"
+#include "unit/net/tls/certificates.hpp"
+#include "unit/net/websocket/harness.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge::test {

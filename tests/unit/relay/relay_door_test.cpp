@@ -1,5 +1,5 @@
 // A server's place at a relay, seen by what passes on its control connection.
-#include "net/relay_door.hpp"
+#include "net/relay/relay_door.hpp"
 
 #include <gmock/gmock.h>
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "unit/net/harness.hpp"
+#include "unit/net/websocket/harness.hpp"
 
 namespace connect_bridge::test {
 namespace {

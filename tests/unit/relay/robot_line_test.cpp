@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "auth/authenticator.hpp"
+#include "access/login/authenticator.hpp"
 #include "config/invitation.hpp"
-#include "net/authority.hpp"
+#include "net/tls/authority.hpp"
 #include "relay/robot_names.hpp"
 #include "unit/scratch.hpp"
 

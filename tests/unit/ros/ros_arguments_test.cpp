@@ -1,4 +1,4 @@
-#include "ros/node/ros_arguments.hpp"
+#include "ros/parameters/ros_arguments.hpp"
 
 #include <gtest/gtest.h>
 

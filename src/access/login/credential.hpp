@@ -1,0 +1,48 @@
+// What a client logs in with.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "access/login/file_watch.hpp"
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge {
+
+inline constexpr char kTokenVariable[] = "CONNECT_BRIDGE_TOKEN";
+
+struct CredentialOptions {
+  std::string method = "token";  // "none", or another: they all show a token
+  std::string token;
+  std::string token_file;
+  bool strict_modes = true;  // as in LoginOptions
+};
+
+struct Credential {
+  Bytes bytes;
+  std::string source;  // "parameter auth.token", "file ...", "environment variable ..."
+  std::vector<std::string> problems;
+  std::vector<std::string> warnings;
+};
+
+// The first of: parameter, file, environment variable CONNECT_BRIDGE_TOKEN. The program has to
+// clear the environment and the command line afterwards.
+[[nodiscard]] Credential client_credential(const CredentialOptions& options);
+
+// A client's token file while the client runs. One thread.
+class CredentialFile {
+ public:
+  // To be made before the file is read for the first time.
+  explicit CredentialFile(CredentialOptions options);
+
+  // The credential, if the file has changed and its writer is done; to be called once a second. If
+  // it has problems, the former credential stays valid.
+  [[nodiscard]] std::optional<Credential> changed();
+
+ private:
+  CredentialOptions options_;
+  FileWatch watch_;
+};
+
+}  // namespace connect_bridge

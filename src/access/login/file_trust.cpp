@@ -1,0 +1,101 @@
+#include "access/login/file_trust.hpp"
+
+#include <fmt/format.h>
+#include <grp.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <iterator>
+#include <system_error>
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kEntryBytes = 16 << 10;
+
+std::string user_name(uid_t user) {
+  std::array<char, kEntryBytes> buffer{};
+  passwd entry{};
+  passwd* found = nullptr;
+  const bool known = ::getpwuid_r(user, &entry, buffer.data(), buffer.size(), &found) == 0 && found;
+  return known ? entry.pw_name : std::to_string(user);
+}
+
+// Where each user has a group of the same name, a umask lets the group write. Others could have it
+// as their first group, which only a look at all users would show: who gives a user the group of
+// another one's name means it.
+bool is_private_group(gid_t group, uid_t owner) {
+  std::array<char, kEntryBytes> buffer{};
+  ::group entry{};
+  ::group* found = nullptr;
+  if (::getgrgid_r(group, &entry, buffer.data(), buffer.size(), &found) != 0 || !found)
+    return false;
+  const std::string name = user_name(owner);
+  if (name != entry.gr_name) return false;
+  for (char** member = entry.gr_mem; *member; ++member)
+    if (name != *member) return false;
+  return true;
+}
+
+std::filesystem::path without_first(const std::filesystem::path& path) {
+  std::filesystem::path rest;
+  for (auto name = std::next(path.begin()); name != path.end(); ++name) rest /= *name;
+  return rest;
+}
+
+std::string why_not_trusted(const std::filesystem::path& path, const struct stat& facts) {
+  const bool is_folder = S_ISDIR(facts.st_mode);
+  const std::string what = (is_folder ? "the folder " : "") + path.string();
+  const uid_t user = ::geteuid();
+  if (facts.st_uid != 0 && facts.st_uid != user)  // mutant: foreign_owner
+    return fmt::format("{} belongs to the user {} (chown it to {})", what, user_name(facts.st_uid),
+                       user_name(user));
+  if (is_folder && (facts.st_mode & S_ISVTX) != 0) return {};
+  if ((facts.st_mode & S_IWOTH) != 0)
+    return fmt::format("every user of this machine may change {} (chmod go-w)", what);
+  if ((facts.st_mode & S_IWGRP) != 0 && !is_private_group(facts.st_gid, facts.st_uid))
+    return fmt::format("a group of users may change {} (chmod g-w)", what);  // mutant: group_writes
+  return {};
+}
+
+// Who else may put another link in its place. Its mode says nothing.
+std::string why_link_not_trusted(const std::filesystem::path& link, const struct stat& facts) {
+  const uid_t user = ::geteuid();
+  if (facts.st_uid == 0 || facts.st_uid == user) return {};
+  return fmt::format("the link {} belongs to the user {} (chown -h it to {})", link.string(),
+                     user_name(facts.st_uid), user_name(user));
+}
+
+}  // namespace
+
+// Link by link, as the kernel goes: whoever may change one in the middle leads to another file.
+std::string who_else_may_change(const std::string& file) {
+  constexpr int kLinksMax = 40;  // as the kernel has it
+  std::error_code failed;
+  std::filesystem::path at;
+  std::filesystem::path rest = std::filesystem::absolute(file, failed);
+  for (int links = 0; !rest.empty() && links <= kLinksMax;) {
+    const std::filesystem::path name = *rest.begin();
+    rest = without_first(rest);
+    if (name == "." || name.empty()) continue;
+    const std::filesystem::path next = name == ".." ? at.parent_path() : at / name;
+    struct stat facts {};
+    if (::lstat(next.c_str(), &facts) != 0) return {};
+    const bool is_link = S_ISLNK(facts.st_mode);
+    std::string why = is_link ? why_link_not_trusted(next, facts) : why_not_trusted(next, facts);
+    if (!why.empty()) return why;
+    if (!is_link) {
+      at = next;
+      continue;
+    }
+    ++links;
+    rest = std::filesystem::read_symlink(next, failed) / rest;
+    if (rest.is_absolute()) at.clear();
+  }
+  return {};
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,74 @@
+#include "access/login/token_login.hpp"
+
+#include <new>
+#include <utility>
+
+#include "access/login/secret.hpp"
+
+namespace connect_bridge {
+
+TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now,
+                           std::vector<std::string>& problems, std::vector<std::string>& warnings) {
+  TokenTable table;
+  std::string problem;
+  auto text = read_login_file(file, strict_modes, problem);
+  if (!text) {
+    problems.push_back("auth.token_file " + problem);
+    return table;
+  }
+  table.read(*text, file, now, problems, warnings);
+  wipe(*text);
+  if (const std::string readers = who_else_may_read(file); !readers.empty() && table.has_plain())
+    warnings.push_back("auth.token_file " + readers);
+  return table;
+}
+
+Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
+  if (attempt.method != "token")
+    return {std::nullopt, "login method '" + attempt.method + "' instead of 'token'"};
+  return table_.find(attempt.credential, now);
+}
+
+Judgement TokenLogin::find(const Digest& token, Stamp now) const {
+  return table_.find(token, now);
+}
+
+Refreshed TokenLogin::refresh(Stamp now) {
+  if (!file_) return {};
+  Refreshed refreshed;
+  if (file_->settled_change()) {
+    try {
+      refreshed = read_again(now);
+    } catch (const std::bad_alloc&) {
+      lacks_means_ = true;
+      refreshed.problems = {"auth.token_file '" + file_->file() + "': no memory"};
+    }
+    if (!refreshed.problems.empty() && !file_->failed(refreshed.problems.front())) refreshed = {};
+  }
+  if (auto line = ends_.take_line(table_, "auth.token_file '" + file_->file() + "'", now))
+    refreshed.warnings.push_back(std::move(*line));
+  refreshed.lacks_means = lacks_means_;
+  return refreshed;
+}
+
+Refreshed TokenLogin::read_again(Stamp now) {
+  Refreshed refreshed;
+  if (!file_) return refreshed;
+  file_->read_now();
+  TokenTable next =
+      read_token_file(file_->file(), strict_modes_, now, refreshed.problems, refreshed.warnings);
+  lacks_means_ = !refreshed.problems.empty() && lacks_means_to_open(file_->file());
+  if (!refreshed.problems.empty()) return refreshed;  // mutant: token_file_whole
+  refreshed.changes = table_.changes_to(next);
+  table_ = std::move(next);
+  ends_.tell_again();
+  std::size_t withdrawn = 0;
+  for (const auto& change : refreshed.changes) withdrawn += change.identity ? 0 : 1;
+  refreshed.news.push_back(
+      "auth.token_file '" + file_->file() + "' was read again: " + std::to_string(table_.size()) +
+      " tokens, " + std::to_string(withdrawn) + " withdrawn, " +
+      std::to_string(refreshed.changes.size() - withdrawn) + " with changed rights or expiry");
+  return refreshed;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,234 @@
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ctl/ctl_asked.hpp"
+#include "ctl/ctl_commands.hpp"
+#include "ctl/ctl_programs.hpp"
+#include "access/login/runtime_folder.hpp"
+#include "config/syntax.hpp"
+#include "ros/rcl/missing_middleware.hpp"
+#include "run/assembly.hpp"
+#include "ctl/check.hpp"
+#include "ops/doctor/diagnosis.hpp"
+#include "ops/status/json_members.hpp"
+#include "ctl/probe.hpp"
+#include "run/program.hpp"
+#include "ctl/status_text.hpp"
+
+namespace {
+
+using namespace connect_bridge;
+
+struct DoctorOrder {
+  // A file, a URL, an address of a status or a socket; empty: what runs here.
+  std::string what;
+  std::string role;
+  std::string token_file, ca, pin;  // for a URL
+  bool offline = false;
+  bool json = false;
+  bool list = false;
+};
+
+constexpr auto kPatienceOfDoctor = std::chrono::seconds(15);
+constexpr int kSomethingWrong = 1;
+constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
+                                      "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
+
+void add_found(std::vector<Found>& to, std::vector<Found> from, const std::string& subject = {}) {
+  for (Found& found : from) {
+    if (found.subject.empty()) found.subject = subject;
+    to.push_back(std::move(found));
+  }
+}
+
+ProcessFacts this_process() {
+  ProcessFacts facts;
+  facts.user = ::geteuid();
+  for (const char* name : kVariables)
+    if (const char* value = std::getenv(name)) facts.variables[name] = value;
+  return facts;
+}
+
+// Of the program behind a socket; false: it cannot be known.
+bool facts_of(const std::string& socket, ProcessFacts& facts) {
+  const std::string folder = "/proc/" + std::to_string(process_of(socket));
+  const std::string environment = content_of(folder + "/environ");
+  struct stat owner {};
+  if (environment.empty() || ::stat(folder.c_str(), &owner) != 0) return false;
+  facts.user = owner.st_uid;
+  for (std::size_t at = 0; at < environment.size();) {
+    const std::string entry = environment.c_str() + at;
+    at += entry.size() + 1;
+    const auto equals = entry.find('=');
+    for (const char* name : kVariables)
+      if (entry.substr(0, equals) == name) facts.variables[name] = entry.substr(equals + 1);
+  }
+  return true;
+}
+
+MachineFacts this_machine() {
+  MachineFacts facts;
+  facts.congestion_controls = content_of("/proc/sys/net/ipv4/tcp_allowed_congestion_control");
+  while (facts.congestion_controls.ends_with('\n')) facts.congestion_controls.pop_back();
+  struct statvfs shared {};
+  if (::statvfs("/dev/shm", &shared) == 0)
+    facts.shared_memory_free_bytes =
+        static_cast<std::uint64_t>(shared.f_bavail) * static_cast<std::uint64_t>(shared.f_frsize);
+  return facts;
+}
+
+// With the client's own code for the way, TLS and the login.
+std::vector<Found> look_through_link(const Config& config, bool logs_in) {
+  Assembly assembly = assemble(config, "/ctl_doctor");
+  std::vector<Found> found;
+  for (const std::string& problem : assembly.problems) found.push_back(diagnose_problem(problem));
+  if (!assembly.parts) return found;
+  Probe::Options options;
+  options.logs_in = logs_in;
+  Probe probe(std::move(*assembly.parts), options);
+  if (const std::string failure = probe.open(kPatienceOfDoctor); !failure.empty())
+    return {diagnose_failure(failure)};
+  probe.close();
+  if (!logs_in) found.push_back({"login_not_tried", {}, {}});
+  return found;
+}
+
+std::vector<Found> look_at_file(const DoctorOrder& order) {
+  const FileJudged judged = judge_file(order.what, order.role);
+  std::vector<Found> found;
+  for (const std::string& problem : judged.given.problems)
+    add_found(found, {diagnose_problem(problem)}, order.what);
+  if (!judged.config) return found;
+  add_found(found, diagnose_config(*judged.config), order.what);
+  const bool dials =
+      judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
+  if (dials)
+    add_found(found, look_through_link(*judged.config, true), judged.config->dial.url.text("ws"));
+  return found;
+}
+
+std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string>& wrong) {
+  ParameterMap parameters{{"url", order.what}};
+  const Surroundings around = surroundings();
+  const bool logs_in = !order.token_file.empty() || around.token_in_environment;
+  parameters["auth.method"] = std::string(logs_in ? "token" : "none");
+  if (!order.token_file.empty()) parameters["auth.token_file"] = order.token_file;
+  if (!order.ca.empty()) parameters["tls.ca"] = order.ca;
+  if (!order.pin.empty()) parameters["tls.pin"] = std::vector<std::string>{order.pin};
+  const Parsed parsed = parse_config(parameters, Role::kClient, around);
+  for (const auto& problem : parsed.problems) wrong.push_back(to_text(problem));
+  std::vector<Found> found;
+  if (parsed.config) add_found(found, look_through_link(*parsed.config, logs_in), order.what);
+  return found;
+}
+
+// `role`: of who answers; empty: nobody does.
+std::vector<Found> look_at_side(const std::string& where, std::string& role) {
+  Asked asked(where, "/api/status");
+  if (!asked.problem().empty()) return {};
+  const Json status = read_status(asked.rest());
+  role = text_in(status, "role");
+  if (role.empty()) role = "unknown";
+  std::vector<Found> found = diagnose_status(status);
+  ProcessFacts side;
+  if (role != "relay" && where.find('/') != std::string::npos && facts_of(where, side))
+    add_found(found, diagnose_processes(side, this_process()));
+  return found;
+}
+
+std::vector<Found> look_at_what_runs() {
+  std::vector<Found> found;
+  const auto sockets = status_sockets();
+  bool any = false;
+  for (const std::string& socket : sockets) {
+    std::string role;
+    add_found(found, look_at_side(socket, role), sockets.size() > 1 ? socket : "");
+    any = any || (!role.empty() && role != "relay");
+  }
+  if (!any) found.push_back({"nobody_runs", {}, {}});
+  add_found(found, diagnose_machine(this_machine()));
+  return found;
+}
+
+bool is_socket(const std::string& what) {
+  struct stat facts {};
+  return ::stat(what.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode);
+}
+
+int print_list() {
+  std::puts("| finding | cause | what to do |\n| --- | --- | --- |");
+  for (const Finding& finding : all_findings())
+    std::printf("| `%s`%s | %s | %s |\n", std::string(finding.id).c_str(),
+                finding.is_hint ? " (hint)" : "", std::string(finding.cause).c_str(),
+                std::string(finding.cure).c_str());
+  return 0;
+}
+
+// "robot:9090", of which there is no file.
+bool looks_like_host(const std::string& what) {
+  const std::size_t colon = what.rfind(':');
+  return ::access(what.c_str(), F_OK) != 0 && colon != std::string::npos && colon > 0 &&
+         colon + 1 < what.size() && what.find('/') == std::string::npos &&
+         what.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+}
+
+int run_doctor(const DoctorOrder& order) {
+  if (order.list) return print_list();
+  std::signal(SIGPIPE, SIG_IGN);
+  std::vector<Found> found;
+  const std::string& what = order.what;
+  if (what.empty()) {
+    found = look_at_what_runs();
+  } else if (what.starts_with("ws://") || what.starts_with("wss://")) {
+    std::vector<std::string> wrong;
+    found = look_at_url(order, wrong);
+    if (!wrong.empty()) return complain(what + ": " + wrong.front(), kExitConfiguration);
+  } else if (is_socket(what) || syntax::parse_status_address(what)) {
+    std::string role;
+    found = look_at_side(what, role);
+    if (role.empty()) return complain(what + ": nobody answers", kExitConfiguration);
+  } else if (looks_like_host(what)) {
+    return complain(what + ": no such file; did you mean wss://" + what + "?", kExitConfiguration);
+  } else {
+    found = look_at_file(order);
+  }
+  if (const auto missing = ros::missing_middleware())
+    found.insert(found.begin(), {"rmw_missing", {}, to_text(*missing)});
+  std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);
+  return has_fault(found) ? kSomethingWrong : 0;
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app, int& exit_code) {
+  const auto order = std::make_shared<DoctorOrder>();
+  auto* doctor = app.add_subcommand("doctor", "Say why it does not work: the cause and the cure");
+  doctor->footer(
+      "Exit code: 0 if nothing is wrong as far as it sees, 1 if something is, 2 if the question is "
+      "wrong.");
+  doctor->add_option("what", order->what,
+                     "A parameter file (of a client also the link that it makes), a URL as "
+                     "wss://robot:9090, an address of status.listen, or a socket. Without it: this "
+                     "user's programs on this machine");
+  doctor->add_option("--role", order->role, "For a file: server or client")
+      ->check(CLI::IsMember({"server", "client"}));
+  doctor->add_option("--token-file", order->token_file,
+                     "For a URL: the file with the token. Without it, and without "
+                     "CONNECT_BRIDGE_TOKEN, the way is tried and no login");
+  doctor->add_option("--ca", order->ca, "For a URL: the authority of the server's certificate");
+  doctor->add_option("--pin", order->pin, "For a URL: the pin of the server's key");
+  doctor->add_flag("--offline", order->offline, "Of a client's file: do not dial");
+  doctor->add_flag("--json", order->json, "As JSON");
+  doctor->add_flag("--list", order->list, "Print all that it can find, as a table");
+  doctor->callback([order, &exit_code] { exit_code = run_doctor(*order); });
+}

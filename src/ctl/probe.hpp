@@ -1,0 +1,100 @@
+// Measures the path to a server by a login of its own, without a ROS graph.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/side/side.hpp"
+#include "net/websocket/network.hpp"
+#include "run/bridge.hpp"
+#include "run/workers.hpp"
+
+namespace connect_bridge {
+
+// What was seen in one span of time.
+struct ProbeSpan {
+  struct Sample {
+    Duration at{};  // of its answer, since the span began
+    Duration round_trip{};
+    Duration offset{};  // the server's clock minus ours
+  };
+  Duration took{};
+  std::vector<Sample> samples;
+  std::uint64_t sent_bytes = 0;      // of the load that this side sent
+  std::uint64_t received_bytes = 0;  // of the topics that it received, uncompressed
+  std::uint64_t repeated = 0;        // segments that TCP of this side sent again
+  std::string ended;                 // why it ended before its time; empty: it did not
+};
+
+// It is a client like any other: it needs a login, and it gets no more than the server's rules give
+// that. Round trips are of the protocol's time requests, which overtake what else this side sends.
+// Thread: that of the caller, which each call blocks.
+class Probe {
+ public:
+  struct Options {
+    Duration interval = std::chrono::milliseconds(200);  // of time requests
+    std::vector<Pattern> topics = {};                    // that may be received
+    bool logs_in = true;  // false: only the way to the server, up to its WebSocket, is tried
+  };
+  // What this side does beside asking for the time.
+  struct Load {
+    std::uint64_t send_bytes_per_second = 0;  // 0: nothing
+    bool receive = false;                     // the topics, as a subscriber does
+  };
+
+  // `parts`: of a client.
+  Probe(BridgeParts parts, Options options);
+
+  // Dials and, if it is to, logs in. Why it cannot, within this time; empty: it can.
+  [[nodiscard]] std::string open(Duration patience);
+  // `each`: called with every sample, as it comes; may be empty.
+  [[nodiscard]] ProbeSpan measure(Duration time, const Load& load,
+                                  const std::function<void(const ProbeSpan::Sample&)>& each = {});
+  // Topics that the server offers of those that were asked for.
+  [[nodiscard]] std::size_t topics() const { return topics_.size(); }
+  void close();
+
+ private:
+  void handle(Input&& input);
+  void carry_out(Action&& action);
+  void note_sample();
+  void note_end(const std::string& why);
+  [[nodiscard]] Gid next_gid();
+  void show_graph();
+  [[nodiscard]] std::optional<Packet> next_packet(ConnectionId id, const Repairs& repairs);
+  [[nodiscard]] std::optional<Packet> filler();
+  void set_timer();
+  // Until the time is over, or `done`.
+  template <class Done>
+  void run_for(Duration time, Done done);
+
+  BridgeParts parts_;
+  boost::asio::io_context io_{1};
+  Side side_;
+  Network network_;
+  boost::asio::steady_timer timer_;
+  boost::asio::steady_timer pulls_;            // the load
+  std::map<std::string, std::string> topics_;  // their types
+  std::set<MirrorId> mirrors_;                 // of these topics
+  std::uint64_t gids_ = 0;
+  ConnectionId connection_{};
+  Load load_;
+  TimePoint span_since_{};
+  ProbeSpan span_;
+  std::function<void(const ProbeSpan::Sample&)> each_;
+  std::uint64_t samples_seen_ = 0;
+  std::uint64_t repeated_ = 0;
+  const bool logs_in_;
+  bool open_ = false;
+  bool reached_ = false;  // the server; only if it does not log in
+  std::string why_not_;
+  Workers workers_;  // last: its threads post to io_
+};
+
+}  // namespace connect_bridge

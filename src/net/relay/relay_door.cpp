@@ -1,0 +1,265 @@
+#include "net/relay/relay_door.hpp"
+
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+
+#include <algorithm>
+#include <boost/asio/write.hpp>
+#include <charconv>
+
+#include "core/base/hex.hpp"
+#include "core/base/sha256.hpp"
+#include "net/tls/openssl_owned.hpp"
+#include "net/relay/relay_wire.hpp"
+#include "net/tcp/route_watch.hpp"
+#include "net/tcp/socket_tuning.hpp"
+#include "net/tcp/steady_now.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::chrono::milliseconds kFirstRetry{250};
+constexpr std::chrono::milliseconds kLastRetry{1000};
+// A token that the relay does not know now it may know in a while: `ctl token` was called there.
+constexpr std::chrono::milliseconds kRefusedRetry{5000};
+constexpr std::chrono::milliseconds kLookTime{1000};
+constexpr std::chrono::milliseconds kLoginTime{10000};
+constexpr std::size_t kTicketsMax = 32;
+
+bool offer(SSL* tls, const std::string& protocols) {
+  const ByteView list = view_of(protocols);
+  return SSL_set_alpn_protos(tls, list.data(), static_cast<unsigned>(list.size())) == 0;
+}
+
+bool selected(SSL* tls, std::string_view protocol) {
+  const unsigned char* name = nullptr;
+  unsigned size = 0;
+  SSL_get0_alpn_selected(tls, &name, &size);
+  return protocol == std::string_view(reinterpret_cast<const char*>(name), size);
+}
+
+std::string_view next_word(std::string_view& rest) {
+  const std::size_t space = std::min(rest.find(' '), rest.size());
+  const std::string_view word = rest.substr(0, space);
+  rest.remove_prefix(std::min(space + 1, rest.size()));
+  return word;
+}
+
+}  // namespace
+
+std::string ticket_hello(const std::string& robot, const std::string& ticket) {
+  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_client_method()),
+                                                                  &SSL_CTX_free);
+  const std::unique_ptr<SSL, decltype(&SSL_free)> tls(context ? SSL_new(context.get()) : nullptr,
+                                                      &SSL_free);
+  if (!tls || SSL_set_tlsext_host_name(tls.get(), robot.c_str()) != 1 ||
+      !offer(tls.get(), protocol_list({kTicketProtocol, ticket})))
+    return {};
+  BIO* const out = BIO_new(BIO_s_mem());
+  SSL_set_bio(tls.get(), BIO_new(BIO_s_mem()), out);  // they are its own from now on
+  SSL_connect(tls.get());                             // has written, and waits for the answer
+  std::string hello = written_to(out);
+  ERR_clear_error();
+  return hello;
+}
+
+RelayDoor::RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions sockets,
+                     Events events)
+    : io_(io),
+      options_(std::move(options)),
+      sockets_(std::move(sockets)),
+      events_(std::move(events)),
+      tls_(options_.tls, Role::kClient),
+      limit_(io),
+      next_(io),
+      retry_(kFirstRetry),
+      visitors_(kVisitorsAtOnce, kVisitorPeriod) {}
+
+RelayDoor::~RelayDoor() = default;
+
+std::string RelayDoor::open() {
+  std::string problem;
+  if (!tls_.get(problem)) return problem;
+  routes_ = std::make_shared<RouteWatch>(io_, if_alive(this, &RelayDoor::check_address));
+  static_cast<void>(routes_->open());  // without it a lost address is noticed by the next ping
+  dial();
+  return {};
+}
+
+void RelayDoor::close() {
+  events_ = {};
+  routes_.reset();
+  limit_.cancel();
+  next_.cancel();
+  if (way_) way_->stop();
+  if (lines_) lines_->end();
+  while (!tickets_.empty()) forget(*tickets_.begin());
+}
+
+void RelayDoor::after(asio::steady_timer& timer, std::chrono::milliseconds time,
+                      void (RelayDoor::*then)()) {
+  call_after(timer, time, [weak = weak_from_this(), then] {
+    const auto self = weak.lock();
+    if (self && self->events_.log) (self.get()->*then)();
+  });
+}
+
+// ---- the control connection
+
+void RelayDoor::dial() {
+  after(limit_, kLoginTime, &RelayDoor::on_silence);
+  way_ = std::make_shared<Way>(io_, options_.url.host, options_.url.port, std::nullopt);
+  way_->start(if_alive(this, &RelayDoor::on_connected));
+}
+
+void RelayDoor::on_connected(std::optional<TcpSocket> socket, const std::string& why) {
+  if (!socket) return fail(why);
+  std::string problem;
+  TlsContext context = tls_.get_fresh(problem);
+  if (!context) return fail(problem);
+  tune_socket(socket->native_handle(), sockets_);
+  lines_ = std::make_shared<TlsLines>(std::move(*socket), std::move(context));
+  expect_server(lines_->tls(), options_.url.host);
+  // The certificate is the relay's; the name in the handshake is the robot's, so that what
+  // distributes connections over several relays sees one name for all of a robot's.
+  if (SSL_set_tlsext_host_name(lines_->tls(), options_.url.robot.c_str()) != 1 ||
+      !offer(lines_->tls(), protocol_list({kRelayProtocol})))
+    return fail("TLS cannot start");
+  lines_->shake_hands(false, {}, if_alive(this, &RelayDoor::on_tls));
+}
+
+void RelayDoor::on_tls(const ErrorCode& error) {
+  SSL* const tls = lines_->tls();
+  if (error) return fail("TLS: " + failure_text(error, tls, options_.url.host));
+  const std::string problem = pin_problem(tls, options_.tls.pins);
+  if (!problem.empty()) return fail("TLS: " + problem);  // mutant: pin_of_relay
+  if (!selected(tls, kRelayProtocol)) return fail("what answers there is no relay");
+  const std::string token = options_.token ? options_.token() : "";
+  if (token.empty()) return fail("listen.relay.token_file has no token now");
+  lines_->open(kRelayLineMax,
+               {if_alive(this, &RelayDoor::on_line), if_alive(this, &RelayDoor::fail)});
+  lines_->say("login " + token + (options_.code.empty() ? "" : " " + options_.code));
+}
+
+void RelayDoor::on_line(std::string_view line) {
+  const std::string_view word = next_word(line);
+  if (word == "refused" && !welcome_) {
+    retry_ = kRefusedRetry;
+    return fail(
+        std::string{
+            "it refuses the token of listen.relay.token_file for this name, or the line was "
+            "used already or is too old: 'relay --robot' prints another one there"} +
+        (options_.code.empty() ? "" : "; a start without --pair has what was before this line"));
+  }
+  if (word == "welcome" && !welcome_) {
+    welcome_ = true;
+    retry_ = kFirstRetry;
+    told_.clear();
+    limit_.cancel();
+    events_.log(LogLevel::kInfo, "reached through the relay: " + options_.url.text("ws"));
+    if (!std::exchange(was_welcome_, true) && options_.keep)
+      if (const std::string wrong = options_.keep(); !wrong.empty())
+        events_.log(LogLevel::kError, "this place is not kept for the next start: " + wrong);
+    return after(next_, kRelayPing, &RelayDoor::ping);
+  }
+  if (word == "pong" && welcome_) {
+    asked_ = false;
+    return static_cast<void>(limit_.cancel());
+  }
+  if (word == "visitor" && welcome_) return on_visitor(line);
+  fail("it says what it must not");
+}
+
+void RelayDoor::ping() {
+  if (!welcome_) return;  // its timer had come before fail() could cancel it
+  asked_ = true;
+  lines_->say("ping");
+  after(limit_, kRelayPong, &RelayDoor::on_silence);
+  after(next_, kRelayPing, &RelayDoor::ping);
+}
+
+// A NAT that has forgotten the connection, or has another address, says nothing.
+void RelayDoor::look() {
+  if (!welcome_ || !events_.log || asked_) return;
+  asked_ = true;
+  lines_->say("ping");
+  after(limit_, kLookTime, &RelayDoor::on_silence);
+}
+
+void RelayDoor::check_address() {
+  if (!welcome_ || !events_.log) return;
+  const std::string address = lost_address(lines_->socket());
+  if (!address.empty()) fail("the address " + address + " of this machine is gone");
+}
+
+void RelayDoor::fail(const std::string& why) {
+  if (!events_.log) return;
+  if (way_) way_->stop();
+  if (lines_) lines_->end();
+  lines_.reset();
+  limit_.cancel();
+  asked_ = false;
+  const bool was_welcome = std::exchange(welcome_, false);
+  const std::string text = "the relay " + options_.url.text("ws") + ": " + why;
+  if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");
+  told_ = text;
+  after(next_, retry_, &RelayDoor::dial);
+  retry_ = std::min(2 * retry_, kLastRetry);
+}
+
+// ---- visitors
+
+// "TICKET ADDRESS PORT"
+void RelayDoor::on_visitor(std::string_view words) {
+  const std::string ticket{next_word(words)};
+  const std::string address{next_word(words)};
+  const auto made = std::make_shared<Ticket>(io_);
+  Digest digits{};
+  ErrorCode wrong;
+  made->source.address = plain_address(asio::ip::make_address(address, wrong));
+  const char* const end = words.data() + words.size();
+  const auto number = std::from_chars(words.data(), end, made->source.port);
+  if (!from_hex(ticket, digits) || wrong || number.ec != std::errc{} || number.ptr != end)
+    return fail("it says what it must not");
+  if (tickets_.size() >= kTicketsMax || !visitors_.take(steady_now()))
+    return events_.log(LogLevel::kDebug, "a visitor at the relay is left out: there are too many");
+  made->hello = ticket_hello(options_.url.robot, ticket);
+  dial_with(made);
+}
+
+void RelayDoor::dial_with(const TicketPtr& ticket) {
+  ErrorCode error;
+  // Of several relays with one name, it is the same one.
+  const auto relay = lines_->socket().remote_endpoint(error);
+  if (error || ticket->hello.empty()) return;
+  tickets_.insert(ticket);
+  const auto weak = weak_from_this();
+  call_after(ticket->limit, kTicketTime, [weak, ticket] {
+    if (const auto self = weak.lock()) self->forget(ticket);
+  });
+  ticket->way = std::make_shared<Way>(io_, relay.address().to_string(), relay.port(), std::nullopt);
+  ticket->way->start([weak, ticket](auto socket, const std::string&) {
+    const auto self = weak.lock();
+    if (!self) return;
+    if (!socket) return self->forget(ticket);
+    ticket->socket = std::make_unique<TcpSocket>(std::move(*socket));
+    asio::async_write(*ticket->socket, asio::buffer(ticket->hello),
+                      [weak, ticket](ErrorCode wrong, std::size_t) {
+                        const auto door = weak.lock();
+                        if (!door || door->tickets_.count(ticket) == 0) return;
+                        const auto whole = std::move(ticket->socket);
+                        door->forget(ticket);
+                        if (!wrong) door->events_.arrived(std::move(*whole), ticket->source);
+                      });
+  });
+}
+
+void RelayDoor::forget(TicketPtr ticket) {
+  ticket->limit.cancel();
+  ticket->way->stop();
+  ErrorCode ignored;
+  if (ticket->socket) ticket->socket->close(ignored);
+  tickets_.erase(ticket);
+}
+
+}  // namespace connect_bridge

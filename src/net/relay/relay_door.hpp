@@ -1,0 +1,94 @@
+// A server's place at a relay: who is connected to it there comes in as if by a listener.
+#pragma once
+
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "core/base/pace.hpp"
+#include "core/ports/net_options.hpp"
+#include "core/ports/ports.hpp"
+#include "net/tcp/proxy_header.hpp"
+#include "net/tls/tls_files.hpp"
+#include "net/tls/tls_lines.hpp"
+#include "net/tls/way.hpp"
+
+namespace connect_bridge {
+
+class RouteWatch;
+
+// Holds a control connection to the relay and makes it again whenever it is lost. For each visitor
+// that the relay announces it dials the relay with the ticket (docs/protocol.md, "Relay"). The
+// relay is trusted with the visitors' addresses and with nothing else: its requests are bounded.
+// Thread: that of the io_context.
+class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
+ public:
+  struct Events {
+    // A connection of which no byte was read yet, and for whom.
+    std::function<void(TcpSocket, const Source&)> arrived;
+    std::function<void(LogLevel, const std::string&)> log;
+  };
+
+  RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions sockets, Events events);
+  ~RelayDoor();
+  // Once. Empty, or what is wrong with the files.
+  [[nodiscard]] std::string open();
+  void close();  // no event follows
+  // The path to the relay may have changed, as a connection by it has ended: whether the relay is
+  // still there is asked at once, unless it is asked already.
+  void look();
+
+ private:
+  // A visitor's connection on its way.
+  struct Ticket {
+    explicit Ticket(asio::io_context& io) : limit(io) {}
+    std::string hello;
+    Source source;
+    std::shared_ptr<Way> way;
+    std::unique_ptr<TcpSocket> socket;
+    asio::steady_timer limit;
+  };
+  using TicketPtr = std::shared_ptr<Ticket>;
+
+  void dial();
+  void on_connected(std::optional<TcpSocket> socket, const std::string& why);
+  void on_tls(const ErrorCode& error);
+  void on_line(std::string_view line);
+  void on_visitor(std::string_view words);
+  void dial_with(const TicketPtr& ticket);
+  // A copy: the one that the caller has may be in the set that it leaves.
+  void forget(TicketPtr ticket);
+  void ping();
+  void check_address();
+  // Dials again, after a while.
+  void fail(const std::string& why);
+  void after(asio::steady_timer& timer, std::chrono::milliseconds time, void (RelayDoor::*then)());
+  void on_silence() { fail("no answer in time"); }
+
+  asio::io_context& io_;
+  const RelayOptions options_;
+  const SocketOptions sockets_;
+  Events events_;
+  TlsFiles tls_;
+  std::shared_ptr<Way> way_;
+  std::shared_ptr<TlsLines> lines_;
+  std::shared_ptr<RouteWatch> routes_;
+  asio::steady_timer limit_;  // until it is welcome, then for each answer
+  asio::steady_timer next_;   // the next dial, or the next ping
+  std::chrono::milliseconds retry_;
+  Pace visitors_;
+  bool welcome_ = false;
+  bool was_welcome_ = false;  // ever
+  bool asked_ = false;        // a ping is without an answer
+  std::string told_;          // the last problem in the log
+  std::set<TicketPtr> tickets_;
+};
+
+// The ClientHello that a ticket is shown with; empty: OpenSSL cannot make it.
+[[nodiscard]] std::string ticket_hello(const std::string& robot, const std::string& ticket);
+
+}  // namespace connect_bridge

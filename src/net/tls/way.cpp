@@ -1,0 +1,134 @@
+#include "net/tls/way.hpp"
+
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/status.hpp>
+
+#include "core/base/base64.hpp"
+#include "net/tls/tls.hpp"
+
+namespace connect_bridge {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+
+constexpr std::size_t kAnswerBytesMax = 8192;
+
+std::string connect_text(const HttpProxy& proxy, const std::string& target) {
+  std::string text =
+      "CONNECT " + target + " HTTP/1.1\r\nHost: " + target + "\r\nUser-Agent: ROS2 Connect\r\n";
+  if (!proxy.login.empty())
+    text += "Proxy-Authorization: Basic " + to_base64(view_of(proxy.login)) + "\r\n";
+  return text + "\r\n";
+}
+
+// Why the proxy gives no way with this answer; empty: it does.
+std::string refusal_in(const http::response<http::empty_body>& answer, const HttpProxy& proxy) {
+  const auto status = answer.result();
+  if (http::to_status_class(status) == http::status_class::successful) return {};
+  if (status == http::status::proxy_authentication_required)
+    return (proxy.login.empty() ? "it wants a login (" : "it refuses this login (") +
+           proxy.login_key + ")";
+  const auto reason = http::obsolete_reason(status);
+  return "it refuses CONNECT with HTTP " + std::to_string(answer.result_int()) + " " +
+         std::string{reason.data(), reason.size()};
+}
+
+}  // namespace
+
+// The connection to the proxy, during CONNECT.
+struct Way::Asking {
+  TcpSocket socket;
+  std::string request;
+  beast::flat_buffer buffer{kAnswerBytesMax};
+  http::response_parser<http::empty_body> answer{};
+};
+
+Way::Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy,
+         bool slow)
+    : host_(std::move(host)),
+      port_(port),
+      proxy_(std::move(proxy)),
+      look_up_(io),
+      race_(std::make_shared<Race>(io, slow)) {}
+
+Way::~Way() = default;
+
+void Way::start(Done done) {
+  done_ = std::move(done);
+  const std::string& host = proxy_ ? proxy_->host : host_;
+  const std::uint16_t port = proxy_ ? proxy_->port : port_;
+  ErrorCode no_literal;
+  const auto address = asio::ip::make_address(host, no_literal);
+  if (!no_literal) return race({{address, port}});  // without a thread
+  look_up_.start(
+      host, port,
+      [weak = weak_from_this(), host](const ErrorCode& error, const LookUp::Endpoints& found) {
+        const auto self = weak.lock();
+        if (!self || !self->done_) return;
+        if (error) return self->finish({}, failure_text(error, nullptr, host));
+        self->race(found);
+      });
+}
+
+void Way::race(const std::vector<Race::Endpoint>& addresses) {
+  stage_ = "TCP connect";
+  tried_ = addresses.front().address();
+  race_->start(addresses, [self = shared_from_this()](auto socket, const ErrorCode& error) {
+    if (!socket) return self->finish({}, failure_text(error, nullptr, {}));
+    if (self->proxy_) return self->ask_proxy(std::move(*socket));
+    self->finish(std::move(socket), {});
+  });
+}
+
+void Way::ask_proxy(TcpSocket socket) {
+  stage_ = "CONNECT of the proxy";
+  asking_.reset(new Asking{std::move(socket), connect_text(*proxy_, host_and_port(host_, port_))});
+  asking_->answer.header_limit(kAnswerBytesMax);
+  asking_->answer.skip(true);  // no body follows, whatever the header says
+  asio::async_write(
+      asking_->socket, asio::buffer(asking_->request),
+      [self = shared_from_this()](ErrorCode error, std::size_t) { self->on_asked(error); });
+}
+
+void Way::on_asked(const ErrorCode& error) {
+  if (!done_) return;
+  if (error) return finish({}, failure_text(error, nullptr, {}));
+  http::async_read_header(
+      asking_->socket, asking_->buffer, asking_->answer,
+      [self = shared_from_this()](ErrorCode wrong, std::size_t) { self->on_answered(wrong); });
+}
+
+void Way::on_answered(const ErrorCode& error) {
+  if (!done_) return;
+  if (error == http::error::end_of_stream || error == http::error::partial_message)
+    return finish({}, "it ended the connection instead of answering");
+  if (error.category() == make_error_code(http::error::bad_version).category())
+    return finish({}, "what answers there is not an HTTP proxy (" + error.message() + ")");
+  if (error) return finish({}, failure_text(error, nullptr, {}));
+  const std::string refusal = refusal_in(asking_->answer.get(), *proxy_);
+  if (!refusal.empty()) return finish({}, refusal);
+  // Neither TLS nor HTTP servers speak first.
+  if (asking_->buffer.size() > 0) return finish({}, "it sent more than its answer");
+  finish(std::move(asking_->socket), {});
+}
+
+void Way::finish(std::optional<TcpSocket> socket, const std::string& problem) {
+  const Done done = std::move(done_);
+  stop();
+  done(std::move(socket), problem);
+}
+
+void Way::stop() {
+  done_ = nullptr;
+  look_up_.stop();
+  race_->stop();
+  ErrorCode ignored;
+  if (asking_) asking_->socket.close(ignored);
+}
+
+}  // namespace connect_bridge

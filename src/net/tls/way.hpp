@@ -1,0 +1,61 @@
+// TCP connection to a server, directly or through an HTTP proxy.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/ports/url.hpp"
+#include "net/tcp/look_up.hpp"
+#include "net/tcp/race.hpp"
+#include "net/tcp/transport.hpp"
+
+namespace connect_bridge {
+
+// Looks up the name, connects to the first address that answers, then sends CONNECT to a proxy (RFC
+// 9110 section 9.3.6), whose answer has 8 KiB of header at most. With a proxy the name and
+// addresses are the proxy's, and the proxy looks up the server's. The caller limits the time.
+// Thread: that of the io_context.
+class Way : public std::enable_shared_from_this<Way> {
+ public:
+  // The connected socket, or none and why.
+  using Done = std::function<void(std::optional<TcpSocket>, const std::string& problem)>;
+
+  // `host`: name or address literal, IPv6 without its brackets.
+  // `slow`: see Race.
+  Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy,
+      bool slow = false);
+  ~Way();
+  // Once only. `done` is called once, never from inside.
+  void start(Done done);
+  // `done` is not called any more.
+  void stop();
+  // What is being waited for, for messages.
+  [[nodiscard]] const char* stage() const { return stage_; }
+  // The first address, once it is known.
+  [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return tried_; }
+
+ private:
+  struct Asking;
+
+  void race(const std::vector<Race::Endpoint>& addresses);
+  void ask_proxy(TcpSocket socket);
+  void on_asked(const ErrorCode& error);
+  void on_answered(const ErrorCode& error);
+  void finish(std::optional<TcpSocket> socket, const std::string& problem);
+
+  const std::string host_;
+  const std::uint16_t port_;
+  const std::optional<HttpProxy> proxy_;
+  LookUp look_up_;
+  const std::shared_ptr<Race> race_;
+  std::unique_ptr<Asking> asking_;  // null: no proxy is asked yet
+  std::optional<asio::ip::address> tried_;
+  const char* stage_ = "the name look-up";
+  Done done_;
+};
+
+}  // namespace connect_bridge

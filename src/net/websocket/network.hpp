@@ -1,0 +1,131 @@
+// WebSocket connections: listens, dials, moves packets. Decides nothing about their content.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/ids.hpp"
+#include "core/flow/outbox.hpp"
+#include "core/ports/net_options.hpp"
+#include "core/ports/ports.hpp"
+#include "net/tcp/traffic.hpp"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace connect_bridge {
+
+struct Certified;  // net/tls/certified.hpp
+
+// Where the network's results go. `input` is called from the io_context only, never from inside a
+// call of Network; those about packets also from inside send(). All of Network may be called from
+// inside `input`.
+struct NetworkEvents {
+  // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
+  std::function<void(Input&&)> input;
+  // The next packet to send on a connection, or nullopt when there is none now; with what TCP
+  // repairs there.
+  std::function<std::optional<Packet>(ConnectionId, const Repairs&)> next_packet;
+  // A packet has come on a connection, and waits for read(); nothing else is read there meanwhile.
+  // May be empty: then it is delivered at once.
+  std::function<void(ConnectionId)> arrived;
+  // May be empty. Attempts of unknown clients are logged at kDebug.
+  std::function<void(Log&&)> log;
+};
+
+// What became of those who came to a listener, since the start.
+struct DoorCounts {
+  std::uint64_t accepted = 0;            // TCP connections taken
+  std::uint64_t refused = 0;             // by a limit, a failed handshake or a wrong request
+  std::uint64_t handshakes_dropped = 0;  // their address had begun too many
+  std::uint64_t handshakes_waited = 0;   // for their turn, since all together had begun too many
+  std::uint64_t gave_way = 0;            // without a login, to those that came later
+};
+
+struct NetworkCounts : DoorCounts {
+  std::size_t pending = 0;  // in a handshake now
+  std::size_t open = 0;     // open WebSockets now
+  // Pings and their like, frames without content, pieces of messages: beyond one frame a message.
+  std::uint64_t extra_frames = 0;
+  std::uint64_t held = 0;  // times that reading waited: a peer sent more than it may
+};
+
+// Order of events: one ConnectionOpened or DialFailed for each dial; after ConnectionOpened exactly
+// one ConnectionClosed. The ids of accepted connections are given here, those of dials by the core.
+//
+// A new connection is behind a gate: packets of at most 4096 bytes, 16 KiB in total. allow() opens
+// it.
+//
+// Thread: that of the io_context, which must outlive this object. Nothing throws.
+class Network {
+ public:
+  Network(boost::asio::io_context& io, NetworkEvents events, SocketOptions sockets = {});
+  // Closes all remaining connections at once and delivers nothing more.
+  ~Network();
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+
+  // Starts to accept. Returns what is wrong (address in use, unreadable key, ...), empty if
+  // nothing. Once only.
+  [[nodiscard]] std::string listen(const ListenOptions& options);
+  [[nodiscard]] std::uint16_t listen_port() const;
+  // "127.0.0.1:9090", "[::1]:9090"
+  [[nodiscard]] std::vector<std::string> listen_addresses() const;
+
+  // Ends in ConnectionOpened or DialFailed.
+  void dial(ConnectionId connection, const DialOptions& options);
+
+  // Call once a second: certificates, keys and authorities whose files have changed are read again,
+  // all together or not at all, for connections that begin from now on.
+  void check_files();
+
+  // Call once a second: the log hears now and then of strangers that were refused, and of a
+  // certificate of ours that has ended or soon will; TCP is given what suits the path of each
+  // connection.
+  void every_second(const Now& now);
+  // When the certificate that this side shows ends, or the first of those that are shown with it;
+  // 0: never, or it shows none.
+  [[nodiscard]] Stamp certificate_end() const;
+
+  // Delivers the packet that waits there, if one does, then the next one may come.
+  void read(ConnectionId connection);
+  // There may be something to send on this connection; next_packet is asked for it, now or when
+  // there is room again.
+  void send(ConnectionId connection);
+
+  // The peer has logged in (server) or welcomed us (client): it may send packets up to this size.
+  void allow(ConnectionId connection, std::size_t packet_bytes_max);
+
+  // Sends what was pulled, then a close frame (the reason is cut at 120 bytes). No PacketReceived
+  // follows; ConnectionClosed (or, for a dial under way, DialFailed) does, within a second.
+  void close(ConnectionId connection, CloseCode code, const std::string& reason);
+
+  // Stops listening and closes everything with kGoingAway. Within a second the io_context has
+  // nothing of ours left to do.
+  void stop();
+  // Whether ConnectionClosed was delivered for every connection.
+  [[nodiscard]] bool all_closed() const;
+
+  // The identity of an open connection's peer by its certificate.
+  [[nodiscard]] Certified certified(ConnectionId connection) const;
+  [[nodiscard]] NetworkCounts counts() const;
+  // What would fail in every dial with these options, because of the files that they name; empty:
+  // nothing.
+  [[nodiscard]] std::string dial_problem(const DialOptions& options);
+  // What of the socket options this host refuses, in words; empty: nothing. Every connection goes
+  // without that.
+  [[nodiscard]] std::string refused_options() const;
+  // The bytes of all WebSockets since the start, without handshakes that failed.
+  [[nodiscard]] Traffic traffic() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,353 @@
+#include "ops/doctor/diagnosis.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/wire/text.hpp"
+#include "ops/status/json_members.hpp"
+#include "ops/doctor/worth_telling.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kTextBytes = 300;
+constexpr std::size_t kOfOneKindMax = 8;  // findings with one id; further ones are not told
+constexpr double kClockOffsetMs = 1000;
+constexpr double kOpenSeconds = 10;  // until something may be expected of a link
+constexpr double kBreaks = 10;       // in this time, at most
+constexpr double kBreaksSeconds = 600;
+constexpr double kDroppedShare = 0.05;
+constexpr std::uint64_t kSharedMemoryBytes = 64ULL << 20;
+
+// The first that stands in the text; narrower ones come first.
+struct Sign {
+  std::string_view text;
+  std::string_view id;
+};
+
+constexpr auto kFailures = std::to_array<Sign>({
+    {"is connected to the relay there", "robot_not_at_relay"},
+    {"cannot be resolved", "host_unknown"},
+    {"connection refused", "port_closed"},
+    {"is not in tls.pin", "certificate_pin"},
+    {"this is not the server of the invitation", "certificate_pin"},
+    {"certificate has expired", "certificate_expired"},
+    {"certificate is not valid yet", "clock_or_certificate_early"},
+    {"certificate is not for", "certificate_name"},
+    {"is from an unknown authority", "certificate_foreign"},
+    {"wants a client certificate", "client_certificate"},
+    {"showed no certificate", "client_certificate"},
+    {"does not trust the authority of our certificate", "client_certificate"},
+    {"client's certificate is refused", "client_certificate"},
+    {"certificate is refused", "certificate_foreign"},
+    {"does not speak TLS on this port", "tls_to_plain_port"},
+    {"plain HTTP on a TLS port", "plain_to_tls_port"},
+    {"is it a TLS port", "plain_to_tls_port"},
+    {"it wants a login", "proxy_login"},
+    {"it refuses this login", "proxy_login"},
+    {"it refuses CONNECT", "proxy_refuses"},
+    {"is not an HTTP proxy", "proxy_refuses"},
+    {"HTTP 404", "path_wrong"},
+    {"HTTP 511", "captive_portal"},
+    {"HTTP 502", "proxy_without_server"},
+    {"HTTP 503", "proxy_without_server"},
+    {"HTTP 504", "proxy_without_server"},
+    {"HTTP 400", "proxy_without_upgrade"},
+    {"HTTP 426", "proxy_without_upgrade"},
+    {"HTTP 501", "proxy_without_upgrade"},
+    {"HTTP 5", "proxy_without_server"},
+    {"HTTP 2", "captive_portal"},
+    {"HTTP 3", "captive_portal"},
+    {"HTTP 4", "proxy_without_upgrade"},
+    {"the answer to the WebSocket handshake is too large", "captive_portal"},
+    {"but not the subprotocol", "not_this_program"},
+    {"is not an HTTP server", "not_this_program"},
+    {"the answer to the WebSocket handshake is wrong", "not_this_program"},
+    {"login refused", "login_refused"},
+    {"login_refused", "login_refused"},
+    {"could not be judged", "login_not_judged"},
+    {"login_not_judged", "login_not_judged"},
+    {"too_many_connections", "too_many_connections"},
+    {"too many links", "too_many_connections"},
+    {"too many connections", "too_many_connections"},
+    {"revoked", "login_withdrawn"},
+    {"withdrawn", "login_withdrawn"},
+    {"expired", "login_expired"},
+    {"the peer is this process", "dialed_itself"},
+    {"same_side", "dialed_itself"},
+    {"protocol version", "version"},
+    {"(version)", "version"},
+    {"nothing heard from the peer", "link_silent"},
+    {"no answer", "no_answer"},
+    {"timed out", "no_answer"},
+    {"unreachable", "no_answer"},
+    {"No route", "no_answer"},
+    {"ended the connection", "not_this_program"},
+    {"reset the connection", "not_this_program"},
+});
+
+// What begins with ^ stands at the beginning: a key.
+constexpr auto kProblems = std::to_array<Sign>({
+    {"expected a known parameter", "key_unknown"},
+    {"has expired", "certificate_expired"},
+    {"does not belong to the certificate", "certificate_files"},
+    {"is not a PEM", "certificate_files"},
+    {"has no PEM", "certificate_files"},
+    {"belongs to the user", "file_distrusted"},
+    {"may change", "file_distrusted"},
+    {"may read", "file_distrusted"},
+    {"^tls.", "certificate_files"},
+    {"^auth.token", "token_missing"},
+    {"cannot be read", "file_unreadable"},
+    {"cannot read", "file_unreadable"},
+    {"does not exist", "file_unreadable"},
+    {"No such file", "file_unreadable"},
+    {"^prefix", "prefix_wrong"},
+    {"^remap", "prefix_wrong"},
+    {"^url", "url_wrong"},
+    {"^rule", "rule_wrong"},
+});
+
+template <std::size_t N>
+std::string_view sign_in(const std::array<Sign, N>& signs, std::string_view text,
+                         std::string_view otherwise) {
+  for (const Sign& sign : signs)
+    if (sign.text.starts_with('^') ? text.starts_with(sign.text.substr(1))
+                                   : text.find(sign.text) != std::string_view::npos)
+      return sign.id;
+  return otherwise;
+}
+
+// ---- a status
+
+// Of a name that is missing. Most reasons are findings.
+std::string_view missing_for(const std::string& reason, const std::string& why) {
+  if (reason == "type_unknown") return "type_not_installed";
+  if (reason == "lost") return "lost_in_middleware";
+  const Finding* const same = finding_of(reason);
+  if (reason != "declined") return same ? same->id : "declined";
+  if (why.find("definition") != std::string::npos || why.find("hash") != std::string::npos)
+    return "definitions_differ";
+  if (why.find("install") != std::string::npos) return "type_not_installed";
+  if (why.find("no rule") != std::string::npos) return "not_taken";
+  if (why.find("type") != std::string::npos) return "other_type";
+  return "declined";
+}
+
+class Doctor {
+ public:
+  void side(const Json& status);
+  std::vector<Found> take() { return std::move(found_); }
+
+ private:
+  void add(std::string_view id, std::string subject = {}, std::string detail = {});
+  void link(const Json& link, double running_seconds);
+  void missing(const Json& link);
+  void topic(const Json& link, const Json& topic);
+  void thin(const Json& link);
+
+  std::map<std::string_view, std::size_t> counts_;
+  std::vector<Found> found_;
+};
+
+void Doctor::add(std::string_view id, std::string subject, std::string detail) {
+  if (++counts_[id] <= kOfOneKindMax) found_.push_back({id, std::move(subject), std::move(detail)});
+}
+
+void Doctor::missing(const Json& link) {
+  for (const Json& name : part_of(link, "missing")) {
+    const std::string text = text_in(name, "text");
+    add(missing_for(text_in(name, "reason"), text), text_in(name, "name"), text);
+  }
+}
+
+void Doctor::topic(const Json& link, const Json& topic) {
+  const std::string name = text_in(topic, "topic");
+  const bool exported = text_in(topic, "direction") == "export";
+  const Json& dropped = part_of(topic, "dropped");
+  const double messages = number_in(topic, "messages");
+  const auto many = [&](const char* reason) {
+    const double count = number_in(dropped, reason);
+    return count > 0 && count >= kDroppedShare * (messages + count);
+  };
+  const auto counted = [&](const char* reason) {
+    return fmt::format("{} {:.0f} of {:.0f}", reason, number_in(dropped, reason),
+                       messages + number_in(dropped, reason));
+  };
+  if (many("rate")) add("drops_rate", name, counted("rate"));
+  if (many("too_large")) add("drops_too_large", name, counted("too_large"));
+  if (many("memory")) add("drops_memory", name, counted("memory"));
+  if (many("max_age")) {
+    const double offset = number_in(part_of(link, "clock"), "offset_ms");
+    if (std::abs(offset) >= kClockOffsetMs)
+      add("clocks_differ", name, fmt::format("by {:.1f} s", offset / 1e3));
+    else
+      add("drops_max_age", name, counted("max_age"));
+  }
+  if (!exported) return;
+  const bool demanded = is_set(topic, "demanded");
+  if (demanded && messages == 0 && number_in(topic, "origins") > 0 && dropped.empty() &&
+      number_in(topic, "queued") == 0 && number_in(link, "open_seconds") >= kOpenSeconds)
+    add("nothing_arrives", name);
+  if (!demanded && text_in(topic, "declined").empty()) add("no_listener", name);
+}
+
+// Which topic is the heaviest of those that lose messages to a thin link.
+void Doctor::thin(const Json& link) {
+  const Json* heaviest = nullptr;
+  for (const Json& topic : part_of(link, "topics")) {
+    const Json& dropped = part_of(topic, "dropped");
+    const double lost = number_in(dropped, "newer_available") + number_in(dropped, "queue_time") +
+                        number_in(dropped, "queue_bytes");
+    if (lost == 0 || lost < kDroppedShare * (lost + number_in(topic, "messages"))) continue;
+    if (!heaviest || number_in(topic, "wire_bytes") > number_in(*heaviest, "wire_bytes"))
+      heaviest = &topic;
+  }
+  if (!heaviest) return;
+  add("link_too_thin", text_in(*heaviest, "topic"),
+      fmt::format("it is the heaviest: {:.1f} MB so far; the path carries {:.0f} kB/s",
+                  number_in(*heaviest, "wire_bytes") / 1e6,
+                  number_in(link, "rate_bytes_per_second") / 1e3));
+}
+
+void Doctor::link(const Json& link, double running_seconds) {
+  const std::string who =
+      fmt::format("link {:.0f} to {}", number_in(link, "link"), text_in(link, "node"));
+  const double connects = number_in(link, "connects");
+  if (connects > kBreaks && running_seconds < connects * kBreaksSeconds)
+    add("link_breaks", who, fmt::format("connected {:.0f} times", connects));
+  if (!is_set(link, "open")) return;
+  if (number_in(link, "path_queue_ms") >= kQueueMsWorthTelling)
+    add("path_full", who, fmt::format("{:.1f} s", number_in(link, "path_queue_ms") / 1e3));
+  missing(link);
+  thin(link);
+  bool exports = false;
+  for (const Json& one : part_of(link, "topics")) {
+    topic(link, one);
+    exports = exports || text_in(one, "direction") == "export";
+  }
+  for (const Json& service : part_of(link, "services"))
+    exports = exports || text_in(service, "direction") == "export";
+  for (const Json& name : part_of(link, "missing"))
+    exports = exports || text_in(name, "direction") == "export";
+  if (!exports && number_in(link, "open_seconds") >= kOpenSeconds) add("nothing_here", who);
+}
+
+void Doctor::side(const Json& status) {
+  const bool is_client = text_in(status, "role") == "client";
+  const Json& links = part_of(status, "links");
+  const bool open = std::any_of(links.begin(), links.end(),
+                                [](const Json& link) { return is_set(link, "open"); });
+  const auto now = moment_in(status, "time"), since = moment_in(status, "started");
+  if (!open && is_client) {
+    const std::string failure = text_in(status, "last_failure");
+    add("not_linked", {}, failure);
+    if (!failure.empty()) {
+      Found why = diagnose_failure(failure);
+      add(why.id, std::move(why.subject), std::move(why.detail));
+    }
+  }
+  if (!open && !is_client) add("nobody_linked");
+  if (const double wrong = number_in(part_of(status, "strangers"), "wrong_logins"); wrong > 0)
+    add("wrong_logins", {}, fmt::format("{:.0f} times", wrong));
+  if (const double lag = number_in(status, "loop_lag_ms"); lag >= kLagMsWorthTelling)
+    add("loop_slow", {}, fmt::format("{:.0f} ms", lag));
+  const double used = number_in(status, "memory_max_used_bytes");
+  if (used > 0 && used >= kMemoryShareWorthTelling * number_in(status, "memory_max_bytes"))
+    add("memory_full", {}, fmt::format("{:.0f} MB", used / 1e6));
+  if (const std::string problem = text_in(part_of(status, "audit"), "problem"); !problem.empty())
+    add("audit_fails", {}, problem);
+  if (const auto end = moment_in(status, "certificate_valid_until"); end && now) {
+    const std::string until = text_in(status, "certificate_valid_until");
+    constexpr double kDay = 86'400;
+    if (*end <= *now)
+      add("certificate_expired", {}, "on " + until);
+    else if (*end - *now < kCertificateDaysWorthTelling * kDay)
+      add("certificate_ends_soon", {}, "on " + until);
+  }
+  for (const Json& one : links) link(one, now && since ? *now - *since : 0);
+}
+
+std::string value_of(const ProcessFacts& process, const char* name, const char* otherwise) {
+  const auto found = process.variables.find(name);
+  return found == process.variables.end() || found->second.empty() ? otherwise : found->second;
+}
+
+}  // namespace
+
+Found diagnose_failure(const std::string& failure) {
+  return {sign_in(kFailures, failure, "link_fails"), {}, to_text(failure, kTextBytes)};
+}
+
+Found diagnose_problem(const std::string& problem) {
+  return {sign_in(kProblems, problem, "file_wrong"), {}, to_text(problem, kTextBytes)};
+}
+
+std::vector<Found> diagnose_config(const Config& config) {
+  std::vector<Found> found;
+  bool opens = false;
+  for (const Rule& rule : config.policy.rules()) {
+    for (const auto* patterns : {&rule.export_topics, &rule.import_topics, &rule.export_services,
+                                 &rule.import_services, &rule.export_actions, &rule.import_actions,
+                                 &rule.export_parameters, &rule.import_parameters})
+      opens = opens || !patterns->empty();
+    if (rule.treatment.max_age == kForever) continue;
+    for (const auto* patterns : {&rule.export_topics, &rule.import_topics})
+      for (const Pattern& pattern : *patterns)
+        for (const char* latched : {"/tf_static", "/map", "/robot_description"})
+          if (pattern.text() == latched)
+            found.push_back({"max_age_and_latched", rule.name, latched});
+  }
+  if (!opens) found.push_back({"rule_allows_nothing", {}, {}});
+  return found;
+}
+
+std::vector<Found> diagnose_status(const Json& status) {
+  if (text_in(status, "role") == "relay") return {};  // it has neither rules nor a graph
+  Doctor doctor;
+  doctor.side(status);
+  return doctor.take();
+}
+
+std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFacts& shell) {
+  std::vector<Found> found;
+  const auto compare = [&](std::string_view id, const char* name, const char* otherwise) {
+    const std::string there = value_of(side, name, otherwise);
+    const std::string here = value_of(shell, name, otherwise);
+    if (there != here)
+      found.push_back({id, name,
+                       fmt::format("{} there, {} here", to_text(there, kTextBytes),
+                                   to_text(here, kTextBytes))});
+  };
+  compare("domain_differs", "ROS_DOMAIN_ID", "0");
+  compare("rmw_differs", "RMW_IMPLEMENTATION", "the default");
+  compare("discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET");
+  compare("discovery_range", "ROS_LOCALHOST_ONLY", "0");
+  for (const auto* process : {&side, &shell})
+    if (value_of(*process, "ROS_AUTOMATIC_DISCOVERY_RANGE", "") == "OFF") {
+      found.push_back({"discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF: nobody is found"});
+      break;
+    }
+  if (side.user != shell.user)
+    found.push_back({"user_differs", {}, fmt::format("{} there, {} here", side.user, shell.user)});
+  return found;
+}
+
+std::vector<Found> diagnose_machine(const MachineFacts& machine) {
+  std::vector<Found> found;
+  if (machine.shared_memory_free_bytes < kSharedMemoryBytes)
+    found.push_back({"shared_memory_small", "/dev/shm",
+                     fmt::format("{:.0f} MB are free",
+                                 static_cast<double>(machine.shared_memory_free_bytes) / 1e6)});
+  if (!machine.congestion_controls.empty() &&
+      machine.congestion_controls.find("bbr") == std::string::npos)
+    found.push_back({"no_bbr", {}, "allowed are " + machine.congestion_controls});
+  return found;
+}
+
+}  // namespace connect_bridge

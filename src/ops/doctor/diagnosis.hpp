@@ -1,0 +1,39 @@
+// From what is seen to its cause: for `ctl doctor`. Pure functions of values.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/config.hpp"
+#include "core/base/json.hpp"
+#include "ops/doctor/findings.hpp"
+
+namespace connect_bridge {
+
+// Why a client has no link: what its dial, or the server's close, said.
+[[nodiscard]] Found diagnose_failure(const std::string& failure);
+// A line that says what is wrong with a parameter file.
+[[nodiscard]] Found diagnose_problem(const std::string& problem);
+// What is odd in a valid file.
+[[nodiscard]] std::vector<Found> diagnose_config(const Config& config);
+// A running side, by its status (docs/status.md). Of a relay there is nothing to say.
+[[nodiscard]] std::vector<Found> diagnose_status(const Json& status);
+
+// What counts of the environment of a process, by name; and its user.
+struct ProcessFacts {
+  std::map<std::string, std::string> variables;
+  unsigned user = 0;
+};
+// A running side, and the shell in which its operator stands.
+[[nodiscard]] std::vector<Found> diagnose_processes(const ProcessFacts& side,
+                                                    const ProcessFacts& shell);
+
+struct MachineFacts {
+  std::string congestion_controls;             // that are allowed, with blanks between them
+  std::uint64_t shared_memory_free_bytes = 0;  // of /dev/shm
+};
+[[nodiscard]] std::vector<Found> diagnose_machine(const MachineFacts& machine);
+
+}  // namespace connect_bridge

@@ -1,0 +1,129 @@
+#include "ops/doctor/diagnostics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/base/cdr.hpp"
+#include "ops/doctor/diagnosis.hpp"
+#include "ops/doctor/worth_telling.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Level = Diagnostic::Level;
+
+constexpr Stamp kDay = 24 * 3600 * kStampSecond;
+constexpr Stamp kLoginDays = 7;
+
+// What ended the last connection has addresses in it: of it the kind of cause alone.
+std::string cause_of(const std::string& failure) {
+  const Finding* const finding =
+      failure.empty() ? nullptr : finding_of(diagnose_failure(failure).id);
+  return finding == nullptr ? "" : ": " + std::string(finding->cause);
+}
+
+std::string shown_value(const OrderedJson& value) {
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+// Lists are none of them; what is within another member is named with a dot.
+void add_values(Diagnostic& to, const OrderedJson& facts, const std::string& before = {}) {
+  for (const auto& [name, value] : facts.items()) {
+    if (value.is_object()) {
+      add_values(to, value, before + name + ".");
+    } else if (!value.is_array()) {
+      to.values.emplace_back(before + name, shown_value(value));
+    }
+  }
+}
+
+void add_end(Diagnostic& to, const char* what, Stamp end, Stamp days_worth_telling, Stamp now) {
+  const Stamp days = (end - now) / kDay;
+  to.values.emplace_back(fmt::format("{}_valid_days", what), std::to_string(days));
+  if (end <= now) {
+    to.add(Level::kError, fmt::format("the {} has ended", what));
+  } else if (days < days_worth_telling) {
+    to.add(Level::kWarn, fmt::format("the {} ends in {} days", what, days));
+  }
+}
+
+// The node without the namespace's first slash, as updaters write it.
+std::string named_at(const StatusPicture& picture, const std::string& what) {
+  const std::string& node = picture.run.node;
+  return node.substr(node.starts_with('/') ? 1 : 0) + ": " + what;
+}
+
+Diagnostic of_side(const StatusPicture& picture, Stamp now) {
+  const RunStatus& run = picture.run;
+  const Status& side = picture.side;
+  Diagnostic made{Level::kOk, named_at(picture, "bridge"), {}, {}};
+  OrderedJson facts = facts_of(picture, Names::kHidden);
+  facts.erase("last_failure");
+  add_values(made, facts);
+  if (run.loop_lag_ms > kLagMsWorthTelling)
+    made.add(Level::kWarn, fmt::format("this process was held up for {:.0f} ms", run.loop_lag_ms));
+  const auto used = static_cast<double>(side.shared_bytes);
+  if (used > kMemoryShareWorthTelling * static_cast<double>(side.shared_bytes_max))
+    made.add(Level::kWarn, "the memory that peers may use is nearly full (memory_max)");
+  if (run.audit && !run.audit->problem.empty())
+    made.add(Level::kError, "the audit log cannot be written: " + run.audit->problem);
+  if (run.certificate_end != 0)
+    add_end(made, "certificate", run.certificate_end, kCertificateDaysWorthTelling, now);
+  const auto& links = side.links;
+  const bool linked =
+      std::any_of(links.begin(), links.end(), [](const LinkStatus& link) { return link.open; });
+  if (run.role == Role::kClient && !linked)
+    made.add(Level::kError, "no link to the server" + cause_of(side.last_failure));
+  if (made.message.empty()) made.message = "runs";
+  return made;
+}
+
+Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, Stamp now) {
+  const std::string place = std::to_string(picture.places.of(link));
+  Diagnostic made{Level::kOk, named_at(picture, "link " + place), {}, {}};
+  OrderedJson facts = facts_of(link, Names::kHidden);
+  facts.erase("peer");
+  facts.erase("identity");
+  add_values(made, facts);
+  if (link.login_end != 0) add_end(made, "login", link.login_end, kLoginDays, now);
+  if (!link.open) {
+    made.add(Level::kWarn, "lost, may return");
+  } else if (const double queue_ms = milliseconds_of(link.path_queue);
+             queue_ms > kQueueMsWorthTelling) {
+    made.add(Level::kWarn, fmt::format("packets wait {:.1f} s on the path", queue_ms / 1e3));
+  }
+  if (made.message.empty()) made.message = "open";
+  return made;
+}
+
+}  // namespace
+
+void Diagnostic::add(Level worse, const std::string& text) {
+  level = std::max(level, worse);
+  message += (message.empty() ? "" : "; ") + text;
+}
+
+std::vector<Diagnostic> diagnostics_of(const StatusPicture& picture, Stamp now) {
+  std::vector<Diagnostic> all{of_side(picture, now)};
+  for (const LinkStatus& link : picture.side.links) all.push_back(of_link(picture, link, now));
+  return all;
+}
+
+Payload diagnostic_array(const std::vector<Diagnostic>& all, const std::string& hardware_id,
+                         Stamp now) {
+  CdrWriter to;
+  to.u32(static_cast<std::uint32_t>(now / kStampSecond));
+  to.u32(static_cast<std::uint32_t>(now % kStampSecond));
+  to.string("");  // frame_id
+  to.u32(static_cast<std::uint32_t>(all.size()));
+  for (const Diagnostic& one : all) {
+    to.u8(static_cast<std::uint8_t>(one.level)).string(one.name).string(one.message);
+    to.string(hardware_id).u32(static_cast<std::uint32_t>(one.values.size()));
+    for (const auto& [key, value] : one.values) to.string(key).string(value);
+  }
+  return to.take();
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,233 @@
+#include "ops/doctor/findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "core/base/json.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr bool kHint = true;
+constexpr bool kFault = false;
+
+constexpr Finding kFindings[] = {
+    // ---- the way to the server
+    {"host_unknown", kFault, "the name of the server cannot be resolved",
+     "check the host in `url`, and the name server of this network"},
+    {"port_closed", kFault, "nobody listens at this address and port",
+     "start the server; check the port in `url` against `listen.port` (9090 by default)"},
+    {"no_answer", kFault, "nothing answers at this address",
+     "check the address and the firewall: one TCP port must be open at the server"},
+    {"path_wrong", kFault, "an HTTP server answers, and has nothing at this path",
+     "check the path in `url` against the configuration of the proxy"},
+    {"proxy_without_server", kFault, "a proxy answers, and has no server behind it",
+     "start the server; check where the proxy forwards to"},
+    {"proxy_without_upgrade", kFault,
+     "a proxy or web server does not pass on the WebSocket upgrade",
+     "let it forward `Upgrade` and `Connection` by HTTP/1.1 (docs/proxies.md)"},
+    {"captive_portal", kFault,
+     "a page answers in place of the server: a captive portal or web site",
+     "log in to this network with a browser; check `url`"},
+    {"proxy_login", kFault, "the HTTP proxy wants another login", "set `http_proxy_login`"},
+    {"proxy_refuses", kFault, "the HTTP proxy does not connect to this server",
+     "have the proxy allow it, or set `http_proxy` to another one, or to none"},
+    {"clock_or_certificate_early", kFault, "the server's certificate is not valid yet",
+     "set this machine's clock; else the server's certificate was made with a wrong clock"},
+    {"certificate_expired", kFault, "a certificate has expired",
+     "make another one (`ctl certs`), or renew it; check the clock of this machine"},
+    {"certificate_ends_soon", kHint, "the certificate in use ends soon",
+     "renew it; a running side takes the new files by itself"},
+    {"certificate_foreign", kFault, "the server's certificate is of an authority unknown here",
+     "set `tls.ca` to the authority's file, or `tls.pin`"},
+    {"certificate_name", kFault, "the server's certificate is for another name",
+     "dial a name that is in it, or set `tls.pin`"},
+    {"certificate_pin", kFault, "the server has another key than the one that is pinned",
+     "pair again; or, if the key was changed on purpose, add its pin to `tls.pin`"},
+    {"certificate_files", kFault, "certificate and private key do not fit, or cannot be read",
+     "name the files that belong together in `tls.certificate` and `tls.private_key`"},
+    {"client_certificate", kFault, "the server wants a certificate of the client, or another one",
+     "set `tls.certificate` and `tls.private_key` to files of the authority in the server's "
+     "`tls.ca`"},
+    {"tls_to_plain_port", kFault, "the server does not speak TLS at this port",
+     "dial ws:// instead of wss://, or give the server a certificate"},
+    {"plain_to_tls_port", kFault, "the server speaks TLS at this port",
+     "dial wss:// instead of ws://"},
+    {"not_this_program", kFault, "what answers there is no ROS2 Connect server",
+     "check host and port; rosbridge has the same default port"},
+    {"robot_not_at_relay", kFault, "the relay has no such robot now",
+     "check the robot's name in `url`, and the robot's own connection to the relay"},
+    {"version", kFault, "the two programs speak other versions of the protocol",
+     "install the same version at both sides"},
+    {"login_refused", kFault, "the server refuses the login",
+     "check the token: is its entry in the server's token file, has it expired (`ctl token`)?"},
+    {"login_not_tried", kHint, "the way to the server is fine; no login was tried",
+     "--token-file FILE, or CONNECT_BRIDGE_TOKEN, tries it"},
+    {"login_expired", kFault, "the login has ended: the token or certificate has expired",
+     "make a new one (`ctl token`, `ctl certs`)"},
+    {"login_withdrawn", kFault, "the credential was withdrawn at the server",
+     "make a new one (`ctl token`)"},
+    {"login_not_judged", kFault, "the server's login method gives no answer",
+     "look at the server's log: its keys or its login service are not reachable"},
+    {"too_many_connections", kFault, "the server has no place for this login",
+     "end other connections, or raise `connections_max`, of which one identity has half"},
+    {"dialed_itself", kFault, "the client has reached its own process", "check `url`"},
+    {"link_silent", kFault, "the path is silent for longer than `dead_after`",
+     "look at the network; a larger `dead_after` helps where silences are usual"},
+    {"link_fails", kFault, "the link does not come up", "look at the log of both sides"},
+
+    // ---- a parameter file
+    {"file_unreadable", kFault, "a file cannot be read",
+     "check its name, and whether this user may read it"},
+    {"token_missing", kFault, "there is no usable token",
+     "make one (`ctl token`) and name its file in `auth.token_file`"},
+    {"file_distrusted", kFault, "other users of this machine may change or read a file that counts",
+     "chmod it, or keep it elsewhere"},
+    {"prefix_wrong", kFault, "the prefix or a remapped name is no name",
+     "write it as /robot1, with letters, digits and _"},
+    {"url_wrong", kFault, "the URL is none", "write it as wss://robot.example:9090"},
+    {"key_unknown", kFault, "a parameter does not exist", "correct its name (docs/config.md)"},
+    {"rule_wrong", kFault, "a rule is wrong", "correct it (docs/config.md, \"Rules\")"},
+    {"file_wrong", kFault, "a parameter is wrong", "correct it (docs/config.md)"},
+    {"rule_allows_nothing", kHint, "there is no rule that lets anything cross",
+     "write a rule with what is to cross (docs/config.md, \"Rules\")"},
+    {"max_age_and_latched", kHint,
+     "a rule with `max_age` has a latched topic: late subscribers get nothing",
+     "no `max_age` on rules with /tf_static, /map or /robot_description"},
+
+    // ---- a running side
+    {"nobody_runs", kFault, "no server or client of this user runs here",
+     "start it; of another user or machine, give the address of its status"},
+    {"not_linked", kFault, "the client has no link", "see the other findings, and the log"},
+    {"nobody_linked", kHint, "nobody is linked with this server",
+     "start a client; `ctl doctor FILE` there says what is in its way"},
+    {"wrong_logins", kHint, "somebody came with a wrong login",
+     "look at the server's log; make a token for who is to come (`ctl token`)"},
+    {"no_rule", kHint, "no rule of this side allows a name that a node here uses",
+     "add the name to a rule of this side"},
+    {"other_peer", kHint, "a rule of this side allows it, and not to this peer",
+     "add the peer's identity or group to the rule, or log in as another one"},
+    {"denied", kHint, "a rule of this side denies it", "change `deny` of this rule"},
+    {"rule_type", kFault, "the rule of this side is for another type",
+     "use the type of the rule (Twist is not TwistStamped), or change `types`"},
+    {"not_taken", kFault, "the rules of the peer do not let it in, for this login or this type",
+     "change the rules at the other side"},
+    {"not_given", kFault, "the rules of the peer do not let it out, for this login or this type",
+     "change the rules at the other side"},
+    {"other_type", kFault, "it has another type at the other side",
+     "use the same type at both sides"},
+    {"not_there", kHint, "nobody publishes or serves it at the other side",
+     "start that node; does it use the same name, domain and prefix?"},
+    {"type_not_installed", kFault, "the type is not installed where it has to be",
+     "install the package there, or source its workspace before the bridge starts"},
+    {"definitions_differ", kFault, "the type has another definition at the other side",
+     "use the same version of the package at both sides, or `allow_type_mismatch`"},
+    {"declined", kFault, "the importing side cannot take it", "its reason says why"},
+    {"qos", kFault, "a subscriber requests a quality of service that no publisher offers",
+     "change the QoS of the subscriber or the publisher, or `qos` in the rule"},
+    {"lost_in_middleware", kFault,
+     "messages are lost in the middleware before the bridge gets them: the publisher's shared "
+     "memory is too small for them",
+     "give the publishing node config/fastdds_large_data.xml (docs/troubles.md, \"Large images\")"},
+    {"nothing_arrives", kHint,
+     "it has a publisher and is demanded, and no message has reached the bridge yet",
+     "if it publishes: run the bridge as the user of the nodes (Fast DDS's shared memory), or with "
+     "FASTDDS_BUILTIN_TRANSPORTS=UDPv4"},
+    {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
+     "subscribe there"},
+    {"drops_rate", kHint, "a rule's `max_rate` or `max_bytes_per_second` drops messages",
+     "raise it, if all of them are to arrive"},
+    {"drops_max_age", kFault, "messages are older than a rule's `max_age`",
+     "raise it; send less, if the link is full"},
+    {"clocks_differ", kFault,
+     "the clocks of the machines differ, and the age of messages is counted by them",
+     "synchronize both clocks (chrony), or take `max_age` away"},
+    {"drops_too_large", kFault, "messages are larger than a side takes",
+     "raise `max_message_size` at both sides"},
+    {"link_too_thin", kFault, "more is published than the link carries",
+     "`max_rate` or `keep: newest` in the rule, a smaller picture, or `compression`"},
+    {"drops_memory", kFault, "a peer's share of `memory_max` is used up",
+     "raise `memory_max`, or send less"},
+    {"memory_full", kFault, "`memory_max` is nearly used up", "raise it, or send less"},
+    {"path_full", kFault, "data waits on the path: all of it is late",
+     "send less; look for what else fills this path (docs/proxies.md)"},
+    {"loop_slow", kFault, "the bridge's loop stands still for too long",
+     "look for what else uses the processor; large messages cost it, too"},
+    {"link_breaks", kHint, "the link breaks often", "look at the network and `dead_after`"},
+    {"audit_fails", kFault, "the audit log cannot be written", "free its disk, or change its file"},
+    {"nothing_here", kHint,
+     "this side exports nothing: no node here publishes or serves what a rule names",
+     "is the bridge in the domain (ROS_DOMAIN_ID), discovery range and RMW of the nodes?"},
+
+    // ---- this machine
+    {"domain_differs", kFault, "the bridge is in another ROS_DOMAIN_ID than this shell",
+     "start both with the same one"},
+    {"rmw_differs", kFault, "the bridge has another RMW_IMPLEMENTATION than this shell",
+     "start both with the same one"},
+    {"rmw_missing", kFault,
+     "the RMW that RMW_IMPLEMENTATION names is not installed: no program of ROS starts",
+     "install its package (ros-$ROS_DISTRO-rmw-cyclonedds-cpp for rmw_cyclonedds_cpp) and source "
+     "ROS again; or unset RMW_IMPLEMENTATION"},
+    {"discovery_range", kFault, "the discovery range keeps nodes and bridge apart",
+     "the same ROS_AUTOMATIC_DISCOVERY_RANGE (and ROS_LOCALHOST_ONLY) for both, and not OFF"},
+    {"user_differs", kHint, "the bridge runs as another user than this shell",
+     "run it as the user of the nodes: Fast DDS's shared memory delivers nothing between users"},
+    {"shared_memory_small", kHint, "there is little shared memory: large messages may vanish",
+     "free /dev/shm; in Docker --shm-size=1g"},
+    {"no_bbr", kHint, "this host does not allow bbr: on paths that lose packets little arrives",
+     "sysctl -w net.ipv4.tcp_allowed_congestion_control=\"reno cubic bbr\""},
+};
+
+}  // namespace
+
+std::span<const Finding> all_findings() {
+  return kFindings;
+}
+
+const Finding* finding_of(std::string_view id) {
+  const auto found = std::find_if(std::begin(kFindings), std::end(kFindings),
+                                  [&](const Finding& finding) { return finding.id == id; });
+  return found == std::end(kFindings) ? nullptr : &*found;
+}
+
+std::string report_text(const std::vector<Found>& found) {
+  if (found.empty()) return "nothing is wrong, as far as can be seen from here\n";
+  std::string text;
+  for (const bool hints : {false, true})
+    for (const Found& one : found) {
+      const Finding* finding = finding_of(one.id);
+      if (!finding || finding->is_hint != hints) continue;
+      text += fmt::format("{}{}{}\n", finding->is_hint ? "hint: " : "",
+                          one.subject.empty() ? "" : one.subject + ": ", finding->cause);
+      if (!one.detail.empty()) text += "  seen: " + one.detail + "\n";
+      text += fmt::format("  do:   {}   [{}]\n", finding->cure, finding->id);
+    }
+  return text;
+}
+
+std::string report_json(const std::vector<Found>& found) {
+  OrderedJson findings = OrderedJson::array();
+  for (const Found& one : found) {
+    const Finding* finding = finding_of(one.id);
+    if (!finding) continue;
+    findings.push_back({{"id", finding->id},
+                        {"hint", finding->is_hint},
+                        {"subject", one.subject},
+                        {"detail", one.detail},
+                        {"cause", finding->cause},
+                        {"cure", finding->cure}});
+  }
+  const OrderedJson report = {{"findings", findings}};
+  return report.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+bool has_fault(const std::vector<Found>& found) {
+  return std::any_of(found.begin(), found.end(), [](const Found& one) {
+    const Finding* finding = finding_of(one.id);
+    return finding && !finding->is_hint;
+  });
+}
+
+}  // namespace connect_bridge

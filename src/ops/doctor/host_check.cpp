@@ -1,0 +1,135 @@
+#include "ops/doctor/host_check.hpp"
+
+#include <fmt/format.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iterator>
+#include <utility>
+
+#include "access/login/file_trust.hpp"
+#include "net/tls/certificate_end.hpp"
+#include "net/tcp/system_now.hpp"
+#include "net/tls/tls.hpp"
+
+namespace connect_bridge {
+namespace {
+
+bool is_readable(const std::string& file) {
+  return !file.empty() && ::access(file.c_str(), R_OK) == 0;
+}
+
+std::string name_of_user(uid_t user) {
+  const passwd* const entry = ::getpwuid(user);
+  return entry == nullptr ? std::to_string(user) : entry->pw_name;
+}
+
+// The first part of the path that this user may not use.
+std::string why_not_permitted(const std::filesystem::path& path) {
+  std::filesystem::path part;
+  for (auto name = path.begin(); name != path.end(); ++name) {
+    part /= *name;
+    const bool is_last = std::next(name) == path.end();
+    if (::access(part.c_str(), is_last ? R_OK : X_OK) == 0) continue;
+    std::string text = (is_last ? "" : "the folder ") + part.string() +
+                       " is not permitted for user " + name_of_user(::getuid());
+    struct stat found {};
+    if (::stat(part.c_str(), &found) != 0) return text;
+    return fmt::format("{}: it belongs to {} (mode {:04o})", text, name_of_user(found.st_uid),
+                       found.st_mode & 07777U);
+  }
+  return {};
+}
+
+// In the words of a program's log.
+void check_end(asio::ssl::context& own, HostFindings& findings) {
+  Now now;
+  now.system = system_now();
+  CertificateEnd end = end_of_certificate(own);
+  if (auto line = end.take_line(now))
+    (end.is_over(now.system) ? findings.ended : findings.warnings).push_back(std::move(*line));
+}
+
+// The certificate and the authorities one after the other, so that both are reported.
+void check_tls(const ParameterMap& given, HostFindings& findings) {
+  const std::string certificate = string_at(given, "tls.certificate");
+  const std::string key = string_at(given, "tls.private_key");
+  const std::string authorities = string_at(given, "tls.ca");
+  std::string problem;
+  if (is_readable(certificate) && is_readable(key)) {
+    if (const TlsContext own = make_server_tls({certificate, key}, problem))
+      check_end(*own, findings);
+    else
+      findings.problems.push_back("tls: " + problem);
+  }
+  if (is_readable(authorities) && !make_client_tls({.ca_file = authorities}, problem))
+    findings.problems.push_back("tls: " + problem);
+}
+
+// Why no file can be made in the folder of this one; empty: one can.
+std::string folder_problem(const std::string& file) {
+  const auto slash = file.rfind('/');
+  std::string folder = slash == std::string::npos ? "." : file.substr(0, slash);
+  if (folder.empty()) folder = "/";
+  struct stat found {};
+  if (::stat(folder.c_str(), &found) != 0)
+    return "the folder " + folder + ": " + std::strerror(errno);
+  if (!S_ISDIR(found.st_mode)) return folder + " is not a folder";
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return "the folder " + folder + ": " + std::strerror(errno);
+  return {};
+}
+
+// As AuditFile::open() has it, without making the file.
+std::string audit_problem(const std::string& file) {
+  struct stat found {};
+  if (::lstat(file.c_str(), &found) != 0) return folder_problem(file);
+  if (!S_ISREG(found.st_mode)) return "it is not a regular file";
+  if (::access(file.c_str(), W_OK) != 0) return std::strerror(errno);
+  const uid_t user = ::geteuid();
+  return user != 0 && user != found.st_uid ? "it belongs to another user" : "";
+}
+
+void note(std::vector<std::string>& list, const char* key, const std::string& file,
+          const std::string& why) {
+  if (!why.empty()) list.push_back(std::string(key) + ": cannot write " + file + ": " + why);
+}
+
+}  // namespace
+
+std::string why_unreadable(const std::string& file) {
+  if (is_readable(file)) return {};
+  const int error = errno;
+  const std::filesystem::path path = std::filesystem::absolute(file);
+  if (error == EACCES) return why_not_permitted(path);
+  if (error != ENOENT && error != ENOTDIR) return path.string() + ": " + std::strerror(error);
+  const bool is_relative = std::filesystem::path(file).is_relative();
+  return path.string() + " is missing" +
+         (is_relative ? " (a relative path begins in the folder where the program was started)"
+                      : "");
+}
+
+std::string who_may_change_rules(const Config& config, const std::vector<std::string>& files) {
+  if (!config.auth.strict_modes) return {};
+  for (const auto& file : files)
+    if (const std::string why = who_else_may_change(file); !why.empty())
+      return "the parameter file " + file + ": " + why + "; or strict_modes: false";
+  return {};
+}
+
+HostFindings check_host(const ParameterMap& given) {
+  HostFindings findings;
+  check_tls(given, findings);
+  if (const std::string file = string_at(given, "audit.file"); !file.empty())
+    note(findings.problems, "audit.file", file, audit_problem(file));
+  // It is replaced by a new file, so that its folder decides. Without it the bridge runs on.
+  if (const std::string file = string_at(given, "status_file"); !file.empty())
+    note(findings.warnings, "status_file", file, folder_problem(file));
+  return findings;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,73 @@
+// The status of a side as JSON, for the status file and for who asks (docs/status.md).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/json.hpp"
+#include "core/ports/net_options.hpp"
+#include "core/ports/status.hpp"
+#include "net/websocket/network.hpp"
+#include "ros/entities/counters.hpp"
+#include "ops/audit/audit_log.hpp"
+
+namespace connect_bridge {
+
+// What the run layer adds to the core's status.
+struct RunStatus {
+  std::string time;     // when it was so (RFC 3339)
+  bool running = true;  // false: it has ended
+  std::string node;
+  Role role = Role::kServer;
+  double loop_lag_ms = 0;  // longest delay of the loop in the last second
+  ros::GatewayCounters ros = {};
+  NetworkCounts network = {};
+  Traffic traffic = {};                        // since the start
+  std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
+  std::string version = {};
+  std::string started = {};   // RFC 3339
+  Stamp certificate_end = 0;  // 0: this side shows none that ends
+};
+
+// A small number for each link that there is, for names that must not come without end.
+// The lowest that is free is given: those of links that have ended serve again.
+class LinkPlaces {
+ public:
+  // The links that there are now.
+  void follow(const std::vector<LinkStatus>& links);
+  // From 1 on; of a link of the last follow().
+  [[nodiscard]] std::size_t of(const LinkStatus& link) const;
+
+ private:
+  std::vector<std::uint64_t> places_;  // the number of the link there; 0: free
+};
+
+// The status of a side at one moment; nobody changes it.
+struct StatusPicture {
+  Status side;
+  RunStatus run;
+  LinkPlaces places = {};  // of its links
+};
+
+// The version of what to_json() writes. It changes when a member is removed or changes its meaning.
+inline constexpr int kStatusSchema = 1;
+
+[[nodiscard]] inline double milliseconds_of(Duration time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+
+// Whether it says who the people on the links are.
+enum class Names : std::uint8_t { kShown, kHidden };
+
+// The members of the side, and of one link, without what is in lists of their own.
+[[nodiscard]] OrderedJson facts_of(const StatusPicture& picture, Names names);
+[[nodiscard]] OrderedJson facts_of(const LinkStatus& link, Names names);
+
+// For people with line ends, else in one line.
+std::string to_json(const StatusPicture& picture, Names names = Names::kShown,
+                    bool in_lines = true);
+
+}  // namespace connect_bridge

@@ -1,0 +1,342 @@
+// Injected faults, each with the finding that `ctl doctor` has of it.
+#include "ops/doctor/diagnosis.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+
+#include "config/document.hpp"
+#include "unit/config/yaml_parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+std::vector<std::string> ids_of(const std::vector<Found>& found) {
+  std::vector<std::string> ids;
+  for (const auto& one : found) ids.emplace_back(one.id);
+  return ids;
+}
+
+TEST(Findings, EachHasAnIdACauseAndACure) {
+  std::set<std::string_view> ids;
+  for (const Finding& finding : all_findings()) {
+    EXPECT_TRUE(ids.insert(finding.id).second) << finding.id;
+    EXPECT_FALSE(finding.cause.empty() || finding.cure.empty()) << finding.id;
+    EXPECT_EQ(finding_of(finding.id), &finding);
+  }
+  EXPECT_EQ(finding_of("wombat"), nullptr);
+}
+
+TEST(Findings, CuresNameKeysThatExist) {
+  const std::regex key("`([a-z_]+[.][a-z_.]+)`");
+  const std::string tables = config_tables();
+  for (const Finding& finding : all_findings()) {
+    const std::string cure(finding.cure);
+    for (std::sregex_iterator it(cure.begin(), cure.end(), key), end; it != end; ++it)
+      EXPECT_THAT(tables, HasSubstr((*it)[1].str() + "`")) << finding.id;
+  }
+}
+
+// ---- the link: what the client says of it (e2e/test_doctor.py has the real ones)
+
+struct FailureCase {
+  const char* id;
+  const char* said;
+};
+
+class DoctorFailure : public testing::TestWithParam<FailureCase> {};
+
+TEST_P(DoctorFailure, IsRecognised) {
+  const Found found = diagnose_failure(GetParam().said);
+  EXPECT_EQ(found.id, GetParam().id);
+  EXPECT_EQ(found.detail, GetParam().said);
+  EXPECT_NE(finding_of(found.id), nullptr);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, DoctorFailure,
+    testing::Values(
+        FailureCase{"host_unknown", "ws://robt:9090/: the name 'robt' cannot be resolved: Host"},
+        FailureCase{"port_closed", "ws://h:1/: connection refused (nobody listens there)"},
+        FailureCase{"no_answer", "ws://h:1/: no answer in time (TCP connect)"},
+        FailureCase{"path_wrong", "ws://h:1/x: HTTP 404 Not Found"},
+        FailureCase{"proxy_without_server", "wss://h:1/: HTTP 502 Bad Gateway"},
+        FailureCase{"proxy_without_upgrade", "ws://h:1/: HTTP 400 Bad Request"},
+        FailureCase{"proxy_without_upgrade", "ws://h:1/: HTTP 426 Upgrade Required"},
+        FailureCase{"captive_portal", "ws://h:1/: HTTP 302 Found"},
+        FailureCase{"captive_portal", "ws://h:1/: HTTP 200 OK: <html>"},
+        FailureCase{"captive_portal", "ws://h:1/: HTTP 511 Network Authentication Required"},
+        FailureCase{"proxy_login", "ws://h:1/ by the proxy p:3128: it wants a login (http_proxy_l"},
+        FailureCase{"proxy_refuses", "ws://h:1/ by the proxy p:3128: it refuses CONNECT with HTTP"},
+        FailureCase{"clock_or_certificate_early",
+                    "wss://h:1/: TLS: the server's certificate is not valid yet (is this"},
+        FailureCase{"certificate_expired", "wss://h:1/: TLS: the server's certificate has expired"},
+        FailureCase{"certificate_foreign",
+                    "wss://h:1/: TLS: the server's certificate is from an unknown authority (x"},
+        FailureCase{"certificate_name",
+                    "wss://h:1/: TLS: the server's certificate is not for 'h' (dial a name"},
+        FailureCase{"certificate_pin",
+                    "TLS: the server's public key has the pin x, which is not in tls.pin"},
+        FailureCase{"client_certificate", "TLS: the server wants a client certificate"},
+        FailureCase{"tls_to_plain_port", "the other end does not speak TLS on this port (ws://"},
+        FailureCase{"plain_to_tls_port",
+                    "what answers there is not an HTTP server (x); is it a "
+                    "TLS port (wss://)?"},
+        FailureCase{"not_this_program",
+                    "the server there speaks WebSocket, but not the "
+                    "subprotocol ros2-connect.v1"},
+        FailureCase{"robot_not_at_relay", "TLS: no 'robot1' is connected to the relay there"},
+        FailureCase{"version", "no common protocol version (version)"},
+        FailureCase{"login_refused", "login refused"},
+        FailureCase{"login_expired", "the login has expired"},
+        FailureCase{"login_withdrawn", "the credential was withdrawn"},
+        FailureCase{"login_not_judged", "the login could not be judged, try again later"},
+        FailureCase{"too_many_connections", "too many links (too_many_connections)"},
+        FailureCase{"dialed_itself", "the peer is this process"},
+        FailureCase{"link_silent", "nothing heard from the peer"},
+        FailureCase{"link_fails", "something else"}));
+
+// ---- a file
+
+struct FileCase {
+  const char* id;
+  Role role;
+  const char* yaml;
+};
+
+class DoctorFile : public testing::TestWithParam<FileCase> {};
+
+TEST_P(DoctorFile, IsRecognised) {
+  const Parsed parsed = parse_config(yaml(GetParam().yaml), GetParam().role, {});
+  std::vector<std::string> ids;
+  for (const auto& problem : parsed.problems)
+    ids.emplace_back(diagnose_problem(to_text(problem)).id);
+  EXPECT_THAT(ids, Contains(GetParam().id));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, DoctorFile,
+    testing::Values(FileCase{"key_unknown", Role::kServer, "listen: {prot: 1}"},
+                    FileCase{"url_wrong", Role::kClient, "url: 'http://robot'"},
+                    FileCase{"prefix_wrong", Role::kServer, "prefix: '/a b'"},
+                    FileCase{"rule_wrong", Role::kServer,
+                             "{rules: [a], rule: {a: {import_topics: ['not a name']}}}"},
+                    FileCase{"certificate_files", Role::kServer, "tls: {certificate: a}"},
+                    FileCase{"token_missing", Role::kClient,
+                             "{url: 'ws://h', auth: {method: token}}"}));
+
+TEST(DoctorFileLines, OfFilesAndCertificates) {
+  EXPECT_EQ(diagnose_problem("the certificate 'a' has expired").id, "certificate_expired");
+  EXPECT_EQ(diagnose_problem("the private key 'k' does not belong to the certificate 'c'").id,
+            "certificate_files");
+  EXPECT_EQ(diagnose_problem("/etc/x.yaml cannot be read: Permission denied").id,
+            "file_unreadable");
+  EXPECT_EQ(diagnose_problem("anna may change /etc/x.yaml").id, "file_distrusted");
+  EXPECT_EQ(diagnose_problem("the parameter file x: x belongs to the user anna (chown it to ben); "
+                             "or strict_modes: false")
+                .id,
+            "file_distrusted");
+  EXPECT_EQ(diagnose_problem("dead_after: 0 is wrong, expected seconds").id, "file_wrong");
+}
+
+TEST(DoctorConfig, ARuleThatKeepsLatchedTopicsFromLateSubscribers) {
+  const Config config = config_of(
+      yaml("{auth: {method: none}, rules: [a], rule: {a: {export_topics: [/map], max_age: 1.0}}}"),
+      Role::kServer);
+  EXPECT_THAT(ids_of(diagnose_config(config)), ElementsAre("max_age_and_latched"));
+}
+
+// ---- a running side
+
+Json status_of(const std::string& text) {
+  Json status = Json::parse(R"({"schema": 1, "time": "2026-01-31T12:00:00.000Z",
+    "started": "2026-01-31T11:00:00.000Z", "role": "server", "loop_lag_ms": 1,
+    "memory_max_used_bytes": 1, "memory_max_bytes": 100, "strangers": {"wrong_logins": 0},
+    "links": []})");
+  status.merge_patch(Json::parse(text));
+  return status;
+}
+// A link that is well, with this in it.
+std::string link_with(const std::string& text) {
+  Json link = Json::parse(R"({"link": 1, "node": "/peer", "open": true, "open_seconds": 60,
+    "connects": 1, "path_queue_ms": 1, "rate_bytes_per_second": 1000, "missing": [],
+    "topics": [{"topic": "/well", "direction": "export", "demanded": true, "origins": 1,
+                "messages": 100, "queued": 0, "dropped": {}}], "services": []})");
+  link.merge_patch(Json::parse(text));
+  return R"({"links": [)" + link.dump() + "]}";
+}
+std::string topic_with(const std::string& text) {
+  Json topic = Json::parse(R"({"topic": "/t", "direction": "export", "demanded": true,
+    "origins": 1, "messages": 100, "queued": 0, "dropped": {}})");
+  topic.merge_patch(Json::parse(text));
+  return link_with(R"({"topics": [)" + topic.dump() + "]}");
+}
+std::string missing_for(const std::string& reason, const std::string& text = "") {
+  return link_with(R"({"missing": [{"kind": "topic", "name": "/t", "type": "p/msg/T",
+    "direction": "import", "reason": ")" +
+                   reason + R"(", "text": ")" + text + R"("}]})");
+}
+
+struct StatusCase {
+  const char* id;
+  std::string status;
+};
+
+class DoctorStatus : public testing::TestWithParam<StatusCase> {};
+
+TEST_P(DoctorStatus, IsRecognised) {
+  const auto found = diagnose_status(status_of(GetParam().status));
+  EXPECT_THAT(ids_of(found), Contains(GetParam().id));
+  for (const auto& one : found) EXPECT_NE(finding_of(one.id), nullptr) << one.id;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, DoctorStatus,
+    testing::Values(
+        StatusCase{"not_linked", R"({"role": "client"})"},
+        StatusCase{"port_closed", R"({"role": "client", "last_failure": "connection refused"})"},
+        StatusCase{"nobody_linked", "{}"},
+        StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
+        StatusCase{"loop_slow", R"({"loop_lag_ms": 700})"},
+        StatusCase{"memory_full", R"({"memory_max_used_bytes": 95})"},
+        StatusCase{"audit_fails", R"({"audit": {"problem": "disk full"}})"},
+        StatusCase{"certificate_expired",
+                   R"({"certificate_valid_until": "2026-01-31T11:59:00.000Z"})"},
+        StatusCase{"certificate_ends_soon",
+                   R"({"certificate_valid_until": "2026-02-03T00:00:00.000Z"})"},
+        StatusCase{"no_rule", missing_for("no_rule")},
+        StatusCase{"other_peer", missing_for("other_peer")},
+        StatusCase{"denied", missing_for("denied")},
+        StatusCase{"rule_type", missing_for("rule_type")},
+        StatusCase{"not_taken", missing_for("not_taken")},
+        StatusCase{"not_given", missing_for("not_given")},
+        StatusCase{"other_type", missing_for("other_type")},
+        StatusCase{"not_there", missing_for("not_there")},
+        StatusCase{"type_not_installed", missing_for("type_unknown")},
+        StatusCase{"type_not_installed",
+                   missing_for("declined", "the type is not known here: install the package p")},
+        StatusCase{"definitions_differ", missing_for("declined", "another definition of the type")},
+        StatusCase{"declined", missing_for("declined", "no room")},
+        StatusCase{"qos", missing_for("qos")},
+        StatusCase{"lost_in_middleware", missing_for("lost")},
+        StatusCase{"nothing_arrives", topic_with(R"({"messages": 0})")},
+        StatusCase{"no_listener", topic_with(R"({"demanded": false})")},
+        StatusCase{"drops_rate", topic_with(R"({"dropped": {"rate": 50}})")},
+        StatusCase{"drops_max_age", topic_with(R"({"dropped": {"max_age": 50}})")},
+        StatusCase{"drops_too_large", topic_with(R"({"dropped": {"too_large": 50}})")},
+        StatusCase{"drops_memory", topic_with(R"({"dropped": {"memory": 50}})")},
+        StatusCase{"link_too_thin", topic_with(R"({"dropped": {"newer_available": 50}})")},
+        StatusCase{"path_full", link_with(R"({"path_queue_ms": 2000})")},
+        StatusCase{"link_breaks", link_with(R"({"connects": 50})")},
+        StatusCase{"nothing_here", link_with(R"({"topics": []})")}));
+
+TEST(DoctorStatus, ASideThatIsWellHasNoFinding) {
+  EXPECT_THAT(ids_of(diagnose_status(status_of(link_with("{}")))), IsEmpty());
+  EXPECT_EQ(report_text({}), "nothing is wrong, as far as can be seen from here\n");
+  EXPECT_FALSE(has_fault({}));
+}
+
+// A rule that keeps names here, and a topic on which nothing happens, are as they are to be.
+TEST(DoctorStatus, WhatMayBeMeantIsNoFault) {
+  for (const char* reason : {"no_rule", "denied", "other_peer", "not_there"})
+    EXPECT_FALSE(has_fault(diagnose_status(status_of(missing_for(reason))))) << reason;
+  EXPECT_FALSE(has_fault(diagnose_status(status_of(topic_with(R"({"messages": 0})")))));
+}
+
+// Its socket is in the same folder.
+TEST(DoctorStatus, ARelayIsNoServer) {
+  EXPECT_THAT(diagnose_status(status_of(R"({"role": "relay", "robots": []})")), IsEmpty());
+}
+
+TEST(DoctorStatus, ClocksThatDifferExplainMaxAge) {
+  auto status = status_of(topic_with(R"({"dropped": {"max_age": 50}})"));
+  status["links"][0]["clock"] = {{"offset_ms", -4000}};
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("clocks_differ"));
+}
+
+TEST(DoctorStatus, TheHeaviestTopicOfAThinLinkIsNamed) {
+  auto status = status_of(topic_with(R"({"wire_bytes": 10, "dropped": {"queue_time": 50}})"));
+  auto image = status["links"][0]["topics"][0];
+  image["topic"] = "/image";
+  image["wire_bytes"] = 9'000'000;
+  status["links"][0]["topics"].push_back(image);
+  const auto found = diagnose_status(status);
+  ASSERT_THAT(ids_of(found), ElementsAre("link_too_thin"));
+  EXPECT_EQ(found[0].subject, "/image");
+  EXPECT_THAT(found[0].detail, HasSubstr("1 kB/s"));
+}
+
+TEST(DoctorStatus, ManyOfOneKindAreCut) {
+  auto status = status_of(topic_with(R"({"demanded": false})"));
+  auto& topics = status["links"][0]["topics"];
+  for (int i = 0; i < 300; ++i) topics.push_back(topics[0]);
+  EXPECT_EQ(diagnose_status(status).size(), 8U);
+}
+
+// Whatever answers may be another version, or no status at all.
+TEST(DoctorStatus, WhatIsNoStatusIsNoTrap) {
+  for (const char* text :
+       {"{}", "[]", "1", "null", R"({"links": 3})", R"({"links": [1, null, {"topics": [2]}]})",
+        R"({"links": [{"open": true, "topics": [{"dropped": []}], "missing": ["x"]}]})",
+        R"({"time": "yesterday", "certificate_valid_until": 5})"})
+    for (const auto& one : diagnose_status(Json::parse(text)))
+      EXPECT_NE(finding_of(one.id), nullptr);
+}
+
+// ---- processes and the machine
+
+TEST(DoctorProcesses, WhatKeepsNodesAndBridgeApart) {
+  const ProcessFacts plain{{}, 1000};
+  EXPECT_THAT(diagnose_processes(plain, plain), IsEmpty());
+  const auto differs = [&](const char* name, const char* value) {
+    return ids_of(diagnose_processes({{{name, value}}, 1000}, plain));
+  };
+  EXPECT_THAT(differs("ROS_DOMAIN_ID", "7"), ElementsAre("domain_differs"));
+  EXPECT_THAT(differs("ROS_DOMAIN_ID", "0"), IsEmpty()) << "the default";
+  EXPECT_THAT(differs("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp"), ElementsAre("rmw_differs"));
+  EXPECT_THAT(differs("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
+              ElementsAre("discovery_range"));
+  EXPECT_THAT(differs("ROS_LOCALHOST_ONLY", "1"), ElementsAre("discovery_range"));
+  EXPECT_THAT(ids_of(diagnose_processes({{{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}, 1000},
+                                        {{{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}, 1000})),
+              ElementsAre("discovery_range"));
+  EXPECT_THAT(ids_of(diagnose_processes({{}, 0}, plain)), ElementsAre("user_differs"));
+}
+
+TEST(DoctorMachine, SharedMemoryAndBbr) {
+  EXPECT_THAT(diagnose_machine({"reno cubic bbr", 1ULL << 30}), IsEmpty());
+  EXPECT_THAT(ids_of(diagnose_machine({"reno cubic", 1ULL << 30})), ElementsAre("no_bbr"));
+  EXPECT_THAT(ids_of(diagnose_machine({"", 1 << 20})), ElementsAre("shared_memory_small"));
+}
+
+// ---- the report
+
+TEST(DoctorReport, FaultsComeBeforeHintsWithCauseAndCure) {
+  const std::vector<Found> found{{"no_bbr", "", "reno"}, {"rule_type", "/t", "by the rule a"}};
+  const std::string text = report_text(found);
+  EXPECT_THAT(text,
+              HasSubstr("/t: the rule of this side is for another type\n  seen: by the rule a\n"));
+  EXPECT_LT(text.find("[rule_type]"), text.find("hint: "));
+  EXPECT_TRUE(has_fault(found));
+  EXPECT_FALSE(has_fault({{"no_bbr", "", ""}}));
+  const Json json = Json::parse(report_json(found));
+  ASSERT_EQ(json.at("findings").size(), 2U);
+  EXPECT_EQ(json["findings"][1]["id"], "rule_type");
+  EXPECT_EQ(json["findings"][1]["cure"], std::string(finding_of("rule_type")->cure));
+}
+
+TEST(DoctorReport, WhatAPeerNamesIsText) {
+  auto status = status_of(missing_for("denied", "\\u001b[31m"));
+  EXPECT_THAT(report_text(diagnose_status(status)), Not(HasSubstr("\x1b")));
+}
+
+}  // namespace
+}  // namespace connect_bridge

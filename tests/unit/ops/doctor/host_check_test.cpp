@@ -1,0 +1,145 @@
+// What only a look at the machine shows of a configuration.
+#include "ops/doctor/host_check.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "net/tls/authority.hpp"
+#include "unit/net/tls/certificates.hpp"
+#include "unit/scratch.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Files of two authorities.
+struct TwoAuthorities {
+  TwoAuthorities() {
+    for (const auto& name : {one, other}) {
+      CertificateOrder order;
+      order.folder = name;
+      order.hosts = {"robot"};
+      EXPECT_EQ(make_certificates(order).problem, "");
+    }
+  }
+  const std::string one = test::scratch_folder() + "one";
+  const std::string other = test::scratch_folder() + "other";
+};
+
+const TwoAuthorities& files() {
+  static const TwoAuthorities made;
+  return made;
+}
+
+TEST(HostCheck, TakesTlsFilesThatFit) {
+  const HostFindings found = check_host({{"tls.certificate", files().one + "/server.crt"},
+                                         {"tls.private_key", files().one + "/server.key"},
+                                         {"tls.ca", files().one + "/ca.crt"}});
+  EXPECT_THAT(found.problems, IsEmpty());
+  EXPECT_THAT(found.warnings, IsEmpty());
+}
+
+TEST(HostCheck, TellsEverythingAtOnce) {
+  const std::string nowhere = test::scratch_folder() + "nowhere/audit.jsonl";
+  const HostFindings found = check_host({{"tls.certificate", files().one + "/server.crt"},
+                                         {"tls.private_key", files().other + "/server.key"},
+                                         {"tls.ca", files().one + "/server.key"},
+                                         {"audit.file", nowhere},
+                                         {"status_file", nowhere}});
+  EXPECT_THAT(found.problems,
+              ElementsAre(HasSubstr("does not belong to the certificate"),
+                          HasSubstr("has no PEM certificate"),
+                          HasSubstr("audit.file: cannot write " + nowhere + ": the folder ")));
+  EXPECT_THAT(found.warnings, ElementsAre(HasSubstr("status_file: cannot write " + nowhere)));
+}
+
+TEST(HostCheck, GarbageIsNoCertificate) {
+  const std::string garbage = test::scratch_folder() + "garbage.crt";
+  std::ofstream(garbage) << "garbage\n";
+  EXPECT_THAT(
+      check_host({{"tls.certificate", garbage}, {"tls.private_key", files().one + "/server.key"}})
+          .problems,
+      ElementsAre(HasSubstr("is not a PEM certificate")));
+}
+
+TEST(HostCheck, TellsThatACertificateEndsOrHasEnded) {
+  test::Authority authority{test::scratch_folder() + "ending_"};
+  const auto found_with = [&](long days) {
+    const auto own = authority.sign("robot", "DNS:robot", -9, days);
+    return check_host({{"tls.certificate", own.certificate}, {"tls.private_key", own.key}});
+  };
+  const HostFindings soon = found_with(12);
+  EXPECT_THAT(soon.warnings,
+              ElementsAre(HasSubstr("TLS: the certificate of robot ends in 12 days, on ")));
+  EXPECT_THAT(soon.ended, IsEmpty());
+  const HostFindings over = found_with(-3);
+  EXPECT_THAT(over.ended,
+              ElementsAre(HasSubstr("TLS: the certificate of robot ended 3 days ago, on ")));
+  EXPECT_THAT(over.warnings, IsEmpty());
+  EXPECT_THAT(over.problems, IsEmpty()) << "a program starts with it";
+  const HostFindings later = found_with(300);
+  EXPECT_THAT(later.warnings, IsEmpty());
+  EXPECT_THAT(later.ended, IsEmpty());
+}
+
+// parse_config() tells it.
+TEST(HostCheck, LeavesFilesThatCannotBeReadToOthers) {
+  EXPECT_THAT(check_host({{"tls.certificate", std::string{"/nowhere"}},
+                          {"tls.ca", std::string{"/nowhere"}}})
+                  .problems,
+              IsEmpty());
+}
+
+TEST(HostCheck, MakesNoFile) {
+  const std::string audit = test::scratch_folder() + "host_check.jsonl";
+  EXPECT_THAT(check_host({{"audit.file", audit}, {"status_file", audit}}).problems, IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(audit));
+  const std::string folder = test::scratch_folder();
+  EXPECT_THAT(check_host({{"audit.file", folder.substr(0, folder.size() - 1)}}).problems,
+              ElementsAre(HasSubstr("it is not a regular file")));
+}
+
+TEST(HostCheck, SaysThatAFileIsMissingAndWhereItWasLookedFor) {
+  EXPECT_EQ(why_unreadable("/nowhere/token"), "/nowhere/token is missing");
+  EXPECT_EQ(why_unreadable("no.token"),
+            (std::filesystem::current_path() / "no.token").string() +
+                " is missing (a relative path begins in the folder where the program was started)");
+  const std::string file = test::scratch_folder() + "is_there";
+  std::ofstream(file) << "x";
+  EXPECT_EQ(why_unreadable(file), "");
+}
+
+// Root may read everything, so that a process without its rights looks.
+TEST(HostCheck, SaysWhomAFileBelongsToThatIsNotPermitted) {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("connect_host_check_" + std::to_string(::getpid()));
+  std::filesystem::create_directory(folder);
+  const std::string file = folder / "token";
+  std::ofstream(file) << "x";
+  ASSERT_EQ(::chmod(file.c_str(), 0), 0);
+  const auto look = [&] {
+    if (::getuid() == 0 && ::setuid(65534) != 0) std::exit(1);
+    std::fprintf(stderr, "%s", why_unreadable(file).c_str());
+    std::exit(0);
+  };
+  EXPECT_EXIT(look(), testing::ExitedWithCode(0),
+              "^/.*/token is not permitted for user .+: it belongs to .+ .mode 0000.");
+  ASSERT_EQ(::chmod(folder.c_str(), 0), 0);
+  EXPECT_EXIT(look(), testing::ExitedWithCode(0),
+              "^the folder /.* is not permitted for user .+: it belongs to .+ .mode 0000.");
+  ASSERT_EQ(::chmod(folder.c_str(), 0700), 0);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace connect_bridge

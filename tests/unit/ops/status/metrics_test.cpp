@@ -1,0 +1,138 @@
+#include "ops/status/metrics.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <iterator>
+#include <regex>
+
+#include "unit/source_text.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+
+TopicStatus topic(const std::string& name, std::uint64_t messages) {
+  TopicStatus made;
+  made.topic = name;
+  made.type = "p/msg/T";
+  made.messages = messages;
+  return made;
+}
+
+StatusPicture picture(std::vector<std::pair<std::uint64_t, std::vector<TopicStatus>>> links) {
+  StatusPicture made;
+  for (auto& [number, topics] : links) {
+    LinkStatus link;
+    link.number = number;
+    link.identity = "anna";
+    link.node = "/of_anna";
+    link.peer = "203.0.113.5:4";
+    link.topics = std::move(topics);
+    made.side.links.push_back(std::move(link));
+  }
+  made.places.follow(made.side.links);
+  return made;
+}
+
+TEST(Metrics, BothFormats) {
+  Metrics metrics;
+  StatusPicture one = picture({{7, {topic("/a", 3)}}});
+  one.side.links[0].topics[0].dropped.add(DropReason::kRate, 2);
+  one.side.links[0].topics[0].latency_ms = 12.5;
+  metrics.count(one);
+  EXPECT_THAT(metrics.text(true),
+              AllOf(HasSubstr("# TYPE connect_bridge_topic_messages counter\n"
+                              "connect_bridge_topic_messages_total{direction=\"import\",topic="
+                              "\"/a\"} 3\n"),
+                    HasSubstr("topic_dropped_total{direction=\"import\",topic=\"/a\",reason="
+                              "\"rate\"} 2\n"),
+                    HasSubstr("topic_age_seconds{direction=\"import\",topic=\"/a\"} 0.0125\n"),
+                    HasSubstr("connect_bridge_link_open{link=\"1\"} 0\n"), EndsWith("# EOF\n"),
+                    Not(HasSubstr("anna")), Not(HasSubstr("203.0"))));
+  EXPECT_THAT(metrics.text(false),
+              AllOf(HasSubstr("# TYPE connect_bridge_topic_messages_total counter\n"),
+                    Not(HasSubstr("# EOF"))));
+}
+
+// A link that ends, or counts anew, takes nothing away that was counted.
+TEST(Metrics, CountersOfATopicOnlyGrow) {
+  Metrics metrics;
+  const auto shown = [&] {
+    const std::string text = metrics.text(true);
+    const std::string before = "topic_messages_total{direction=\"import\",topic=\"/a\"} ";
+    const auto at = text.find(before) + before.size();
+    return text.substr(at, text.find('\n', at) - at);
+  };
+  metrics.count(picture({{7, {topic("/a", 3)}}, {8, {topic("/a", 4)}}}));
+  EXPECT_EQ(shown(), "7");
+  metrics.count(picture({{8, {topic("/a", 6)}}}));
+  EXPECT_EQ(shown(), "9");
+  metrics.count(picture({{8, {topic("/a", 1)}}, {9, {topic("/a", 1)}}}));
+  EXPECT_EQ(shown(), "11");
+}
+
+TEST(Metrics, APlaceServesAgain) {
+  Metrics metrics;
+  StatusPicture now = picture({{7, {}}, {8, {}}});
+  metrics.count(now);
+  now.side.links = picture({{8, {}}, {9, {}}}).side.links;
+  now.places.follow(now.side.links);
+  metrics.count(now);
+  EXPECT_THAT(metrics.text(true), AllOf(HasSubstr("link=\"1\""), HasSubstr("link=\"2\""),
+                                        Not(HasSubstr("link=\"3\""))));
+}
+
+TEST(Metrics, APeerCannotMakeSeriesWithoutEnd) {
+  Metrics metrics;
+  const auto lines = [&] {
+    const std::string text = metrics.text(true);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  for (std::size_t i = 0; i < Metrics::kNamesMax; ++i)
+    metrics.count(picture({{i + 1, {topic("/a" + std::to_string(i), 1)}}}));
+  metrics.count(picture({{1, {topic("/b", 1)}}}));
+  const auto before = lines();
+  for (std::size_t i = 0; i < 100; ++i)
+    metrics.count(picture({{i + 1, {topic("/more" + std::to_string(i), 1)}}}));
+  EXPECT_EQ(lines(), before);
+  EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"other\"} 101\n"));
+}
+
+TEST(Metrics, ANameIsNoMarkup) {
+  Metrics metrics;
+  metrics.count(picture({{1, {topic("/a\"} 1\nb{x=\"\\", 1)}}}));
+  EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\\\"} 1\\nb{x=\\\"\\\\\"} 1\n"));
+}
+
+// What config/ asks Prometheus for is there.
+TEST(Metrics, AlertsAndDashboardAskForWhatIsThere) {
+  StatusPicture all = picture({{1, {topic("/a", 1)}}});
+  LinkStatus& link = all.side.links[0];
+  link.clock.known = true;
+  link.topics[0].dropped.add(DropReason::kRate);
+  link.topics[0].latency_ms = 1;
+  link.topics[0].bytes = 1;
+  link.services.resize(1);
+  link.services[0].calls = link.services[0].lost = 1;
+  all.run.certificate_end = kStampSecond;
+  all.run.audit.emplace();
+  Metrics metrics;
+  metrics.count(all);
+  const std::string text = metrics.text(false);
+  const std::regex name("connect_bridge_[a-z_]+");
+  for (const char* file : {"config/alerts.yaml", "config/grafana_dashboard.json"}) {
+    const std::string asks = test::source_text(file);
+    const std::sregex_iterator begin(asks.begin(), asks.end(), name), end;
+    EXPECT_GE(std::distance(begin, end), 9) << file;
+    for (auto at = begin; at != end; ++at)
+      EXPECT_THAT(text, HasSubstr("# TYPE " + at->str() + " ")) << file;
+  }
+}
+
+}  // namespace
+}  // namespace connect_bridge
