@@ -113,7 +113,7 @@ around_asan = rm -rf "$(reports)"; mkdir "$(reports)"; passed=true; \
   tools/setup/asan_reports.sh "$(reports)" || passed=false; $$passed
 
 asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers; PART=n: only a tenth of the sources one by one
-	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client) $(ALSO)" $(asan_compile) -DCONNECT_SIM_SEEDS=$(SEEDS)
+	@$(in_env) TARGETS="$(or $(TARGETS),flow_tests core_tests unit_tests sim server client) $(ALSO)" $(asan_compile) -DCONNECT_SIM_SEEDS=$(SEEDS)
 	@tools/setup/syntax.py $(if $(PART),--part $$(($(PART) % 10))/10) "$(BUILD)-asan" src
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
 	@$(in_env) $(call around_asan,$(smoke) -j $(JOBS))
@@ -125,7 +125,7 @@ asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 12 minu
 # Neither core nor the simulator has threads.
 tsan: setup ## what has threads: unit tests but the core's, gateway tests and an end-to-end smoke under the thread sanitizer
 	@$(in_env) TARGETS="$(or $(TARGETS),unit_tests ros_tests server client)" $(call compile,$(BUILD)-tsan,-DCONNECT_SANITIZE=thread)
-	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros' -E '^core_tests' -j $(places)); $(call ctest,$(BUILD)-tsan,$(smoke) -j $(JOBS))
+	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros' -E '^(flow|core)_tests' -j $(places)); $(call ctest,$(BUILD)-tsan,$(smoke) -j $(JOBS))
 
 clang: setup ## build everything with the other compiler
 	@$(in_env) $(call compile,$(BUILD)-clang,$(clang_tools))

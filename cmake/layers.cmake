@@ -1,21 +1,25 @@
-# One static library per layer, from every source file in its folder; a layer without files is left out.
-# Arrows: apps -> run -> {ros, net, auth, config} -> core; apps -> {plugins, relay} -> {net, auth, config}.
+# Static libraries from the folders of src, which may use each other as the README of each folder says (tools/tidy checks it).
 
-# connect_layer(<name> [<library>...]): connect_<name> from src/<name>, which may use the given libraries.
-function(connect_layer name)
-  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/${name}/*.cpp"
-    "${CMAKE_CURRENT_SOURCE_DIR}/src/${name}/*/*.cpp")
+# connect_layer(<target> <folders> [<library>...]): connect_<target> from src/<folder> and the folders in it, for each of the
+# folders (a list in one argument); it may use the given libraries. A layer without files is left out.
+function(connect_layer target folders)
+  set(sources)
+  foreach(folder ${folders})
+    file(GLOB found CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/${folder}/*.cpp"
+      "${CMAKE_CURRENT_SOURCE_DIR}/src/${folder}/*/*.cpp")
+    list(APPEND sources ${found})
+  endforeach()
   if(sources)
     # Those that include Boost.Beast are compiled as one: it takes longer than all else in them.
     set(with_beast ${sources})
-    list(FILTER with_beast INCLUDE REGEX "/net/(accept|dial|network|socket|status_door|way)\\.cpp$")
+    list(FILTER with_beast INCLUDE REGEX "/net/[a-z]+/(accept|dial|network|socket|status_door|way)\\.cpp$")
     list(REMOVE_ITEM sources ${with_beast} "")
-    add_library(connect_${name} STATIC ${with_beast} ${sources})
-    target_link_libraries(connect_${name} PUBLIC connect_options ${ARGN})
+    add_library(connect_${target} STATIC ${with_beast} ${sources})
+    target_link_libraries(connect_${target} PUBLIC connect_options ${ARGN})
     # With the address sanitizer, code that is not optimized takes half the time to compile, but runs several times as long:
     # too long for what the simulator and the fuzzers run most.
-    if(CONNECT_SANITIZE MATCHES "address" AND name MATCHES "^(net|ros|run)$")
-      target_compile_options(connect_${name} PRIVATE -O0)
+    if(CONNECT_SANITIZE MATCHES "address" AND target MATCHES "^(net|ros|run|ops|pairing|ctl)$")
+      target_compile_options(connect_${target} PRIVATE -O0)
     endif()
   endif()
 endfunction()
@@ -49,18 +53,24 @@ target_compile_definitions(connect_boost INTERFACE BOOST_ERROR_CODE_HEADER_ONLY 
 
 # It wants another view of OpenSSL's headers.
 set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/base/sha256.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-connect_layer(core ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json fmt::fmt OpenSSL::Crypto)
-connect_layer(config connect_core yaml-cpp)
-connect_layer(auth connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
-if(TARGET connect_auth)
-  target_include_directories(connect_auth PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/include")
+# The flow of messages over one byte stream stands alone: it knows neither links nor ROS.
+connect_layer(flow "core/base;core/wire;core/compress;core/flow" ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json
+  fmt::fmt OpenSSL::Crypto)
+connect_layer(core "core/policy;core/ports;core/jobs;core/link;core/graph;core/offers;core/topics;core/services;core/side"
+  connect_flow)
+connect_layer(config config connect_core yaml-cpp)
+connect_layer(login access/login connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp
+  ${CMAKE_DL_LIBS})
+if(TARGET connect_login)
+  target_include_directories(connect_login PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/include")
 endif()
 # It includes <linux/tcp.h>, which does not go with the C library's header of that name.
-set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/net/traffic.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-connect_layer(net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
-connect_available(below connect_net connect_auth connect_config connect_core)
-connect_layer(plugins ${below} connect_boost)
-connect_layer(relay ${below} connect_boost)
+set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/net/tcp/traffic.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+connect_layer(net net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
+set(without_ros connect_net connect_login connect_config connect_core connect_flow)
+connect_available(below ${without_ros})
+connect_layer(plugins access/plugins ${below} connect_boost)
+connect_layer(relay relay ${below} connect_boost)
 
 # A login plugin is src/apps/auth_<method>.cpp: a library beside the programs, with its own copy of what it needs.
 set(plugins)
@@ -81,17 +91,23 @@ endif()
 
 if(CONNECT_ROS)
   include(ros)
-  connect_layer(ros connect_core connect_ros_packages Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
-  connect_available(below connect_ros connect_net connect_auth connect_config connect_core)
-  connect_layer(run ${below} connect_boost Threads::Threads)
-  connect_available(below connect_run ${below})
+  connect_layer(ros ros connect_core connect_ros_packages Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
+  connect_available(below connect_ros ${without_ros})
+  connect_layer(pairing access/pairing ${below})
+  connect_layer(ops ops ${below} connect_boost Threads::Threads)
+  connect_available(below connect_ops connect_pairing ${below})
+  connect_layer(run run ${below} connect_boost Threads::Threads)
+  connect_layer(ctl ctl connect_run ${below})
 
-  # A program is src/apps/<name>.cpp with all src/apps/<name>_*.cpp.
   foreach(app server client ctl)
     if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/src/apps/${app}.cpp")
-      file(GLOB parts CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/apps/${app}_*.cpp")
-      add_executable(${app} "src/apps/${app}.cpp" ${parts})
-      target_link_libraries(${app} PRIVATE ${below} connect_options)
+      set(own connect_run)
+      if(app STREQUAL "ctl")
+        set(own connect_ctl connect_run)
+      endif()
+      add_executable(${app} "src/apps/${app}.cpp")
+      connect_available(parts ${own} ${below})
+      target_link_libraries(${app} PRIVATE ${parts} connect_options)
     endif()
   endforeach()
 endif()

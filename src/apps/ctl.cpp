@@ -5,11 +5,11 @@
 #include <sstream>
 #include <string>
 
-#include "ctl/ctl_commands.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "ctl/check.hpp"
-#include "run/program.hpp"
+#include "ctl/ctl_commands.hpp"
+#include "run/exit_codes.hpp"
 
 namespace {
 

@@ -11,11 +11,12 @@
 #include "config/syntax.hpp"
 #include "core/ports/pin.hpp"
 #include "core/wire/text.hpp"
+#include "ops/doctor/host_check.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/missing_middleware.hpp"
 #include "run/assembly.hpp"
-#include "ops/doctor/host_check.hpp"
-#include "run/program.hpp"
+#include "run/exit_codes.hpp"
+#include "run/surroundings.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -15,18 +15,18 @@
 #include <string>
 #include <vector>
 
+#include "access/login/runtime_folder.hpp"
+#include "access/pairing/pairing_folder.hpp"
+#include "config/document.hpp"
+#include "config/key_search.hpp"
 #include "ctl/ctl_asked.hpp"
 #include "ctl/ctl_commands.hpp"
 #include "ctl/ctl_programs.hpp"
-#include "access/login/runtime_folder.hpp"
-#include "config/document.hpp"
-#include "config/key_search.hpp"
-#include "ros/parameters/parameter_file.hpp"
-#include "access/pairing/pairing_folder.hpp"
-#include "run/program.hpp"
 #include "ctl/scrub.hpp"
 #include "ctl/status_text.hpp"
 #include "ctl/system_facts.hpp"
+#include "ros/parameters/parameter_file.hpp"
+#include "run/exit_codes.hpp"
 
 namespace {
 

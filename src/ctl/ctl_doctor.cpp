@@ -11,19 +11,20 @@
 #include <utility>
 #include <vector>
 
+#include "access/login/runtime_folder.hpp"
+#include "config/syntax.hpp"
+#include "ctl/check.hpp"
 #include "ctl/ctl_asked.hpp"
 #include "ctl/ctl_commands.hpp"
 #include "ctl/ctl_programs.hpp"
-#include "access/login/runtime_folder.hpp"
-#include "config/syntax.hpp"
 #include "ros/rcl/missing_middleware.hpp"
 #include "run/assembly.hpp"
-#include "ctl/check.hpp"
 #include "ops/doctor/diagnosis.hpp"
 #include "ops/status/json_members.hpp"
 #include "ctl/probe.hpp"
-#include "run/program.hpp"
 #include "ctl/status_text.hpp"
+#include "run/exit_codes.hpp"
+#include "run/surroundings.hpp"
 
 namespace {
 

@@ -2,8 +2,8 @@
 #include <string>
 #include <tuple>
 
-#include "ctl/ctl_commands.hpp"
 #include "ctl/check.hpp"
+#include "ctl/ctl_commands.hpp"
 
 namespace {
 

@@ -7,15 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "ctl/ctl_commands.hpp"
+#include "access/pairing/pairing.hpp"
 #include "config/syntax.hpp"
 #include "core/policy/pattern.hpp"
-#include "run/assembly.hpp"
 #include "ctl/check.hpp"
-#include "ops/doctor/host_check.hpp"
-#include "access/pairing/pairing.hpp"
+#include "ctl/ctl_commands.hpp"
 #include "ctl/probe_report.hpp"
-#include "run/program.hpp"
+#include "ops/doctor/host_check.hpp"
+#include "run/assembly.hpp"
+#include "run/exit_codes.hpp"
+#include "run/surroundings.hpp"
 
 namespace {
 

@@ -8,13 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "ctl/ctl_asked.hpp"
-#include "ctl/ctl_commands.hpp"
 #include "access/login/runtime_folder.hpp"
 #include "config/syntax.hpp"
-#include "run/program.hpp"
 #include "ops/status/status_screen.hpp"
 #include "ctl/status_text.hpp"
+#include "core/base/json.hpp"
+#include "ctl/ctl_asked.hpp"
+#include "ctl/ctl_commands.hpp"
+#include "run/exit_codes.hpp"
 
 namespace {
 

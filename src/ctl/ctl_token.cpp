@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "ctl/ctl_commands.hpp"
 #include "access/login/names.hpp"
 #include "access/login/secret.hpp"
 #include "access/login/token_file.hpp"
 #include "access/login/token_table.hpp"
+#include "ctl/ctl_commands.hpp"
 #include "net/tcp/system_now.hpp"
 
 namespace {

@@ -12,7 +12,7 @@
 
 #include "core/side/side.hpp"
 #include "net/websocket/network.hpp"
-#include "run/bridge.hpp"
+#include "run/parts.hpp"
 #include "run/workers.hpp"
 
 namespace connect_bridge {

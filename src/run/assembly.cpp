@@ -14,9 +14,9 @@
 #include "net/tls/certified.hpp"
 #include "net/tcp/descriptors.hpp"
 #include "net/tcp/system_now.hpp"
-#include "ros/types/type_supports.hpp"
 #include "ops/doctor/host_check.hpp"
 #include "run/supervisor.hpp"
+#include "run/surroundings.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -40,13 +40,6 @@ SocketOptions socket_options(const Config& config) {
       std::chrono::duration_cast<std::chrono::milliseconds>(config.limits.dead_after);
   sockets.user_timeout = std::max(sockets.user_timeout, dead_after + std::chrono::seconds(5));
   return sockets;
-}
-
-Variable environment() {
-  return [](const char* name) {
-    const char* const value = std::getenv(name);
-    return std::string{value ? value : ""};
-  };
 }
 
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
@@ -148,19 +141,6 @@ std::string take_sockets(BridgeParts& parts) {
   PassedSockets passed = passed_sockets(getpid(), variable("LISTEN_PID"), variable("LISTEN_FDS"));
   parts.listen.sockets = std::move(passed.sockets);
   return passed.problem;
-}
-
-Surroundings surroundings() {
-  Surroundings s;
-  const char* token = std::getenv(kTokenVariable);
-  s.token_in_environment = token && *token;
-  s.variable = environment();
-  s.unreadable = why_unreadable;
-  s.distrusted = who_else_may_change;
-  s.installed = [types = std::make_shared<ros::TypeSupports>()](const std::string& type) {
-    return !std::holds_alternative<ros::Refusal>(types->message(type, ""));
-  };
-  return s;
 }
 
 void hide_environment() {

@@ -1,11 +1,11 @@
 // From a Config to the parts of a bridge: files and the environment are read here.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "run/bridge.hpp"
-#include "access/pairing/pairing.hpp"
+#include "run/parts.hpp"
 
 namespace connect_bridge {
 
@@ -22,9 +22,6 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
 // The sockets that systemd passes to this process, if the server listens on these. What is wrong,
 // or nothing.
 [[nodiscard]] std::string take_sockets(BridgeParts& parts);
-
-// The information about this machine that the configuration is checked against.
-Surroundings surroundings();
 
 // Overwrites the token in the environment, which core dumps and child processes would have.
 void hide_environment();

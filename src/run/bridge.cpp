@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "core/base/overloaded.hpp"
-#include "net/tls/certified.hpp"
 #include "net/tcp/system_now.hpp"
+#include "net/tls/certified.hpp"
 #include "ops/audit/audit_json.hpp"
 #include "ops/doctor/diagnostics.hpp"
-#include "run/program.hpp"
-#include "ops/status/status_json.hpp"
 #include "ops/doctor/worth_telling.hpp"
+#include "ops/status/status_json.hpp"
+#include "run/exit_codes.hpp"
 #include "version.hpp"
 
 namespace connect_bridge {

@@ -11,40 +11,26 @@
 
 #include "access/login/authenticator.hpp"
 #include "access/login/credential.hpp"
+#include "access/pairing/pairing.hpp"
 #include "config/config.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/side/side.hpp"
 #include "net/websocket/network.hpp"
-#include "ros/gateway.hpp"
 #include "ops/audit/audit_log.hpp"
+#include "ops/status/status_file.hpp"
+#include "ops/status/status_site.hpp"
+#include "ros/gateway.hpp"
 #include "run/heap.hpp"
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
 #include "run/loop.hpp"
 #include "run/loop_guard.hpp"
-#include "access/pairing/pairing.hpp"
+#include "run/parts.hpp"
 #include "run/signals.hpp"
-#include "ops/status/status_file.hpp"
-#include "ops/status/status_site.hpp"
 #include "run/supervisor.hpp"
 #include "run/workers.hpp"
 
 namespace connect_bridge {
-
-// The parts of a bridge; checked before anything is opened.
-struct BridgeParts {
-  Config config;
-  SideOptions side;
-  std::unique_ptr<Authenticator> authenticator;   // server
-  bool certificate_login = false;                 // server: in place of an authenticator
-  std::optional<CredentialFile> credential_file;  // client whose token is in a file
-  DialOptions dial;                               // client
-  std::optional<Joining> joining;                 // client that pairs
-  std::optional<PairingFolder> folder;            // of a pairing
-  ListenOptions listen;                           // server
-  SocketOptions sockets;
-  std::string notify_socket;  // of the supervisor; or empty
-};
 
 // Everything but the callbacks of the middleware, the workers and the login desk, which only post,
 // runs on the thread that calls run().

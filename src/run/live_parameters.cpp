@@ -10,13 +10,13 @@
 #include <utility>
 
 #include "access/login/secret.hpp"
+#include "access/pairing/pairing_folder.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_changes.hpp"
-#include "ros/parameters/parameter_file.hpp"
-#include "run/assembly.hpp"
 #include "ops/doctor/host_check.hpp"
-#include "access/pairing/pairing_folder.hpp"
+#include "ros/parameters/parameter_file.hpp"
+#include "run/surroundings.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "access/login/file_watch.hpp"
+#include "access/pairing/pairing_folder.hpp"
 #include "config/config.hpp"
 #include "core/ports/audit.hpp"
 #include "ros/node/node.hpp"
 #include "ros/services/parameter_server.hpp"
-#include "access/pairing/pairing_folder.hpp"
 
 namespace connect_bridge {
 

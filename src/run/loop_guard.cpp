@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "run/program.hpp"
+#include "run/exit_codes.hpp"
 #include "run/signals.hpp"
 
 namespace connect_bridge {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "access/login/names.hpp"
-#include "fuzz/stand_in.hpp"
 #include "access/plugins/https.hpp"
 #include "access/plugins/key_source.hpp"
 #include "access/plugins/service_login.hpp"
+#include "fuzz/stand_in.hpp"
 
 using namespace connect_bridge;
 

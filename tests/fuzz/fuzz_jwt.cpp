@@ -8,10 +8,10 @@
 #include <string>
 #include <string_view>
 
+#include "access/plugins/jwt_login.hpp"
 #include "core/base/base64.hpp"
 #include "core/base/check.hpp"
 #include "fuzz/slow.hpp"
-#include "access/plugins/jwt_login.hpp"
 
 using namespace connect_bridge;
 

@@ -49,9 +49,10 @@ set(OPENSSL_INCLUDE_DIR "$sysroot/usr/include")
 set(OPENSSL_SSL_LIBRARY "$sysroot/usr/lib/aarch64-linux-gnu/libssl.so")
 set(OPENSSL_CRYPTO_LIBRARY "$sysroot/usr/lib/aarch64-linux-gnu/libcrypto.so")
 CMAKE
-TARGETS="core_tests sim relay" "$root/tools/setup/build.sh" "$folder/build" -DCMAKE_TOOLCHAIN_FILE="$folder/toolchain.cmake" \
+TARGETS="flow_tests core_tests sim relay" "$root/tools/setup/build.sh" "$folder/build" -DCMAKE_TOOLCHAIN_FILE="$folder/toolchain.cmake" \
   -DCONNECT_ROS=OFF -DCONNECT_WERROR=OFF
 run=(qemu-aarch64-static -L /usr/aarch64-linux-gnu -E LD_LIBRARY_PATH="$sysroot/usr/lib/aarch64-linux-gnu")
+"${run[@]}" "$folder/build/flow_tests" --gtest_brief=1
 "${run[@]}" "$folder/build/core_tests" --gtest_brief=1
 "${run[@]}" "$folder/build/sim" --seeds "$seeds"
 "${run[@]}" "$folder/build/relay" --version

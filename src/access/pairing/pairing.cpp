@@ -10,15 +10,15 @@
 #include "access/login/secret.hpp"
 #include "access/login/token_file.hpp"
 #include "access/login/token_table.hpp"
+#include "access/pairing/pairing_folder.hpp"
+#include "access/pairing/pairing_rules.hpp"
 #include "config/key_search.hpp"
 #include "config/syntax.hpp"
 #include "core/base/close_code.hpp"
 #include "core/base/hex.hpp"
 #include "core/ports/url.hpp"
-#include "net/tls/authority.hpp"
 #include "net/tcp/own_address.hpp"
-#include "access/pairing/pairing_folder.hpp"
-#include "access/pairing/pairing_rules.hpp"
+#include "net/tls/authority.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "access/login/authenticator.hpp"
+#include "access/pairing/arguments.hpp"
+#include "access/pairing/pairing_folder.hpp"
 #include "config/invitation.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/parameter.hpp"
-#include "access/pairing/arguments.hpp"
-#include "access/pairing/pairing_folder.hpp"
 
 namespace connect_bridge {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "access/plugins/http.hpp"
 #include "core/ports/net_options.hpp"
 #include "net/tls/tls_files.hpp"
-#include "access/plugins/http.hpp"
 
 namespace connect_bridge {
 

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "access/login/names.hpp"
+#include "access/plugins/https.hpp"
 #include "config/syntax.hpp"
 #include "core/base/base64.hpp"
 #include "core/base/json.hpp"
-#include "access/plugins/https.hpp"
 
 namespace connect_bridge {
 namespace {

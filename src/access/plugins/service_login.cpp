@@ -4,9 +4,9 @@
 
 #include "access/login/names.hpp"
 #include "access/login/secret.hpp"
+#include "access/plugins/https.hpp"
 #include "config/syntax.hpp"
 #include "core/base/json.hpp"
-#include "access/plugins/https.hpp"
 
 namespace connect_bridge {
 namespace {

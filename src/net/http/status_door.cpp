@@ -11,8 +11,8 @@
 #include <boost/beast/http/span_body.hpp>
 #include <boost/beast/http/write.hpp>
 
-#include "net/tcp/proxy_header.hpp"
 #include "net/http/status_request.hpp"
+#include "net/tcp/proxy_header.hpp"
 #include "net/tcp/steady_now.hpp"
 #include "net/websocket/websocket.hpp"
 

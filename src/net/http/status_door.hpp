@@ -14,8 +14,8 @@
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/tcp/tcp_doors.hpp"
-#include "net/tls/tls_files.hpp"
 #include "net/tcp/transport.hpp"
+#include "net/tls/tls_files.hpp"
 
 namespace connect_bridge {
 

@@ -9,11 +9,11 @@
 
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
-#include "net/tls/openssl_owned.hpp"
 #include "net/relay/relay_wire.hpp"
 #include "net/tcp/route_watch.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/tcp/steady_now.hpp"
+#include "net/tls/openssl_owned.hpp"
 
 namespace connect_bridge {
 namespace {

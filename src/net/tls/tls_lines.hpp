@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "core/base/bytes.hpp"
-#include "net/tls/tls.hpp"
 #include "net/tcp/transport.hpp"
+#include "net/tls/tls.hpp"
 
 namespace connect_bridge {
 

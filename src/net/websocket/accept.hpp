@@ -8,8 +8,8 @@
 #include <string>
 
 #include "core/base/bytes.hpp"
-#include "net/websocket/listener.hpp"
 #include "net/tcp/transport.hpp"
+#include "net/websocket/listener.hpp"
 
 namespace connect_bridge {
 

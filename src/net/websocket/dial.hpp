@@ -8,8 +8,8 @@
 #include <string>
 
 #include "core/ports/net_options.hpp"
-#include "net/tls/tls.hpp"
 #include "net/tcp/transport.hpp"
+#include "net/tls/tls.hpp"
 #include "net/tls/way.hpp"
 
 namespace connect_bridge {

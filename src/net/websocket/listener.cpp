@@ -4,9 +4,9 @@
 
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
-#include "net/websocket/accept.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/tcp/steady_now.hpp"
+#include "net/websocket/accept.hpp"
 
 namespace connect_bridge {
 namespace {

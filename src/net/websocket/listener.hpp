@@ -16,13 +16,13 @@
 #include "core/base/turns.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
-#include "net/tcp/admission.hpp"
-#include "net/websocket/network.hpp"
-#include "net/tcp/proxy_header.hpp"
-#include "net/websocket/refusals.hpp"
 #include "net/relay/relay_door.hpp"
+#include "net/tcp/admission.hpp"
+#include "net/tcp/proxy_header.hpp"
 #include "net/tcp/tcp_doors.hpp"
 #include "net/tls/tls_files.hpp"
+#include "net/websocket/network_events.hpp"
+#include "net/websocket/refusals.hpp"
 
 namespace connect_bridge {
 

@@ -6,15 +6,15 @@
 #include <unordered_map>
 
 #include "core/base/log_limit.hpp"
-#include "net/tls/certified.hpp"
-#include "net/websocket/dial.hpp"
-#include "net/websocket/listener.hpp"
 #include "net/tcp/route.hpp"
 #include "net/tcp/route_watch.hpp"
-#include "net/websocket/socket.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/tcp/steady_now.hpp"
+#include "net/tls/certified.hpp"
 #include "net/tls/tls_files.hpp"
+#include "net/websocket/dial.hpp"
+#include "net/websocket/listener.hpp"
+#include "net/websocket/socket.hpp"
 #include "net/websocket/websocket.hpp"
 
 namespace connect_bridge {

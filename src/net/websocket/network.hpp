@@ -13,6 +13,7 @@
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/tcp/traffic.hpp"
+#include "net/websocket/network_events.hpp"
 
 namespace boost::asio {
 class io_context;
@@ -21,31 +22,6 @@ class io_context;
 namespace connect_bridge {
 
 struct Certified;  // net/tls/certified.hpp
-
-// Where the network's results go. `input` is called from the io_context only, never from inside a
-// call of Network; those about packets also from inside send(). All of Network may be called from
-// inside `input`.
-struct NetworkEvents {
-  // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
-  std::function<void(Input&&)> input;
-  // The next packet to send on a connection, or nullopt when there is none now; with what TCP
-  // repairs there.
-  std::function<std::optional<Packet>(ConnectionId, const Repairs&)> next_packet;
-  // A packet has come on a connection, and waits for read(); nothing else is read there meanwhile.
-  // May be empty: then it is delivered at once.
-  std::function<void(ConnectionId)> arrived;
-  // May be empty. Attempts of unknown clients are logged at kDebug.
-  std::function<void(Log&&)> log;
-};
-
-// What became of those who came to a listener, since the start.
-struct DoorCounts {
-  std::uint64_t accepted = 0;            // TCP connections taken
-  std::uint64_t refused = 0;             // by a limit, a failed handshake or a wrong request
-  std::uint64_t handshakes_dropped = 0;  // their address had begun too many
-  std::uint64_t handshakes_waited = 0;   // for their turn, since all together had begun too many
-  std::uint64_t gave_way = 0;            // without a login, to those that came later
-};
 
 struct NetworkCounts : DoorCounts {
   std::size_t pending = 0;  // in a handshake now

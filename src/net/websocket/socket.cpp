@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <span>
 
-#include "net/tls/certified.hpp"
 #include "net/tcp/route_watch.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/tcp/steady_now.hpp"
+#include "net/tls/certified.hpp"
 #include "net/tls/tls.hpp"
 #include "net/websocket/websocket.hpp"
 

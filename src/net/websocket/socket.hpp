@@ -12,11 +12,11 @@
 #include "core/flow/rate_limit.hpp"
 #include "net/tcp/admission.hpp"
 #include "net/tcp/congestion_choice.hpp"
+#include "net/tcp/repair_watch.hpp"
 #include "net/websocket/extra_frames.hpp"
 #include "net/websocket/gate.hpp"
-#include "net/websocket/network.hpp"
+#include "net/websocket/network_events.hpp"
 #include "net/websocket/receive_buffer.hpp"
-#include "net/tcp/repair_watch.hpp"
 
 namespace connect_bridge {
 

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/wire/text.hpp"
-#include "ops/status/json_members.hpp"
 #include "ops/doctor/worth_telling.hpp"
+#include "ops/status/json_members.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "access/login/file_trust.hpp"
-#include "net/tls/certificate_end.hpp"
 #include "net/tcp/system_now.hpp"
+#include "net/tls/certificate_end.hpp"
 #include "net/tls/tls.hpp"
 
 namespace connect_bridge {

@@ -11,8 +11,8 @@
 #include "core/ports/net_options.hpp"
 #include "core/ports/status.hpp"
 #include "net/websocket/network.hpp"
-#include "ros/entities/counters.hpp"
 #include "ops/audit/audit_log.hpp"
+#include "ros/entities/counters.hpp"
 
 namespace connect_bridge {
 

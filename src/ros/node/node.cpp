@@ -27,6 +27,7 @@
 #include "ros/node/own_endpoints.hpp"
 #include "ros/node/process_log.hpp"
 #include "ros/parameters/parameter_arguments.hpp"
+#include "ros/parameters/ros_arguments.hpp"
 #include "ros/rcl/cyclone_publishers.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/fastdds_profile.hpp"

@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "core/base/time.hpp"
 #include "core/ports/ports.hpp"
 #include "ros/parameters/parameter.hpp"
+#include "ros/rcl/ros_error.hpp"
 
 struct rcl_node_s;
 struct rcl_context_s;
@@ -23,13 +23,6 @@ namespace connect_bridge::ros {
 
 class OwnEndpoints;
 class PublisherIds;
-
-// Start-up failed: the arguments are wrong or the middleware does not start. Thrown by the
-// constructors of Node, Gateway and ParameterServer, and by nothing later.
-class RosError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 struct NodeFacts;
 

@@ -4,7 +4,7 @@
 
 #include <regex>
 
-#include "ros/node/node.hpp"
+#include "ros/rcl/ros_error.hpp"
 
 namespace connect_bridge::ros {
 

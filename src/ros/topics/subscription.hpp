@@ -9,8 +9,8 @@
 #include <string>
 
 #include "ros/entities/entity.hpp"
-#include "ros/entities/shared.hpp"
 #include "ros/entities/qos_event.hpp"
+#include "ros/entities/shared.hpp"
 
 namespace connect_bridge::ros {
 

@@ -4,10 +4,10 @@
 #include <fstream>
 
 #include "access/login/token_file.hpp"
-#include "config/config.hpp"
-#include "config/explain_right.hpp"
 #include "access/pairing/invitation_text.hpp"
 #include "access/pairing/pairing_folder.hpp"
+#include "config/config.hpp"
+#include "config/explain_right.hpp"
 #include "unit/access/pairing/pairing_start.hpp"
 
 namespace connect_bridge {

@@ -11,12 +11,12 @@
 #include <thread>
 
 #include "access/login/token_file.hpp"
+#include "access/pairing/invitation_text.hpp"
+#include "access/pairing/pairing_folder.hpp"
 #include "config/config.hpp"
 #include "config/explain_right.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
-#include "access/pairing/invitation_text.hpp"
-#include "access/pairing/pairing_folder.hpp"
 #include "unit/access/pairing/pairing_start.hpp"
 #include "unit/scratch.hpp"
 

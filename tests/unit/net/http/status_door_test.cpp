@@ -8,8 +8,8 @@
 #include <boost/asio/local/stream_protocol.hpp>
 
 #include "unit/net/tls/certificates.hpp"
-#include "unit/net/websocket/harness.hpp"
 #include "unit/net/tls/raw_tls.hpp"
+#include "unit/net/websocket/harness.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge::test {

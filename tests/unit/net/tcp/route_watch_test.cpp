@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "unit/net/websocket/harness.hpp"
 #include "unit/net/tcp/own_network.hpp"
+#include "unit/net/websocket/harness.hpp"
 
 namespace connect_bridge::test {
 namespace {

@@ -1,0 +1,15 @@
+// The exception of a start that fails.
+#pragma once
+
+#include <stdexcept>
+
+namespace connect_bridge::ros {
+
+// Start-up failed: the arguments are wrong or the middleware does not start. Thrown by the
+// constructors of Node, Gateway and ParameterServer, and by nothing later.
+class RosError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace connect_bridge::ros
