@@ -12,10 +12,10 @@
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/services/services.hpp"
 #include "ros/topics/diagnostics_topic.hpp"
-#include "ros/topics/mirror.hpp"
 #include "ros/topics/sample_check.hpp"
 #include "ros/topics/subscription.hpp"
 #include "ros/topics/time_source.hpp"
+#include "ros/topics/topic_mirror.hpp"
 
 namespace connect_bridge::ros {
 
@@ -83,7 +83,7 @@ class Gateway {
   const GatewayOptions options_;
   Shared shared_;
   Entities<Subscription> subscriptions_{shared_};
-  Entities<Mirror> mirrors_{shared_};
+  Entities<TopicMirror> mirrors_{shared_};
   Services services_{shared_, graph_};
   TimeSource time_{shared_};
   DiagnosticsTopic diagnostics_{shared_};

@@ -130,14 +130,14 @@ void CallCheck::on_taken(const Host& host, ServiceMirrorId mirror, RequestId req
     violated(text(which.caller, which.number) + " runs in circles: the mirror at " +
              describe(host) + " takes it from a bridge");
   }
-  Mirror& state = mirrors_[{host.index(), mirror}];
+  TopicMirror& state = mirrors_[{host.index(), mirror}];
   state.last = request;
   state.open[request] = OpenRequest{which, caller.id, ledger_.now()};
 }
 
 void CallCheck::on_send_response(const Host& host, const SendResponse& action,
                                  const EndpointSpec& mirror) {
-  Mirror& state = mirrors_[{host.index(), action.mirror}];
+  TopicMirror& state = mirrors_[{host.index(), action.mirror}];
   const auto it = state.open.find(action.request);
   const std::string where = describe(host) + " answers a request of " + mirror.topic;
   if (it == state.open.end()) {
@@ -164,7 +164,7 @@ void CallCheck::on_send_response(const Host& host, const SendResponse& action,
 }
 
 void CallCheck::on_request_dropped(const Host& host, const DropRequest& action) {
-  Mirror& state = mirrors_[{host.index(), action.mirror}];
+  TopicMirror& state = mirrors_[{host.index(), action.mirror}];
   if (state.gone.erase(action.request) + state.open.erase(action.request) == 0) {
     violated(describe(host) + " drops a request that is not open");
   }
@@ -172,7 +172,7 @@ void CallCheck::on_request_dropped(const Host& host, const DropRequest& action) 
 }
 
 void CallCheck::on_callers_gone(const Host& host, const CallersGone& input) {
-  Mirror& state = mirrors_[{host.index(), input.mirror}];
+  TopicMirror& state = mirrors_[{host.index(), input.mirror}];
   for (const RequestId gone : input.requests) {
     if (state.open.erase(gone) > 0) state.gone.insert(gone);
   }

@@ -100,7 +100,7 @@ class CallCheck {
     int caller = 0;  // who sent it: the call's caller, or a bridge
     TimePoint taken{};
   };
-  struct Mirror {
+  struct TopicMirror {
     std::map<RequestId, OpenRequest> open;
     std::set<RequestId> gone;  // their callers are; the side has still to drop them
     RequestId last;
@@ -129,8 +129,8 @@ class CallCheck {
   std::map<CallKey, Call> calls_;
   std::map<std::uint64_t, Execution> executions_;  // by their number
   std::uint64_t executed_ = 0;
-  std::map<std::pair<int, ServiceMirrorId>, Mirror> mirrors_;  // by host
-  std::map<std::pair<int, ServiceClientId>, Client> clients_;  // by host
+  std::map<std::pair<int, ServiceMirrorId>, TopicMirror> mirrors_;  // by host
+  std::map<std::pair<int, ServiceClientId>, Client> clients_;       // by host
 };
 
 }  // namespace connect_bridge::sim

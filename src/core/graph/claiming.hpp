@@ -24,7 +24,7 @@ inline constexpr Duration kServiceSettle = std::chrono::seconds(1);
 // Within this time a claim names a mirror that the graph shows.
 inline constexpr Duration kClaimNames = std::chrono::milliseconds(150);
 // The graph shows the node of a publisher within this time, or never. Shorter than its samples are
-// parked (core/topics/exported_topic.cpp).
+// parked (core/topics/local_topic.cpp).
 inline constexpr Duration kNodeNames = std::chrono::milliseconds(900);
 
 // Our claim of one origin or service. A value; single-threaded.

@@ -14,7 +14,7 @@ namespace connect_bridge {
 // A publisher may be another bridge's mirror under another node's name, and the graph may show it
 // before its bridge's claim names it. If it were exported until then, what it publishes would come
 // back to where it was published. So beside another bridge a publisher counts only a moment after
-// it was seen first; what it publishes meanwhile is parked (core/topics/exported_topic.hpp). Where
+// it was seen first; what it publishes meanwhile is parked (core/topics/local_topic.hpp). Where
 // ids show which process an endpoint belongs to, nothing waits.
 //
 // Single-threaded; owned by the side.

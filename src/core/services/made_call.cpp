@@ -1,7 +1,7 @@
 #include "core/services/made_call.hpp"
 
-#include "core/services/feed.hpp"
-#include "core/services/service_imports.hpp"
+#include "core/services/peer_service.hpp"
+#include "core/services/peer_services.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -12,18 +12,19 @@ constexpr std::uint64_t kDecodingBytesMax = 64 << 20;  // of answers of one peer
 
 }  // namespace
 
-MadeCall::MadeCall(Feed& feed, CallId id, RequestId request, std::uint64_t bytes, const Now& now)
-    : feed_(feed),
+MadeCall::MadeCall(PeerService& peer_service, CallId id, RequestId request, std::uint64_t bytes,
+                   const Now& now)
+    : peer_service_(peer_service),
       id_(id),
       request_(request),
-      call_(feed.load().calls.hold(1)),
-      request_bytes_(feed.load().request_bytes.hold(bytes)) {
+      call_(peer_service.load().calls.hold(1)),
+      request_bytes_(peer_service.load().request_bytes.hold(bytes)) {
   message_.subject = id;
   message_.stamp = now.system;
   message_.tracked = true;
-  const Duration timeout = feed.call_timeout();
+  const Duration timeout = peer_service.call_timeout();
   if (timeout != kForever)  // mutant: call_timeout
-    timer_ = feed.imports().timers.set(now.steady + timeout + kTimeoutMargin, this);
+    timer_ = peer_service.imports().timers.set(now.steady + timeout + kTimeoutMargin, this);
 }
 
 void MadeCall::keep(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
@@ -45,17 +46,18 @@ void MadeCall::on_delivered() {
 
 bool MadeCall::decode(const InMessage& answer) {
   const std::uint64_t bytes = answer.body.size();
-  Budget& all = feed_.load().answer_bytes;
-  if (all.used() + bytes > kDecodingBytesMax || bytes > feed_.link().memory.room()) return false;
+  Budget& all = peer_service_.load().answer_bytes;
+  if (all.used() + bytes > kDecodingBytesMax || bytes > peer_service_.link().memory.room())
+    return false;
   answer_bytes_ = all.hold(bytes);
-  job_ = feed_.imports().jobs.decompress(*this, answer.codec, answer.raw_bytes,
-                                         out_of_packet(answer.body), feed_.link().id);
+  job_ = peer_service_.imports().jobs.decompress(
+      *this, answer.codec, answer.raw_bytes, out_of_packet(answer.body), peer_service_.link().id);
   return true;
 }
 
 void MadeCall::on_job(std::optional<Payload> result, const Now&) {
   job_.cancel();
-  feed_.on_decoded(*this, std::move(result));
+  peer_service_.on_decoded(*this, std::move(result));
 }
 
 }  // namespace connect_bridge

@@ -12,7 +12,7 @@
 
 namespace connect_bridge {
 
-class Feed;
+class PeerService;
 
 // Lives from the request until there is an answer or nobody waits for one. The request is kept
 // until the peer is known to have it, because another connection may have to carry it again. A call
@@ -27,11 +27,12 @@ class MadeCall final : public JobOwner {
   };
 
   // `bytes`: of the request.
-  MadeCall(Feed& feed, CallId id, RequestId request, std::uint64_t bytes, const Now& now);
+  MadeCall(PeerService& peer_service, CallId id, RequestId request, std::uint64_t bytes,
+           const Now& now);
   MadeCall(const MadeCall&) = delete;
   MadeCall& operator=(const MadeCall&) = delete;
 
-  [[nodiscard]] Feed& feed() { return feed_; }
+  [[nodiscard]] PeerService& feed() { return peer_service_; }
   [[nodiscard]] CallId id() const { return id_; }
   // None: nobody waits for the answer.
   [[nodiscard]] RequestId request() const { return request_; }
@@ -45,13 +46,13 @@ class MadeCall final : public JobOwner {
   void keep(Codec codec, std::uint32_t raw_bytes, const Payload& body);
   void on_delivered();
   void forget_caller() { request_ = {}; }
-  // A worker decompresses its answer; the result goes to Feed::on_decoded(). False: there is no
-  // room for the bytes.
+  // A worker decompresses its answer; the result goes to PeerService::on_decoded(). False: there is
+  // no room for the bytes.
   [[nodiscard]] bool decode(const InMessage& answer);
   void on_job(std::optional<Payload> result, const Now& now) override;
 
  private:
-  Feed& feed_;
+  PeerService& peer_service_;
   CallId id_;
   RequestId request_;
   State state_ = State::kEncoding;

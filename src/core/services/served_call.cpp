@@ -3,25 +3,26 @@
 #include <utility>
 
 #include "core/compress/compress.hpp"
-#include "core/services/attachment.hpp"
-#include "core/services/service_exports.hpp"
+#include "core/services/local_services.hpp"
+#include "core/services/service_offer.hpp"
 
 namespace connect_bridge {
 
-ServedCall::ServedCall(Attachment& attachment, CallId id, InMessage request, const Now& now)
-    : attachment_(attachment),
-      exports_(attachment.exports()),
+ServedCall::ServedCall(ServiceOffer& service_offer, CallId id, InMessage request, const Now& now)
+    : service_offer_(service_offer),
+      exports_(service_offer.exports()),
       id_(id),
-      call_(attachment.load().calls.hold(1)),
-      waiting_(attachment.load().waiting.hold(1)),
-      request_bytes_(attachment.load().request_bytes.hold(request.body.size())),
+      call_(service_offer.load().calls.hold(1)),
+      waiting_(service_offer.load().waiting.hold(1)),
+      request_bytes_(service_offer.load().request_bytes.hold(request.body.size())),
       request_(std::move(request)) {
   // From the arrival of the request, so that the time at the gate counts (docs/protocol.md section
   // 9.5, rule 8). A result comes when its goal ends.
-  const Duration timeout = attachment.treatment().call_timeout;
-  if (!attachment.service().gives_results() && timeout != kForever)
-    timer_ = exports_.timers.set(now.steady + timeout, {&attachment.service(), &attachment, this});
-  attachment.service().gate().add(attachment.link(), id);
+  const Duration timeout = service_offer.treatment().call_timeout;
+  if (!service_offer.service().gives_results() && timeout != kForever)
+    timer_ =
+        exports_.timers.set(now.steady + timeout, {&service_offer.service(), &service_offer, this});
+  service_offer.service().gate().add(service_offer.link(), id);
 }
 
 void ServedCall::leave() {
@@ -32,7 +33,7 @@ void ServedCall::leave() {
       waiting_.release();
       break;
     // The gateway keeps an invocation until it is answered, fails or is dropped.
-    case State::kHandedOver: attachment_.service().drop(invocation_); break;
+    case State::kHandedOver: service_offer_.service().drop(invocation_); break;
     case State::kDecoding:
     case State::kEncoding: job_.cancel(); break;
     case State::kAnswered:
@@ -43,13 +44,13 @@ void ServedCall::leave() {
 void ServedCall::set_state(State next) {
   // The order of the states counts: up to kHandedOver the gate knows the call, which takes its
   // places there; from kAnswered on no time limit applies, as the server has done its part.
-  CallGate& gate = attachment_.service().gate();
+  CallGate& gate = service_offer_.service().gate();
   const bool was_at_gate = state_ <= State::kHandedOver;
   leave();
   state_ = next;
   const bool is_at_gate = state_ <= State::kHandedOver;
-  if (was_at_gate && !is_at_gate) gate.leave(attachment_.link(), id_);
-  if (state_ == State::kDecoding) gate.preparing(attachment_.link(), id_);
+  if (was_at_gate && !is_at_gate) gate.leave(service_offer_.link(), id_);
+  if (state_ == State::kDecoding) gate.preparing(service_offer_.link(), id_);
   if (state_ >= State::kAnswered) timer_.cancel();
 }
 
@@ -66,18 +67,18 @@ void ServedCall::begin(const Now& now) {
   if (waits) {
     set_state(State::kDecoding);
     job_ = exports_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
-                                    attachment_.link());
+                                    service_offer_.link());
     return;
   }
   auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
-  if (!raw) return attachment_.on_malformed(*this);
+  if (!raw) return service_offer_.on_malformed(*this);
   hand_over(Payload::adopt(std::move(raw).value()), now);
 }
 
 void ServedCall::hand_over(Payload request, const Now& now) {
   set_state(State::kHandedOver);
   handed_over_at_ = now.steady;
-  invocation_ = attachment_.service().invoke(*this, std::move(request), now);
+  invocation_ = service_offer_.service().invoke(*this, std::move(request), now);
 }
 
 void ServedCall::on_response(Payload answer, const Now& now) {
@@ -85,14 +86,14 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   const std::size_t size = answer.size();
   answer_.body = std::move(answer);
   // Counted before it is judged: the answer is here, whatever the limits say.
-  answer_bytes_ = attachment_.load().answer_bytes.hold(size);
-  if (const std::string why = attachment_.no_room_for_answer(size); !why.empty())
-    return attachment_.withhold(*this, why, now);
-  const Compression how = attachment_.compression_of(size);
+  answer_bytes_ = service_offer_.load().answer_bytes.hold(size);
+  if (const std::string why = service_offer_.no_room_for_answer(size); !why.empty())
+    return service_offer_.withhold(*this, why, now);
+  const Compression how = service_offer_.compression_of(size);
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
   if (exports_.jobs.is_large(size)) {
     answer_.codec = how.codec;  // used if the body shrinks
-    job_ = exports_.jobs.compress(*this, how, answer_.body, attachment_.link());
+    job_ = exports_.jobs.compress(*this, how, answer_.body, service_offer_.link());
     return;
   }
   auto body = compress(answer_.body.view(), how);
@@ -105,11 +106,11 @@ void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
     const Codec codec = result ? answer_.codec : Codec::kNone;
     return keep_answer(codec, std::move(result).value_or(Payload{}), now);
   }
-  RealService& service = attachment_.service();  // outlives this call
+  LocalService& service = service_offer_.service();  // outlives this call
   if (result) {
     hand_over(*std::move(result), now);
   } else {
-    attachment_.on_malformed(*this);
+    service_offer_.on_malformed(*this);
   }
   // Malformed or not, the room that was reserved for it at the server is free or used now.
   service.begin_calls(now);
@@ -127,7 +128,7 @@ void ServedCall::keep_answer(Codec codec, Payload body, const Now& now) {
     answer_bytes_.resize(body.size());
     answer_.body = std::move(body);
   }
-  attachment_.on_answer(*this, now);
+  service_offer_.on_answer(*this, now);
 }
 
 }  // namespace connect_bridge

@@ -12,16 +12,16 @@
 
 namespace connect_bridge {
 
-class Attachment;
-class RealService;
+class ServiceOffer;
+class LocalService;
 class ServedCall;
-class ServiceExports;
+class LocalServices;
 
 // A deadline of a call; if `call` is not set, of an attachment that the peer has not attached
 // again; without both of a service, whose server may have room again.
 struct CallDue {
-  RealService* service = nullptr;
-  Attachment* attachment = nullptr;
+  LocalService* service = nullptr;
+  ServiceOffer* service_offer = nullptr;
   ServedCall* call = nullptr;
 };
 
@@ -41,11 +41,11 @@ class ServedCall final : public JobOwner {
   };
 
   // A new call; it waits.
-  ServedCall(Attachment& attachment, CallId id, InMessage request, const Now& now);
+  ServedCall(ServiceOffer& service_offer, CallId id, InMessage request, const Now& now);
   ServedCall(const ServedCall&) = delete;
   ServedCall& operator=(const ServedCall&) = delete;
 
-  [[nodiscard]] Attachment& attachment() { return attachment_; }
+  [[nodiscard]] ServiceOffer& attachment() { return service_offer_; }
   [[nodiscard]] CallId id() const { return id_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] const OutMessage& answer() const { return answer_; }
@@ -72,8 +72,8 @@ class ServedCall final : public JobOwner {
   void hand_over(Payload request, const Now& now);
   void keep_answer(Codec codec, Payload body, const Now& now);
 
-  Attachment& attachment_;
-  ServiceExports& exports_;
+  ServiceOffer& service_offer_;
+  LocalServices& exports_;
   CallId id_;
   State state_ = State::kWaiting;
   Budget::Hold call_, waiting_;  // one of the calls of its link, and of those that wait

@@ -44,7 +44,7 @@ void log_lacks(const Link& link, const SideView& side) {
 
 }  // namespace
 
-void offer_to(Link& link, const SideView& side, Exports& topics, ServiceExports& services,
+void offer_to(Link& link, const SideView& side, LocalTopics& topics, LocalServices& services,
               const Now& now) {
   if (!link.open() || !link.accepts) return;
   log_lacks(link, side);
@@ -63,7 +63,7 @@ void offer_to(Link& link, const SideView& side, Exports& topics, ServiceExports&
 }
 
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,
-                           Imports& topics, ServiceImports& services, const Now& now) {
+                           PeerTopics& topics, PeerServices& services, const Now& now) {
   for (const auto& channel : offer.channels) {
     if (!channel.channel || link.expects(channel.channel))
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};

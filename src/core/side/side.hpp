@@ -16,14 +16,14 @@
 #include "core/link/links.hpp"
 #include "core/ports/ports.hpp"
 #include "core/ports/status.hpp"
-#include "core/services/service_exports.hpp"
-#include "core/services/service_imports.hpp"
+#include "core/services/local_services.hpp"
+#include "core/services/peer_services.hpp"
 #include "core/side/missing.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
-#include "core/topics/exports.hpp"
-#include "core/topics/imports.hpp"
-#include "core/topics/told_listeners.hpp"
+#include "core/topics/local_listeners.hpp"
+#include "core/topics/local_topics.hpp"
+#include "core/topics/peer_topics.hpp"
 
 namespace connect_bridge {
 
@@ -168,11 +168,11 @@ class Side final : private LinkUser {
   LocalActions actions_;
   Links links_;
   SideView view_;
-  Exports exports_;
-  Imports imports_;
-  ToldListeners told_listeners_;
-  ServiceExports service_exports_;
-  ServiceImports service_imports_;
+  LocalTopics exports_;
+  PeerTopics imports_;
+  LocalListeners told_listeners_;
+  LocalServices service_exports_;
+  PeerServices service_imports_;
   Missing missing_;
   ClockPublisher clock_publisher_;
   LinkId clock_from_{};  // the link whose peer gives the time

@@ -11,9 +11,9 @@
 #include "core/base/pace.hpp"
 #include "core/graph/side_view.hpp"
 #include "core/topics/backlog.hpp"
-#include "core/topics/far_listeners.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
+#include "core/topics/peer_listeners.hpp"
 #include "core/topics/subscribed_names.hpp"
 
 namespace connect_bridge {
@@ -23,12 +23,12 @@ struct ExportContext : SideView {
   Budget memory{};  // local samples kept for links that come later
 
   std::set<std::string> held{};  // names of topics that are subscribed without demand
-  std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};
+  std::unordered_map<SubscriptionId, LocalTopic*> by_subscription{};
   Budget parked{};                       // samples whose publishers are not known yet
   Budget early{&memory};                 // samples that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
-  FarListeners listeners{*this};
+  PeerListeners listeners{*this};
   SubscribedNames names{};
   Pace subscriptions{10, std::chrono::milliseconds(1)};  // that are made
   // Rights change for one link after the other. No subscription is made meanwhile: the link for

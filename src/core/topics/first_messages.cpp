@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/topics/offered_topic.hpp"
+#include "core/topics/peer_topic.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -28,7 +28,7 @@ void FirstMessages::set_due() {
   due_ = timers_.set(at);
 }
 
-bool FirstMessages::keep(const Payload& raw, TimePoint expires, OfferedTopic* feeder) {
+bool FirstMessages::keep(const Payload& raw, TimePoint expires, PeerTopic* feeder) {
   if (!feeder) return false;
   if (raw.size() > kBytesMax || raw.size() > feeder->link().memory.room()) return false;
   bytes_ += raw.size();
@@ -50,7 +50,7 @@ Payload FirstMessages::take() {
   return first;
 }
 
-void FirstMessages::publish_due(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder,
+void FirstMessages::publish_due(Outputs& outputs, MirrorId mirror, PeerTopic* feeder,
                                 const Now& now) {
   if (!due_ || due_.at() > now.steady) return;
   if (found_ <= now.steady) {
@@ -66,16 +66,15 @@ void FirstMessages::publish_due(Outputs& outputs, MirrorId mirror, OfferedTopic*
   set_due();
 }
 
-void FirstMessages::publish(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder,
-                            const Now& now) {
+void FirstMessages::publish(Outputs& outputs, MirrorId mirror, PeerTopic* feeder, const Now& now) {
   publish_first(std::ssize(messages_), outputs, mirror, feeder, now);
 }
 
 void FirstMessages::publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror,
-                                  OfferedTopic* feeder, const Now& now) {
+                                  PeerTopic* feeder, const Now& now) {
   for (; count > 0; --count) {
     // What waited for the name of its origin's node may be too old by now. It was counted as
-    // published when it came (OfferedTopic::on_lost).
+    // published when it came (PeerTopic::on_lost).
     const bool fresh = messages_.front().expires >= now.steady;
     Payload raw = take();
     if (fresh) {
@@ -87,7 +86,7 @@ void FirstMessages::publish_first(std::ptrdiff_t count, Outputs& outputs, Mirror
   held_.resize(bytes_);
 }
 
-void FirstMessages::drop(OfferedTopic* feeder) {
+void FirstMessages::drop(PeerTopic* feeder) {
   const std::size_t count = messages_.size();
   messages_.clear();
   bytes_ = 0;

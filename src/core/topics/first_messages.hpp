@@ -11,8 +11,8 @@
 
 namespace connect_bridge {
 
-class Mirror;
-class OfferedTopic;
+class TopicMirror;
+class PeerTopic;
 
 // They wait until the mirror exists (its origin's node may have no name yet), and then until the
 // subscribers here have found it: they do not receive what is published before that. A message with
@@ -21,7 +21,7 @@ class OfferedTopic;
 // link offers it now. Single-threaded.
 class FirstMessages {
  public:
-  explicit FirstMessages(Timers<Mirror*>::Of timers) : timers_(timers) {}
+  explicit FirstMessages(Timers<TopicMirror*>::Of timers) : timers_(timers) {}
 
   // The mirror exists now, and the subscribers will have found it at `found`. The deadline is then,
   // or earlier if a message cannot wait so long.
@@ -33,16 +33,16 @@ class FirstMessages {
     return messages_.size() < kMessagesMax && bytes_ + bytes <= kBytesMax;
   }
   // Keeps the message, and drops the oldest ones if there is no room. False: it is too large.
-  bool keep(const Payload& raw, TimePoint expires, OfferedTopic* feeder);
+  bool keep(const Payload& raw, TimePoint expires, PeerTopic* feeder);
   // From now on the messages count in the budget of the feeder's link.
   void draw_from(Budget* memory) { held_ = memory ? memory->hold(bytes_) : Budget::Hold(); }
   // Publishes, in order, what is due: when the subscribers have found the mirror all of them, and
   // later ones need not wait.
-  void publish_due(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder, const Now& now);
+  void publish_due(Outputs& outputs, MirrorId mirror, PeerTopic* feeder, const Now& now);
   // Publishes all of them, in order.
-  void publish(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder, const Now& now);
+  void publish(Outputs& outputs, MirrorId mirror, PeerTopic* feeder, const Now& now);
   // Later ones wait all the same.
-  void drop(OfferedTopic* feeder);
+  void drop(PeerTopic* feeder);
   // The mirror is gone.
   void end_wait() { due_.cancel(); }
 
@@ -59,12 +59,12 @@ class FirstMessages {
 
   void set_due();
   Payload take();
-  void publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror, OfferedTopic* feeder,
+  void publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror, PeerTopic* feeder,
                      const Now& now);
 
-  Timers<Mirror*>::Of timers_;
+  Timers<TopicMirror*>::Of timers_;
   TimePoint found_{};  // of the last wait()
-  Timers<Mirror*>::Timer due_;
+  Timers<TopicMirror*>::Timer due_;
   std::deque<Waiting> messages_;
   std::size_t bytes_ = 0;
   Budget::Hold held_;

@@ -5,13 +5,13 @@
 
 #include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
-#include "core/topics/offered_topic.hpp"
+#include "core/topics/peer_topic.hpp"
 
 namespace connect_bridge {
 namespace {
 
 // "/chatter", or "/chatter of /talker"
-std::string name_of(const Mirror& mirror, bool with_node) {
+std::string name_of(const TopicMirror& mirror, bool with_node) {
   const auto& [topic, type] = mirror.key().first;
   const std::string what = shown(InterfaceKind::kTopic, topic, type);
   const std::string& node = mirror.origin().node;
@@ -22,7 +22,7 @@ std::string name_of(const Mirror& mirror, bool with_node) {
 
 // Earlier offers of the link count until they are forgotten: reconnecting again and again does not
 // give more.
-Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
+TopicMirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   const auto known = mirrors.find(key);
   const bool is_known = known != mirrors.end();
   if (is_known && known->second.candidate(link.id)) return &known->second;
@@ -34,8 +34,8 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   return &mirrors.try_emplace(key, *this, key).first->second;
 }
 
-std::vector<Mirror*> ImportContext::mirrors_of(const Link& link) {
-  std::vector<Mirror*> found;
+std::vector<TopicMirror*> ImportContext::mirrors_of(const Link& link) {
+  std::vector<TopicMirror*> found;
   found.reserve(link.mirrors.all());
   for (const auto& [topic, count] : link.mirrors.by_topic())
     for (auto it = mirrors.lower_bound({topic, Gid{}});
@@ -46,7 +46,7 @@ std::vector<Mirror*> ImportContext::mirrors_of(const Link& link) {
 
 // What is held counts four times in room(). So with a share of a quarter the mirrors of a link
 // leave at least as much to its messages as they hold themselves.
-std::uint64_t ImportContext::mirror_room(const Mirror& mirror, std::uint64_t share) const {
+std::uint64_t ImportContext::mirror_room(const TopicMirror& mirror, std::uint64_t share) const {
   const Budget& latched = mirror.candidates().front().link->mirrors.latched();
   const std::uint64_t own = mirror.kept_bytes();
   const std::uint64_t others = latched.used() - std::min(latched.used(), own);
@@ -56,7 +56,7 @@ std::uint64_t ImportContext::mirror_room(const Mirror& mirror, std::uint64_t sha
 
 // A power of two, so that a peer whose samples grow and grow makes the publisher again a few times
 // only. A single sample may take more of what is left than several.
-std::uint32_t ImportContext::mirror_depth(const Mirror& mirror, std::uint32_t depth,
+std::uint32_t ImportContext::mirror_depth(const TopicMirror& mirror, std::uint32_t depth,
                                           std::uint64_t sample_bytes) const {
   const std::uint64_t several = mirror_room(mirror, 8) / sample_bytes;
   if (several >= depth) return depth;
@@ -64,19 +64,20 @@ std::uint32_t ImportContext::mirror_depth(const Mirror& mirror, std::uint32_t de
   return mirror_room(mirror, 4) < sample_bytes ? 0 : 1;
 }
 
-void ImportContext::tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const {
+void ImportContext::tell_once(const TopicMirror& mirror, LogLevel level,
+                              const std::string& text) const {
   if (!mirror.candidates().empty())
     outputs.log_once(mirror.candidates().front().link->account->told, level, text);
 }
 
-void ImportContext::tell_failed(const Mirror& mirror, const MirrorFailed& failed) const {
+void ImportContext::tell_failed(const TopicMirror& mirror, const MirrorFailed& failed) const {
   if (!failed.hash_here.empty()) return tell_difference(mirror, failed.hash_here, false);
   tell_once(
       mirror, LogLevel::kError,
       "cannot mirror " + name_of(mirror, failed.code == "type_mismatch") + ": " + failed.reason);
 }
 
-void ImportContext::tell_difference(const Mirror& mirror, const std::string& hash_here,
+void ImportContext::tell_difference(const TopicMirror& mirror, const std::string& hash_here,
                                     bool used) const {
   if (mirror.candidates().empty()) return;
   log_difference(
@@ -86,8 +87,8 @@ void ImportContext::tell_difference(const Mirror& mirror, const std::string& has
 
 // The status of an action is stale for nobody, as its goals have ids, and its services follow it.
 // Another bridge would take what is made again for what may be taken over.
-bool ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
-                                const OfferedTopic& feeder, const Now& now) const {
+bool ImportContext::forget_kept(const std::map<OriginId, TopicMirror*>& origins,
+                                const PeerTopic& feeder, const Now& now) const {
   if (!feeder.all_come_again() || !feeder.action_type().empty() || beside_bridges()) return false;
   for (const auto& [id, mirror] : origins) {
     if (mirror->candidates().front().offered != &feeder || mirror->kept_bytes() == 0) continue;
@@ -98,7 +99,7 @@ bool ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
 }
 
 std::string ImportContext::misfit(const TopicKey& topic,
-                                  const std::map<OriginId, Mirror*>& origins) const {
+                                  const std::map<OriginId, TopicMirror*>& origins) const {
   std::vector<Qos> published;
   for (const auto& [id, mirror] : origins)
     if (mirror->id()) published.push_back(mirror->qos());
@@ -106,7 +107,7 @@ std::string ImportContext::misfit(const TopicKey& topic,
   return state && graph_options.qos_must_fit ? unmet_policy(*state, published) : std::string();
 }
 
-void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now) {
+void ImportContext::remove_candidate(TopicMirror& mirror, LinkId link, const Now& now) {
   mirror.remove_candidate(link, now);
   if (mirror.is_over()) mirrors.erase(MirrorKey(mirror.key()));
 }

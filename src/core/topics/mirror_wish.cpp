@@ -1,10 +1,10 @@
 #include "core/topics/mirror_wish.hpp"
 
-#include "core/topics/offered_topic.hpp"
+#include "core/topics/peer_topic.hpp"
 
 namespace connect_bridge {
 
-OfferedTopic* CountedWish::change(const MirrorWish& wish) {
+PeerTopic* CountedWish::change(const MirrorWish& wish) {
   const MirrorWish before = std::exchange(wish_, wish);
   if (wish == before) return before.feeder;
   if (before.feeder) before.feeder->wishes().remove(before);
@@ -14,12 +14,12 @@ OfferedTopic* CountedWish::change(const MirrorWish& wish) {
 }
 
 void CountedWish::settle(const MirrorWish& wish, const Now& now) {
-  OfferedTopic* const before = change(wish);
+  PeerTopic* const before = change(wish);
   if (before && before != wish.feeder) before->update_demand(now);
   if (wish.feeder) wish.feeder->update_demand(now);
 }
 
-void CountedWish::forget(const OfferedTopic* feeder) {
+void CountedWish::forget(const PeerTopic* feeder) {
   if (feeder && wish_.feeder == feeder) wish_.feeder->wishes().remove(std::exchange(wish_, {}));
 }
 

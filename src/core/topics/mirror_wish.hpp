@@ -8,10 +8,10 @@
 
 namespace connect_bridge {
 
-class OfferedTopic;
+class PeerTopic;
 
 struct MirrorWish {
-  OfferedTopic* feeder = nullptr;
+  PeerTopic* feeder = nullptr;
   bool ready = false;    // it wants data if its topic has a subscriber here
   bool expects = false;  // it wants data without one, too
   bool keeps = false;    // it keeps samples for late subscribers
@@ -43,11 +43,11 @@ class MirrorWishes {
 class CountedWish {
  public:
   // The feeder that counted it before.
-  OfferedTopic* change(const MirrorWish& wish);
+  PeerTopic* change(const MirrorWish& wish);
   // The same, and both feeders judge their demand.
   void settle(const MirrorWish& wish, const Now& now);
   // The topic ends, or offers the mirror's origin no longer.
-  void forget(const OfferedTopic* feeder);
+  void forget(const PeerTopic* feeder);
 
  private:
   MirrorWish wish_;

@@ -12,8 +12,8 @@
 
 namespace connect_bridge {
 
-class ExportedTopic;
-using ExportTimers = Timers<ExportedTopic*>;
+class LocalTopic;
+using ExportTimers = Timers<LocalTopic*>;
 using TopicTimers = ExportTimers::Of;
 
 struct Origin {

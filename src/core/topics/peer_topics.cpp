@@ -1,136 +1,197 @@
 #include "core/topics/peer_topics.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <map>
+#include <iterator>
 #include <utility>
 
-#include "core/compress/compress.hpp"
-#include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
 
 namespace connect_bridge {
 namespace {
 
-// Topics of one link that look for a place at once, and how soon the next ones do: where some were
-// free more may be.
-constexpr std::size_t kLooksAtOnce = 64;
-constexpr Duration kLooksAgain = std::chrono::seconds(1);
-constexpr Duration kMoreFree = std::chrono::milliseconds(10);
+// Other bridges hold a publisher for less than this before it counts (LocalGraph).
+constexpr Duration kEndedNamed = std::chrono::seconds(1);
+// Thousands may be due together, as when a link has ended: the others' turns are in between.
+constexpr int kDueAtOnce = 64;
 
 }  // namespace
 
-void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
-  auto import = judge(context_, link_, offer);
-  if (!import) return;
-  // Rules and limits for a topic apply to one channel.
-  if (!names_.insert(import->key).second)
-    return decline(context_, link_, offer, "limit", "the topic is offered on another channel");
-  note_import(context_, link_, offer, import->decision.rule);
-  OfferedTopic& topic =
-      topics_.try_emplace(offer.channel, *this, import->key, offer, std::move(import->decision))
-          .first->second;
-  for (const auto& origin : offer.origins) topic.add_origin(origin, now);
+void PeerTopics::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
+  peers_.try_emplace(link.id, context_, link).first->second.on_offer(offer, now);
 }
 
-void PeerTopics::recheck(const Now& now) {
-  for (auto it = topics_.begin(); it != topics_.end();) {
-    OfferedTopic& topic = it->second;
-    if (topic.recheck(now)) {
-      ++it;
+void PeerTopics::finish(const Link& link, const Now& now) {
+  if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.finish(now);
+}
+
+void PeerTopics::on_link_lost(LinkId link, const Now& now) {
+  const auto peer = peers_.find(link);
+  if (peer == peers_.end()) return;
+  peer->second.on_link_lost(now);
+  peers_.erase(peer);
+}
+
+void PeerTopics::on_link_dead(const Link& link, const Now& now) {
+  for (TopicMirror* const mirror : context_.mirrors_of(link)) {
+    // While the candidate is still there: what the link brings when it returns depends on whether
+    // another one may feed the mirror meanwhile.
+    mirror->lose_link(link.id);
+    context_.remove_candidate(*mirror, link.id, now);
+  }
+}
+
+void PeerTopics::forget_orphans(const Link& link, const Now& now) {
+  for (TopicMirror* const mirror : context_.mirrors_of(link))
+    if (!mirror->candidate(link.id)->offered) context_.remove_candidate(*mirror, link.id, now);
+}
+
+void PeerTopics::on_graph(const Now& now, const GraphDifference& difference) {
+  const bool all = difference.all || !context_.graph_since;
+  if (!context_.graph_since) context_.graph_since = now.steady;
+  if (!all && difference.listened.empty() && difference.publishers.empty()) return;
+  for (auto& [key, mirror] : context_.mirrors) {
+    if (!all && !difference.publishers.contains(key.second) &&
+        !difference.listened.contains(key.first))
       continue;
-    }
-    topic.decline(now);
-    it = topics_.erase(it);
+    mirror.update(now);
+    mirror.warn_incompatible(now);
   }
 }
 
-// A place becomes free when another publisher ends: of this topic, of another one, or of another
-// link of the identity. Thousands of topics may wait for one, so each has its turn.
-void PeerTopics::try_left_out(const Now& now) {
-  bool any = false;
-  for (std::size_t n = std::min(left_out_.size(), kLooksAtOnce); n > 0; --n) {
-    auto next = left_out_.upper_bound(looked_at_);
-    if (next == left_out_.end()) next = left_out_.begin();
-    looked_at_ = *next;
-    const auto found = topics_.find(looked_at_);
-    if (found != topics_.end()) {
-      OfferedTopic& topic = found->second;
-      const auto has_place = [&](const OriginOffer& origin) {
-        return topic.withholds(origin) || context_.mirror_of({topic.key(), origin.gid}, link_);
-      };
-      while (const auto origin = topic.left_out().take(has_place)) {
-        topic.add_origin(*origin, now);
-        any = true;
-      }
-      if (topic.left_out().size() > 0) continue;
-    }
-    left_out_.erase(next);
+void PeerTopics::on_claims(LinkTable& links, const Now& now) {
+  // What another bridge mirrors now, subscribers here get from it. If the link went on where it
+  // ended, they would get it twice (docs/protocol.md section 8.10, rule 3).
+  for (auto& [id, link] : links)
+    forget_origins(link.arrived, [&](const Gid& gid) { return context_.claims.taken(gid, false); });
+  for (auto& [key, mirror] : context_.mirrors) mirror.update(now);
+}
+
+std::optional<Decision> PeerTopics::permission(const Link& link, const TopicMirror& mirror) const {
+  return import_right(context_, link, InterfaceKind::kTopic, mirror.key().first,
+                      mirror.action_type());
+}
+
+bool PeerTopics::is_permitted_as_before(const TopicMirror& mirror) const {
+  if (mirror.candidates().empty()) return false;
+  const auto& [link, feeder, declined, qos, told] = mirror.candidates().front();
+  const auto decision = permission(*link, mirror);
+  // Of a lost link the treatment is looked at when it offers the topic again.
+  return decision && (!feeder || (decision->treatment == feeder->treatment() &&
+                                  !feeder->withholds(mirror.origin())));
+}
+
+void PeerTopics::on_policy(const Now& now) {
+  // What waits in a mirror came under the rules before. Then all topics are judged, and only then
+  // mirrors are renewed: whoever feeds one by then has been judged. A lost link has no topics to
+  // judge, but keeps its candidates, which are looked at themselves. Last samples are asked for at
+  // the end, from whoever feeds by then.
+  std::vector<MirrorKey> emptied;
+  for (auto& [key, mirror] : context_.mirrors) {
+    if (!mirror.has_first() || is_permitted_as_before(mirror)) continue;
+    mirror.drop_first();
+    emptied.push_back(key);
   }
-  if (!left_out_.empty()) context_.look_again(now, any ? kMoreFree : kLooksAgain);
+  for (auto& [link, peer] : peers_) peer.recheck(now);
+  for (auto& [link, peer] : peers_) peer.renew(now);
+  for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
+    TopicMirror& mirror = (it++)->second;
+    const auto candidates = mirror.candidates();  // the last one may take the mirror with it
+    for (const auto& [link, offered, declined, qos, told] : candidates)
+      if (!offered && !permission(*link, mirror)) context_.remove_candidate(mirror, link->id, now);
+  }
+  for (const MirrorKey& key : emptied)
+    if (const auto it = context_.mirrors.find(key); it != context_.mirrors.end())
+      it->second.ask_for_last_samples(now);
 }
 
-void PeerTopics::renew(const Now& now) {
-  for (auto& [number, topic] : topics_) topic.renew(now);
+void PeerTopics::expect_goal(const std::string& action, const Now& now) {
+  // Without a subscriber there is no demand, and the first feedback would be lost while the graph
+  // still has to show that the caller subscribes.
+  for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
+    const std::string name = name_of_part(action, part);
+    for (auto it = context_.mirrors.lower_bound({{name, ""}, Gid{}});
+         it != context_.mirrors.end() && it->first.first.first == name; ++it)
+      it->second.expect_subscriber(now);
+  }
 }
 
-void PeerTopics::finish(const Now& now) {
-  at_once_ = Throttle(kAtOnceMax, {});  // whatever was withdrawn just before
-  for (auto& [number, topic] : topics_) topic.finish(now);
+TopicMirror* PeerTopics::find(MirrorId id) {
+  const auto it = context_.made.find(id);
+  return it == context_.made.end() ? nullptr : it->second.mirror;
 }
 
-std::optional<Payload> PeerTopics::decompress_at_once(const InMessage& message, const Now& now) {
-  if (message.codec == Codec::kNone) return message.body;
-  const auto bytes = static_cast<double>(message.raw_bytes);
-  if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;
-  // Before it is tried: bytes that do not decompress have cost their time, too.
-  at_once_.take(bytes, now.steady);
-  auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
-  if (!raw) return std::nullopt;
-  return Payload::adopt(std::move(raw).value());
+// It may have been destroyed just now.
+void PeerTopics::on_mirror_made(const MirrorMade& made) {
+  const auto it = context_.made.find(made.mirror);
+  if (it == context_.made.end()) return;
+  if (it->second.gid == Gid{} && made.gid != Gid{}) named_.insert(made.gid);
+  it->second.gid = made.gid;
+  context_.outputs.follow_up(FollowUp::kClaim);
 }
 
-void PeerTopics::on_link_lost(const Now& now) {
-  for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) it->second.lose(now);
+void PeerTopics::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
+  if (TopicMirror* mirror = find(failed.id)) mirror->on_failed(failed, now);
 }
 
-void PeerTopics::change_demand(const OfferedTopic& topic, bool on) {
-  context_.demands_changed.insert(link_.id);
-  context_.outputs.follow_up(FollowUp::kDemands);
-  auto& now_in = on ? wants_ : ends_;
-  auto& before_in = on ? ends_ : wants_;
-  // What changes back before it was told is not told: the peer goes on as if nothing had happened,
-  // and so does this side.
-  if (std::erase(before_in, topic.number()) == 0) now_in.push_back(topic.number());
+void PeerTopics::on_type_differs(const TypeDiffers& differs) {
+  if (const TopicMirror* mirror = find(differs.id))
+    context_.tell_difference(*mirror, differs.hash_here, true);
+}
+
+void PeerTopics::on_publish_failed(const PublishFailed& failed) {
+  const TopicMirror* mirror = find(failed.mirror);
+  if (!mirror || mirror->candidates().empty()) return;
+  if (auto* feeder = mirror->candidates().front().offered)
+    feeder->on_lost(failed.count, DropReason::kPublishFailed);
+}
+
+void PeerTopics::on_time(const Now& now) {
+  for (int n = 0; n < kDueAtOnce; ++n) {
+    const auto due = context_.timers.take_due(now.steady);
+    if (!due) break;
+    TopicMirror& mirror = **due;
+    mirror.on_time(now);
+    if (mirror.is_over()) context_.mirrors.erase(MirrorKey(mirror.key()));
+  }
+  while (const auto due = context_.held.take_due(now.steady)) (*due)->publish_held(now);
+  if (context_.looks_again_at.value_or(TimePoint::max()) > now.steady) return;
+  context_.looks_again_at.reset();
+  for (auto& [link, peer] : peers_) peer.try_left_out(now);
 }
 
 void PeerTopics::send_demands() {
-  // A topic may be withdrawn by now.
-  // Ends go first: a channel may be demanded again under a new number. All that begins has one
-  // number, as only messages of one channel are compared by it. `resume`, `live` and `after` hold
-  // for all channels of their message, so there are up to six messages.
-  for (const ChannelId number : ends_)
-    if (const auto topic = topics_.find(number); topic != topics_.end()) topic->second.end_demand();
-  if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});
-  if (wants_.empty()) return;
-  if (++demands_ == 0) ++demands_;
-  std::map<std::array<bool, 3>, Demand> demands;
-  for (const ChannelId number : std::exchange(wants_, {})) {
-    const auto topic = topics_.find(number);
-    if (topic == topics_.end()) continue;
-    const auto begun = topic->second.begin_demand(demands_);
-    Demand& demand = demands[{begun.resume, begun.after.has_value(), begun.live}];
-    demand.number = demands_;
-    demand.resume = begun.resume;
-    demand.live = begun.live;
-    demand.channels.push_back(number);
-    if (begun.after) demand.after.push_back(*begun.after);
-  }
-  for (const auto& [how, demand] : demands) link_.send(demand);
+  for (const LinkId link : std::exchange(context_.demands_changed, {}))
+    if (const auto peer = peers_.find(link); peer != peers_.end()) peer->second.send_demands();
 }
 
-void PeerTopics::add_status(LinkStatus& status) const {
-  for (const auto& [number, topic] : topics_) topic.add_status(status);
+void PeerTopics::add_mirrored(Claim& claim, const Now& now) {
+  for (const auto& [key, mirror] : context_.mirrors)
+    if (mirror.is_claimed()) claim.origins.push_back(key.second);
+  // Others know by these ids which publishers are mirrors, also under proxy nodes (docs/protocol.md
+  // section 14, rule 7). A bridge that knows this one only now may have seen one that has ended.
+  for (const Gid& gid : std::exchange(context_.unmade, {})) leaving_.emplace_back(now.steady, gid);
+  while (!leaving_.empty() && leaving_.front().first + kEndedNamed <= now.steady) {
+    named_.erase(named_.find(leaving_.front().second));
+    leaving_.pop_front();
+  }
+  std::unique_copy(named_.begin(), named_.end(), std::back_inserter(claim.mirrors));
+}
+
+bool PeerTopics::has_mirror(const TopicKey& key) const {
+  for (auto it = context_.mirrors.lower_bound({key, Gid{}});
+       it != context_.mirrors.end() && it->first.first == key; ++it)
+    if (it->second.id()) return true;
+  return false;
+}
+
+void PeerTopics::add_status(const Link& link, LinkStatus& status) const {
+  if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.add_status(status);
+}
+
+std::uint64_t PeerTopics::memory_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& [link, peer] : peers_) bytes += peer.decoding().used();
+  return bytes;
 }
 
 }  // namespace connect_bridge

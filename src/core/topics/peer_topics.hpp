@@ -1,64 +1,78 @@
-// The topics that one peer offers on its present connection.
+// The peers' topics that exist here.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "core/topics/offered_topic.hpp"
+#include "core/topics/import_context.hpp"
+#include "core/topics/link_topics.hpp"
 
 namespace connect_bridge {
 
-// Created with the first offer, destroyed with the connection. Single-threaded.
+// Finds or creates the peers' topics and the mirrors of their origins. Single-threaded; owned by
+// the side.
 class PeerTopics {
  public:
-  PeerTopics(ImportContext& context, Link& link) : context_(context), link_(link) {}
+  PeerTopics(const SideView& side, const TopicOptions& options) : context_{side, options} {}
 
-  // The caller has checked that the number is unused and registered it at the link. What cannot be
-  // imported is declined.
-  void on_offer(const ChannelOffer& offer, const Now& now);
-  // Declines what our new rules allow no longer.
-  void recheck(const Now& now);
-  void renew(const Now& now);
-  // The topic has origins without a place.
-  void note_left_out(ChannelId number) { left_out_.insert(number); }
-  void try_left_out(const Now& now);
-  void finish(const Now& now);
-  // The sample, decompressed here and not by a worker, as its channel or connection ends. None: so
-  // much was decompressed at once in the last second that everything else would have to wait.
-  [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
-  void on_link_lost(const Now& now);
+  // The caller has checked that the number is unused and registered it at the link. Also declines
+  // unknown kinds of channels.
+  void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
+  // The connection is about to be lost: publishes what has arrived and is to resume, so that it
+  // need not be sent again.
+  void finish(const Link& link, const Now& now);
+  // The connection is gone: its channels end, its mirrors wait for the link's return.
+  void on_link_lost(LinkId link, const Now& now);
+  // The link is declared dead: destroys its mirrors. A link that returns creates them again.
+  void on_link_dead(const Link& link, const Now& now);
+  // The link is open again, and its time for offers is over: ends what it has not offered again.
+  void forget_orphans(const Link& link, const Now& now);
+  // Local subscribers or origins changed.
+  void on_graph(const Now& now, const GraphDifference& difference = {});
+  void on_claims(LinkTable& links, const Now& now);  // another bridge's claims changed
+  void on_policy(const Now& now);
+  // A goal is on its way to this action (local name): its feedback may follow before the graph
+  // shows the client's subscriptions.
+  void expect_goal(const std::string& action, const Now& now);
+  void on_mirror_made(const MirrorMade& made);
+  void on_mirror_failed(const MirrorFailed& failed, const Now& now);
+  void on_type_differs(const TypeDiffers& differs);
+  void on_publish_failed(const PublishFailed& failed);
+  void on_time(const Now& now);
 
-  // The demand for a topic has changed; send_demands() sends it.
-  void change_demand(const OfferedTopic& topic, bool on);
+  // Sends the demands that changed, one message per link and direction.
   void send_demands();
-  void erase(ChannelId number) { topics_.erase(number); }
-  void forget_name(const TopicKey& key) { names_.erase(key); }
+  // The origins mirrored here, and the mirrors, for our own claim.
+  void add_mirrored(Claim& claim, const Now& now);
 
-  [[nodiscard]] ImportContext& context() const { return context_; }
-  [[nodiscard]] Link& link() const { return link_; }
-  // Bytes of messages that wait to be decompressed.
-  [[nodiscard]] Budget& decoding() { return decoding_; }
-  [[nodiscard]] const Budget& decoding() const { return decoding_; }
-  // Bytes of the bases of all its topics.
-  [[nodiscard]] Budget& bases() { return bases_; }
-  void add_status(LinkStatus& status) const;
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
+                    context_.looks_again_at);
+  }
+  // Whether some peer's publisher of this topic is mirrored here.
+  [[nodiscard]] bool has_mirror(const TopicKey& key) const;
+  void add_status(const Link& link, LinkStatus& status) const;
+  [[nodiscard]] std::uint64_t memory_bytes() const;
+  // How often a topic has judged its demand: the work of all that happens here.
+  [[nodiscard]] std::uint64_t judged() const { return context_.judged; }
 
  private:
-  ImportContext& context_;
-  Link& link_;
-  Budget decoding_{&link_.memory};
-  Budget bases_{&link_.memory};
-  static constexpr double kAtOnceMax = 16 << 20;  // bytes; some ten milliseconds of work
-  Throttle at_once_{kAtOnceMax, {}};
-  std::vector<ChannelId> wants_;
-  std::vector<ChannelId> ends_;
-  std::uint16_t demands_ = 0;     // number of the last demand; skips 0 when it wraps
-  std::set<ChannelId> left_out_;  // topics with origins without a place
-  ChannelId looked_at_;           // the last of them
-  std::set<TopicKey> names_;      // of these:
-  std::map<ChannelId, OfferedTopic> topics_;
+  [[nodiscard]] TopicMirror* find(MirrorId id);
+  // Whether the rules let the mirror be fed, by the same link and in the same way as until now.
+  [[nodiscard]] std::optional<Decision> permission(const Link& link,
+                                                   const TopicMirror& mirror) const;
+  [[nodiscard]] bool is_permitted_as_before(const TopicMirror& mirror) const;
+
+  ImportContext context_;
+  // The mirrors' ids that claims name, and the last of them: not there any longer, since when.
+  std::multiset<Gid> named_;
+  std::deque<std::pair<TimePoint, Gid>> leaving_;
+  std::map<LinkId, LinkTopics> peers_;
 };
 
 }  // namespace connect_bridge

@@ -8,7 +8,7 @@
 
 namespace connect_bridge {
 
-class ExportedTopic;
+class LocalTopic;
 
 // With some middlewares a process can use one type per topic name only: that of local endpoints, or
 // that of the first listener at the other side. A topic that is subscribed for listeners alone
@@ -16,13 +16,13 @@ class ExportedTopic;
 class SubscribedNames {
  public:
   // No other topic has the name.
-  [[nodiscard]] bool are_free(const std::string& name, const ExportedTopic& topic) const {
+  [[nodiscard]] bool are_free(const std::string& name, const LocalTopic& topic) const {
     const auto taken = taken_.find(name);
     return taken == taken_.end() || (taken->second.size() == 1 && taken->second.contains(&topic));
   }
   // The topic is subscribed from now on, for listeners alone or not. Returns the topic that must
   // end its subscription for it; null: none.
-  [[nodiscard]] ExportedTopic* take(const std::string& name, ExportedTopic& topic, bool stands) {
+  [[nodiscard]] LocalTopic* take(const std::string& name, LocalTopic& topic, bool stands) {
     taken_[name].insert(&topic);
     // A topic with publishers never gives way, so several types of a name may be subscribed for
     // those. What stands for listeners alone gives way to them: the caller ends it.
@@ -36,7 +36,7 @@ class SubscribedNames {
     standing_.erase(standing);
     return nullptr;
   }
-  void leave(const std::string& name, const ExportedTopic& topic) {
+  void leave(const std::string& name, const LocalTopic& topic) {
     const auto standing = standing_.find(name);
     if (standing != standing_.end() && standing->second == &topic) standing_.erase(standing);
     const auto taken = taken_.find(name);
@@ -44,15 +44,15 @@ class SubscribedNames {
     taken->second.erase(&topic);
     if (taken->second.empty()) taken_.erase(taken);
   }
-  [[nodiscard]] std::vector<ExportedTopic*> standing() const {
-    std::vector<ExportedTopic*> topics;
+  [[nodiscard]] std::vector<LocalTopic*> standing() const {
+    std::vector<LocalTopic*> topics;
     for (const auto& [name, topic] : standing_) topics.push_back(topic);
     return topics;
   }
 
  private:
-  std::map<std::string, std::set<const ExportedTopic*>> taken_;
-  std::map<std::string, ExportedTopic*> standing_;
+  std::map<std::string, std::set<const LocalTopic*>> taken_;
+  std::map<std::string, LocalTopic*> standing_;
 };
 
 }  // namespace connect_bridge

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/topics/exported_topic.hpp"
+#include "core/topics/local_topic.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 
-TopicOffer::TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
+TopicOffer::TopicOffer(ExportContext& context, LocalTopic& topic, Link& link)
     : context_(context),
       topic_(topic),
       link_(link),

@@ -25,7 +25,7 @@ namespace connect_bridge {
 // until it is reviewed.
 class TopicOffer final : public OutgoingChannel {
  public:
-  TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link);
+  TopicOffer(ExportContext& context, LocalTopic& topic, Link& link);
   TopicOffer(const TopicOffer&) = delete;
   TopicOffer& operator=(const TopicOffer&) = delete;
 
@@ -123,7 +123,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] Moment moment_of(const OutSample& sample) const;
 
   ExportContext& context_;
-  ExportedTopic& topic_;
+  LocalTopic& topic_;
   Link& link_;
   LinkOffer offer_;
   const bool parameter_events_;    // each origin, and each message, has a right of its own
@@ -139,7 +139,7 @@ class TopicOffer final : public OutgoingChannel {
   std::uint64_t namespace_ = 0;  // company_namespace()
   RateLimits rates_;
   EarlySamples early_;
-  HeldBack<OutSample, ExportedTopic*> held_;
+  HeldBack<OutSample, LocalTopic*> held_;
   std::set<OriginId> withheld_;  // only of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;
   DropCounts dropped_;  // before the link's queue

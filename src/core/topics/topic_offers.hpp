@@ -23,7 +23,7 @@ class TopicOffers {
   TopicOffers(ExportContext& context, TopicTimers timers) : context_(context), timers_(timers) {}
 
   // The link must have none.
-  TopicOffer& add(ExportedTopic& topic, Link& link) {
+  TopicOffer& add(LocalTopic& topic, Link& link) {
     return offers_.try_emplace(link.id, context_, topic, link).first->second;
   }
   // Whether the link had one. What is under way for it will not be sent.

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "ros/topics/mirror.hpp"
+#include "ros/topics/topic_mirror.hpp"
 
 namespace connect_bridge::ros {
 namespace {

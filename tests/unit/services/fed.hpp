@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/policy/interface.hpp"
-#include "core/services/service_imports.hpp"
+#include "core/services/peer_services.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::side_test {
@@ -36,9 +36,9 @@ struct OfferedServices : topics_test::Actions {
   }
   ~OfferedServices() { imports.services.clear(); }
 
-  MirroredService& offer(OneLink& from, const ChannelOffer& offer) {
+  ServiceMirror& offer(OneLink& from, const ChannelOffer& offer) {
     const ServiceKey key{offer.name, offer.type};
-    MirroredService& service = imports.services.try_emplace(key, key, imports).first->second;
+    ServiceMirror& service = imports.services.try_emplace(key, key, imports).first->second;
     from.link.expect_offered(offer.channel, InterfaceKind::kService);
     const auto decision = policy.decide(
         Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
@@ -74,7 +74,7 @@ struct OfferedServices : topics_test::Actions {
   std::int64_t at = 0;
   ServiceOptions options;
   std::string own_node = "/connect";
-  ServiceImports imports{side, options, own_node};
+  PeerServices imports{side, options, own_node};
   OneLink peer;
 };
 
@@ -119,7 +119,7 @@ struct Fed : OfferedServices {
     said();
   }
 
-  MirroredService* subject = nullptr;
+  ServiceMirror* subject = nullptr;
 };
 
 }  // namespace connect_bridge::side_test

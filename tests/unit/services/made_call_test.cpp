@@ -102,7 +102,7 @@ TEST(MadeCall, ACallForAResultHasNoLimit) {
   Rule rule = answered_in_time();
   rule.import_actions = {Pattern::parse("/**").value()};
   OfferedServices s(rule);
-  MirroredService& results = s.offer(s.peer, offer_of_part(1, ActionPart::kGetResult));
+  ServiceMirror& results = s.offer(s.peer, offer_of_part(1, ActionPart::kGetResult));
   EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
   EXPECT_EQ(s.did(), "mirror_service 1 /go/_action/get_result\n");
   RequestTaken request{{1}, {7}, sample("a")};

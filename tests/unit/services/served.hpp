@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/policy/interface.hpp"
-#include "core/services/service_exports.hpp"
+#include "core/services/local_services.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::side_test {
@@ -117,9 +117,9 @@ struct Served : topics_test::Actions {
     at = to;
     while (const auto due = exports.timers.take_due(ms(at).steady)) {
       if (due->call) {
-        due->attachment->on_timeout(*due->call, ms(at));
+        due->service_offer->on_timeout(*due->call, ms(at));
       } else {
-        due->attachment->detach(ms(at));
+        due->service_offer->detach(ms(at));
       }
     }
   }
@@ -133,9 +133,9 @@ struct Served : topics_test::Actions {
   std::int64_t at = 0;
   ServiceOptions options;
   Random random{1};
-  ServiceExports exports{side, options, random};
+  LocalServices exports{side, options, random};
   OneLink peer;
-  RealService subject;
+  LocalService subject;
   std::optional<ChannelOffer> offered;  // at first
 };
 

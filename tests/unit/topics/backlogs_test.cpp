@@ -322,7 +322,7 @@ TEST(Backlogs, AreShownWithTheTopicsOwnCountsAndWithNoOthers) {
 TEST(Backlogs, OneLineSaysWhatABreakHasLost) {
   Keeping s;
   s.s.graph = picture({topic("/a").pub(1), topic("/b").pub(2)});
-  ExportedTopic other(s.s.context, {"/b", kType});
+  LocalTopic other(s.s.context, {"/b", kType});
   other.on_graph(ms(0));
   TopicOffer its_offer(s.s.context, other, s.peer.link);
   ASSERT_TRUE(its_offer.open());

@@ -175,7 +175,7 @@ TEST(EarlySamples, WhoDoesNotDemandItInTimeWeakensNothingForOthers) {
 TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
   OneLink greedy(1), other(2);
   Exporting s;
-  std::vector<std::unique_ptr<ExportedTopic>> topics;
+  std::vector<std::unique_ptr<LocalTopic>> topics;
   std::vector<Topic> states;
   const auto listen_to = [&](OneLink& peer, std::uint32_t n) {
     ListenerTold told;
@@ -193,7 +193,7 @@ TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
   const std::string text((1 << 20) - 100, 'x');
   for (std::uint32_t n = 1; n <= 6; ++n) {
     const TopicKey key{"/t" + std::to_string(n), kType};
-    topics.push_back(std::make_unique<ExportedTopic>(s.context, key));
+    topics.push_back(std::make_unique<LocalTopic>(s.context, key));
     topics.back()->on_graph(ms(0));
     EXPECT_TRUE(topics.back()->offer_to(greedy.link, ms(0)).has_value());
     if (n == 6) {

@@ -1,7 +1,7 @@
 // A local topic without a side.
 #pragma once
 
-#include "core/topics/exported_topic.hpp"
+#include "core/topics/local_topic.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::topics_test {
@@ -37,7 +37,7 @@ struct Exporting : Actions {
 
   TopicOptions options;
   ExportContext context{side, options};
-  ExportedTopic subject{context, {"/a", kType}};
+  LocalTopic subject{context, {"/a", kType}};
 };
 
 }  // namespace connect_bridge::topics_test

@@ -1,7 +1,7 @@
 // Topics that peers offer, without a side.
 #pragma once
 
-#include "core/topics/imports.hpp"
+#include "core/topics/peer_topics.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::topics_test {
@@ -14,12 +14,12 @@ struct Importing : Actions {
   }
 
   // A peer offers topic /a on channel 1 with these origins.
-  void offer(PeerTopics& peer, std::vector<OriginOffer> origins, std::int64_t at = 0) {
+  void offer(LinkTopics& peer, std::vector<OriginOffer> origins, std::int64_t at = 0) {
     peer.link().expect_offered({1}, InterfaceKind::kTopic);
     peer.on_offer(channel(1, "/a", std::move(origins)), ms(at));
   }
   void listen() { graph = picture({topic("/a").sub(50)}); }
-  Mirror& mirror(std::uint8_t publisher) {
+  TopicMirror& mirror(std::uint8_t publisher) {
     return context.mirrors.at({{"/a", kType}, gid(publisher)});
   }
   // As long as no demand was told its number is 0.

@@ -5,7 +5,7 @@
 
 #include <deque>
 
-#include "core/topics/imports.hpp"
+#include "core/topics/peer_topics.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::topics_test {
@@ -47,7 +47,7 @@ struct SharedOrigins : Actions {
 
   std::deque<OneLink> links;
   TopicOptions options;
-  connect_bridge::Imports imports{side, options};
+  connect_bridge::PeerTopics imports{side, options};
   std::uint64_t before = 0;
 };
 

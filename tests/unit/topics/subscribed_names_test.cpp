@@ -10,8 +10,8 @@ namespace {
 
 struct Named {
   Exporting s;
-  ExportedTopic one{s.context, {"/a", kType}};
-  ExportedTopic two{s.context, {"/a", "p/msg/U"}};
+  LocalTopic one{s.context, {"/a", kType}};
+  LocalTopic two{s.context, {"/a", "p/msg/U"}};
   SubscribedNames names;
 };
 
@@ -40,7 +40,7 @@ TEST(SubscribedNames, TopicsWithPublishersDoNotDriveEachOtherAway) {
 TEST(SubscribedNames, ATopicForListenersAloneGivesWayToOneWithPublishers) {
   Named s;
   EXPECT_EQ(s.names.take("/a", s.one, true), nullptr);
-  EXPECT_EQ(s.names.standing(), std::vector<ExportedTopic*>{&s.one});
+  EXPECT_EQ(s.names.standing(), std::vector<LocalTopic*>{&s.one});
   EXPECT_EQ(s.names.take("/b", s.two, false), nullptr);
   EXPECT_EQ(s.names.take("/a", s.two, false), &s.one);
   s.names.leave("/a", s.one);  // so it ends its subscription
@@ -61,7 +61,7 @@ TEST(SubscribedNames, WhoLeavesTakesNothingOfOthersWithIt) {
   EXPECT_EQ(s.names.take("/a", s.one, true), nullptr);
   s.names.leave("/a", s.two);
   s.names.leave("/b", s.one);
-  EXPECT_EQ(s.names.standing(), std::vector<ExportedTopic*>{&s.one});
+  EXPECT_EQ(s.names.standing(), std::vector<LocalTopic*>{&s.one});
   EXPECT_FALSE(s.names.are_free("/a", s.two));
 }
 

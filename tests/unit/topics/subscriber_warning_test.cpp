@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "unit/topics/offered_script.hpp"
+#include "unit/topics/peer_topic_script.hpp"
 
 namespace connect_bridge::topics_test {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 struct Warning : OfferedScript {
   explicit Warning(const std::string& node = "/peer_node") : subject(made_for(node)) {}
 
-  Mirror& made_for(const std::string& node) {
+  TopicMirror& made_for(const std::string& node) {
     OriginOffer offered = origin(1, 7);
     offered.node = node;
     offer(peer, {offered});
@@ -41,7 +41,7 @@ struct Warning : OfferedScript {
     return context.timers.deadline().value_or(TimePoint::max()) <= ms(at).steady;
   }
 
-  Mirror& subject;
+  TopicMirror& subject;
 };
 
 TEST(SubscriberWarning, EachIsNamedOnce) {

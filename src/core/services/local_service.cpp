@@ -1,0 +1,251 @@
+#include "core/services/local_service.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/policy/interface.hpp"
+#include "core/services/local_services.hpp"
+
+namespace connect_bridge {
+
+LocalService::LocalService(ServiceKey key, LocalServices& exports)
+    : exports_(exports),
+      what_(std::make_shared<LocalInterface>(
+          LocalInterface{InterfaceKind::kService, std::move(key)})),
+      gives_results_(is_result_service(what_->key.first)),
+      gate_(gives_results_) {}
+
+// ---- the graph
+
+void LocalService::update_servers(const ServiceState& state, const Now& now) {
+  // Ids that come first may belong to servers that have been here all the time, as the graph has
+  // them only while there is a client. Whoever appears later cannot have got what was sent before
+  // (end_lost).
+  std::map<Gid, TimePoint> servers;
+  const auto first_seen = servers_.empty() ? TimePoint::min() : now.steady;
+  for (const auto& server : state.servers) {
+    if (server.gid == Gid{}) continue;
+    const auto known = servers_.find(server.gid);
+    servers[server.gid] = known == servers_.end() ? first_seen : known->second;
+  }
+  node_ = node_of(state.servers.front());
+  // Two servers of one node are mostly a killed process, which stays in the graph for a while, and
+  // its successor.
+  const bool several = std::any_of(state.servers.begin(), state.servers.end(),
+                                   [&](const Server& s) { return node_of(s) != node_; });
+  if (several && !std::exchange(warned_several_, true))
+    exports_.outputs.log(LogLevel::kWarn, key().first +
+                                              " has several servers: each call reaches all of "
+                                              "them, and the first answer counts");
+  const auto stays = [&](const auto& server) { return servers.contains(server.first); };
+  // A server that replaces the old one does not know the calls that were made.
+  const bool replaced = !servers.empty() && !servers_.empty() &&
+                        std::none_of(servers_.begin(), servers_.end(), stays);
+  // The graph has the servers' ids for some services only, and only while there is a client.
+  if (servers.empty() || servers == servers_) return;
+  if (std::exchange(failed_, false)) forget_ended();
+  servers_ = std::move(servers);
+  if (!replaced) return end_lost(now);  // mutant: server_replaced
+  end(now);
+  exports_.outputs.follow_up(FollowUp::kOffers);  // as a new channel
+}
+
+void LocalService::end(const Now& now) {
+  // First: while the attachments end one by one no call of another one may begin.
+  gate_.server_gone();
+  for (auto& [id, service_offer] : service_offers_)
+    service_offer.end({"it has no server any longer"}, now);
+  service_offers_.clear();
+  release_client();
+}
+
+// The service is offered again to those whose attachment was ended.
+void LocalService::forget_ended() {
+  const auto ended = std::erase_if(service_offers_, [](const auto& entry) {
+    return !entry.second.is_offered() && entry.second.is_idle();
+  });
+  if (ended > 0) exports_.outputs.follow_up(FollowUp::kOffers);
+}
+
+void LocalService::end_lost(const Now& now) {
+  // Each call goes to all servers that are there. So what was handed over since the oldest of those
+  // that are left appeared may still be answered, and only what is older is lost.
+  TimePoint since = TimePoint::max();
+  for (const auto& [gid, seen] : servers_) since = std::min(since, seen);
+  for (auto& [link, service_offer] : service_offers_) service_offer.end_lost(since, now);
+}
+
+// ---- links
+
+bool LocalService::lacks_type() const {
+  const auto state = exports_.graph.services().find(key());
+  return state != exports_.graph.services().end() && state->second.lack;
+}
+
+std::optional<ChannelOffer> LocalService::offer(Link& link, const Now& now) {
+  const bool is_known = service_offers_.contains(link.id);
+  if (is_known ? failed_ : lacks_type()) return std::nullopt;
+  return service_offers_.try_emplace(link.id, *this, link, exports_).first->second.offer(now);
+}
+
+void LocalService::review(Link& link, const Now& now) {
+  const auto it = service_offers_.find(link.id);
+  if (it == service_offers_.end()) return;
+  // What is to be offered again is collected afterwards by whoever asks for the review.
+  if (const auto why = it->second.review()) remove(it, *why, now);
+}
+
+void LocalService::on_link_lost(LinkId link) {
+  const auto it = service_offers_.find(link);
+  if (it == service_offers_.end()) return;
+  it->second.on_link_lost();
+  if (it->second.is_idle()) service_offers_.erase(it);
+}
+
+void LocalService::on_link_dead(LinkId link, const Now& now) {
+  const auto it = service_offers_.find(link);
+  if (it != service_offers_.end()) remove(it, LinkOffer::offered_again(), now);
+}
+
+void LocalService::remove(ServiceOffers::iterator service_offer, const Ending& why,
+                          const Now& now) {
+  service_offer->second.end(why, now);
+  service_offers_.erase(service_offer);
+  release_client();
+}
+
+// The new attachment draws another epoch, so numbers of the old one mean nothing any more. Others
+// keep theirs: a peer that uses up its numbers ends no calls but its own.
+void LocalService::renew(LinkId link, const Now& now) {
+  on_link_dead(link, now);
+  exports_.outputs.follow_up(FollowUp::kOffers);
+}
+
+// ---- the client
+
+void LocalService::use_client() {
+  if (client_) return;
+  failed_ = false;
+  // While there was no client the graph had no ids: the known ones may belong to servers that are
+  // gone.
+  servers_.clear();
+  if (const auto it = exports_.graph.services().find(key()); it != exports_.graph.services().end())
+    for (const auto& server : it->second.servers)
+      if (server.gid != Gid{}) servers_[server.gid] = TimePoint::min();
+  client_ = exports_.outputs.new_id<ServiceClientId>();
+  exports_.by_client[client_] = this;
+  gate_ = CallGate(gives_results_);
+  exports_.outputs.push(CreateServiceClient{client_, key().first, key().second});
+  note_action_use(true);
+}
+
+void LocalService::release_client() {
+  const bool held = std::any_of(service_offers_.begin(), service_offers_.end(),
+                                [](const auto& e) { return e.second.holds_client(); });
+  if (held || !client_) return;
+  room_.cancel();
+  exports_.outputs.push(DestroyServiceClient{client_});
+  exports_.by_client.erase(client_);
+  client_ = {};
+  ready_ = false;
+  note_action_use(false);
+}
+
+// A peer that is attached to the goals can send one at any time: feedback and status stay
+// subscribed as long as that (LocalTopics::hold_action).
+void LocalService::note_action_use(bool on) {
+  const auto part = part_of_action(InterfaceKind::kService, key().first, key().second);
+  if (!part || part->part != ActionPart::kSendGoal) return;
+  exports_.action_uses.push_back({std::string(part->action), on});
+  exports_.outputs.follow_up(FollowUp::kActions);
+}
+
+void LocalService::on(const ServiceReady& ready, const Now& now) {
+  if (ready_ == ready.ready) return;
+  // The middleware cannot reach the server, though the graph may still show it. Nobody answers the
+  // calls under way. Who attaches to the new offer waits until it can be called (docs/protocol.md,
+  // 9.2).
+  if (!ready.ready) {
+    end(now);
+    exports_.outputs.follow_up(FollowUp::kOffers);
+    return;
+  }
+  ready_ = true;
+  type_hash_ = ready.type_hash;
+  for (auto& [id, service_offer] : service_offers_) service_offer.on_ready(now);
+  forget_ended();  // of a client that could not be made
+}
+
+void LocalService::on(const ServiceClientFailed& failed, const Now& now) {
+  // The attachments end but stay. So the links that had them are not offered the service at once
+  // and again without end, but when its servers change, or a client can be made after all
+  // (forget_ended).
+  exports_.by_client.erase(client_);
+  const std::string what = shown(InterfaceKind::kService, key().first, key().second);
+  exports_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
+  failed_ = true;
+  invocations_.clear();  // the gateway has dropped all of them
+  note_action_use(false);
+  gate_.server_gone();
+  for (auto& [link, service_offer] : service_offers_)
+    service_offer.end({failed.reason, failed.code}, now);
+  room_.cancel();
+  client_ = {};
+}
+
+InvocationId LocalService::invoke(ServedCall& call, Payload request, const Now& now) {
+  const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
+  invocations_[invocation] = &call;
+  gate_.handed_over(call.attachment().link(), call.id(), invocation, now.steady);
+  exports_.outputs.push(SendRequest{client_, invocation, std::move(request),
+                                    call.attachment().line_of_call(AuditEvent::kCall)});
+  return invocation;
+}
+
+void LocalService::drop(InvocationId invocation) {
+  if (take_invocation(invocation)) exports_.outputs.push(DropInvocation{client_, invocation});
+}
+
+ServedCall* LocalService::take_invocation(InvocationId invocation) {
+  const auto it = invocations_.find(invocation);
+  if (it == invocations_.end()) return nullptr;
+  ServedCall* call = it->second;
+  invocations_.erase(it);
+  return call;
+}
+
+void LocalService::on(ResponseTaken& response, const Now& now) {
+  // Also if nobody waits for it any longer: it shows that the server takes its requests.
+  gate_.answered(response.invocation, now.steady);
+  if (ServedCall* call = take_invocation(response.invocation))
+    call->on_response(std::move(response.payload), now);
+  begin_calls(now);
+}
+
+void LocalService::on(const InvocationFailed& failed, const Now& now) {
+  // Also if nobody waits for it any longer: the server's queue has room again.
+  gate_.failed(failed.invocation);
+  if (ServedCall* call = take_invocation(failed.invocation))
+    call->attachment().on_failed(*call, failed.reason, now);
+  begin_calls(now);
+}
+
+void LocalService::begin_calls(const Now& now) {
+  if (exports_.held) return;
+  // One at a time: to begin a call may end it, and so may free places or end others that would have
+  // been next.
+  while (const auto next = gate_.next(now.steady))
+    service_offers_.at(next->caller).begin(next->call, now);
+  // An answer that makes the deadline later leaves the timer as it is; it then fires once without
+  // effect.
+  const auto deadline = gate_.deadline();
+  if (deadline && (!room_ || room_.at() <= now.steady))
+    room_ = exports_.timers.set(*deadline, {this});
+}
+
+void LocalService::add_status(const Link& link, LinkStatus& status) const {
+  const auto it = service_offers_.find(link.id);
+  if (it != service_offers_.end()) it->second.add_status(status);
+}
+
+}  // namespace connect_bridge

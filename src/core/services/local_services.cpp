@@ -1,0 +1,65 @@
+#include "core/services/local_services.hpp"
+
+namespace connect_bridge {
+
+void LocalServices::on_graph(const Now& now) {
+  const auto& all = graph.services();
+  const auto is_real = [&](const ServiceKey& key) {
+    // A service that another bridge mirrors has its server elsewhere, whatever the name of its
+    // node.
+    return all.contains(key) && !claims.serves(service_gid(key.first));
+  };
+  for (auto it = services_.begin(); it != services_.end();) {
+    const auto at = it++;
+    if (is_real(at->first)) continue;
+    at->second.end(now);
+    services_.erase(at);
+  }
+  for (const auto& [key, state] : all)
+    if (is_real(key))
+      services_.try_emplace(key, key, *this).first->second.update_servers(state, now);
+}
+
+void LocalServices::review(Link& link, const Now& now) {
+  for (auto& [key, service] : services_) service.review(link, now);
+}
+
+void LocalServices::go_on(const Now& now) {
+  held = false;
+  for (auto& [key, service] : services_) service.begin_calls(now);
+}
+
+void LocalServices::collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now) {
+  for (auto& [key, service] : services_)
+    if (auto offer = link.may_offer() ? service.offer(link, now) : std::nullopt)
+      offers.push_back(std::move(*offer));
+}
+
+void LocalServices::on_link_lost(LinkId link) {
+  for (auto& [key, service] : services_) service.on_link_lost(link);
+}
+
+void LocalServices::on_link_dead(LinkId link, const Now& now) {
+  for (auto& [key, service] : services_) service.on_link_dead(link, now);
+  loads.erase(link);
+}
+
+void LocalServices::on_time(const Now& now) {
+  std::vector<LocalService*> with_room;
+  while (const auto due = timers.take_due(now.steady)) {
+    if (due->call) {
+      due->service_offer->on_timeout(*due->call, now);
+    } else if (due->service_offer) {
+      due->service_offer->detach(now);
+    }
+    with_room.push_back(due->service);
+  }
+  // Last, so that no call begins that ends in the same input.
+  for (LocalService* const service : with_room) service->begin_calls(now);
+}
+
+void LocalServices::add_status(const Link& link, LinkStatus& status) const {
+  for (const auto& [key, service] : services_) service.add_status(link, status);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,85 @@
+// The services of the local graph that peers may call.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "core/base/random.hpp"
+#include "core/base/timers.hpp"
+#include "core/graph/side_view.hpp"
+#include "core/services/calls.hpp"
+#include "core/services/local_service.hpp"
+#include "core/services/options.hpp"
+
+namespace connect_bridge {
+
+// Peers can send goals to this action from now on, or can no longer.
+struct ActionUse {
+  std::string action;  // local name
+  bool on = false;
+};
+
+// A service is exported while it has a real server. Finds or creates the object that an input
+// concerns; the handling is in these types (LocalService, ServiceOffer, ServedCall), which also use
+// what they share of it. Links dispatch what arrives on channels. Single-threaded; owned by the
+// side.
+class LocalServices final : public SideView {
+ public:
+  LocalServices(const SideView& side, const ServiceOptions& of_services, Random& random_numbers)
+      : SideView(side), options(of_services), random(random_numbers) {}
+  LocalServices(const LocalServices&) = delete;
+  LocalServices& operator=(const LocalServices&) = delete;
+
+  // Servers, or what other bridges claim, have changed.
+  void on_graph(const Now& now);
+  // Withdraws what the link may not have any longer, and applies the present rules to the rest.
+  // Between hold() and go_on() no call begins: its right may not have been checked yet.
+  void review(Link& link, const Now& now);
+  void hold() { held = true; }
+  void go_on(const Now& now);
+  // Adds the services that are to be offered to the link and are not yet.
+  void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
+  // Which actions peers use since this was called last, or do not any longer.
+  std::vector<ActionUse> take_action_uses() { return std::exchange(action_uses, {}); }
+
+  // The connection is gone: calls go on, answers wait for the link's return.
+  void on_link_lost(LinkId link);
+  // The link is declared dead: its calls end.
+  void on_link_dead(LinkId link, const Now& now);
+
+  // What concerns a client here; it may be gone.
+  template <class Input>
+  void on(Input& input, const Now& now) {
+    on(input.client, input, now);
+  }
+  void on(ServiceClientFailed& failed, const Now& now) { on(failed.id, failed, now); }
+  void on_time(const Now& now);
+
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return timers.deadline(); }
+  void add_status(const Link& link, LinkStatus& status) const;
+  [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
+
+  // ---- for the services
+  const ServiceOptions& options;
+  Random& random;
+  bool held = false;  // no call begins
+  Timers<CallDue> timers{};
+  CallLoads loads{};
+  std::unordered_map<ServiceClientId, LocalService*> by_client{};
+  std::vector<ActionUse> action_uses{};  // changes that were not taken yet
+
+ private:
+  template <class Input>
+  void on(ServiceClientId client, Input& input, const Now& now) {
+    const auto service = by_client.find(client);
+    if (service != by_client.end()) service->second->on(input, now);
+  }
+
+  std::map<ServiceKey, LocalService> services_;
+};
+
+}  // namespace connect_bridge

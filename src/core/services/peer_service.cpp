@@ -1,0 +1,340 @@
+#include "core/services/peer_service.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "core/compress/compress.hpp"
+#include "core/link/link_audit.hpp"
+#include "core/offers/import_right.hpp"
+#include "core/services/peer_services.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr char kNoMemoryOf[] = "no memory is left in the share of ";
+
+}  // namespace
+
+PeerService::PeerService(ServiceMirror& service, Link& link, PeerServices& imports)
+    : service_(service),
+      link_(link),
+      imports_(imports),
+      load_(imports.loads.try_emplace(link.id, link.memory).first->second) {}
+
+// ---- what is offered
+
+void PeerService::on_offer(const ChannelOffer& offer, Decision decision) {
+  offer_ = offer;
+  decision_ = std::move(decision);
+  unfit_ = false;
+  link_.take_offered(offer_.channel, *this);
+}
+
+void PeerService::on_link_lost() {
+  offer_.channel = requests_ = {};
+  attached_ = false;
+}
+
+void PeerService::on_withdraw(const Withdraw& why, const Now& now) {
+  const auto& [name, type] = service_.key();
+  log_withdrawn(imports_.outputs, link_, shown(InterfaceKind::kService, name, type), why);
+  note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
+  PeerServices& imports = imports_;  // it outlives this, and so may the service
+  ServiceMirror& service = service_;
+  service.remove_feed(link_.id);
+  imports.update(service, now);
+}
+
+void PeerService::note_end(const Ending& why) const {
+  note_import_end(imports_, link_, InterfaceKind::kService, service_.key(), decision_.rule, why);
+}
+
+// ---- the attachment
+
+void PeerService::attach() {
+  requests_ = link_.open_channel(*this);
+  link_.sending().add_channel(requests_, queue_of_calls(decision_));
+  if (!encoder_ || encoder_->bytes() == 0) start_encoder();
+  link_.send(Attach{offer_.channel, requests_});
+}
+
+void PeerService::detach() {
+  if (!requests_) return;
+  link_.withdraw(requests_);
+  requests_ = {};
+  attached_ = false;
+}
+
+Result<Nothing> PeerService::on_attached(const Attached& attached, const Now& now) {
+  // The answer to an attachment that has ended meanwhile.
+  if (requests_ != attached.requests) return Nothing{};
+  if (attached_) return Error{CloseCode::kIllegal, "attached twice"};
+  if (attached.seen.value >= kCallNumbersMax)
+    return Error{CloseCode::kIllegal, "more calls seen than can be made"};
+  attached_ = true;
+  type_hash_ = attached.type_hash;
+  reconcile(attached, now);
+  imports_.update(service_, now);
+  return Nothing{};
+}
+
+void PeerService::reconcile(const Attached& attached, const Now& now) {
+  const std::set<CallId> open(attached.calls.begin(), attached.calls.end());
+  std::vector<CallId> forget;
+  // Nobody here waits for these any longer: without `forget` they would be executed for nobody.
+  for (const CallId id : open)
+    if (id <= attached.seen && !calls_.contains(id)) forget.push_back(id);
+  for (auto it = calls_.begin(); it != calls_.end();) {
+    MadeCall& call = (it++)->second;
+    if (call.id() > attached.seen) {
+      // Nobody waits: it is never executed, and its number is left out (docs/protocol.md 9.6).
+      if (!call.request()) {
+        erase(call);
+      } else if (call.is_kept() || call.is_delivered()) {
+        push(call, now);  // mutant: requests_again
+      }
+    } else if (!open.contains(call.id())) {
+      if (call.has_answer()) continue;
+      // Refused, forgotten or too large on the lost connection.
+      ++counts_.lost;
+      give_up(call);
+    } else {
+      call.on_delivered();
+      if (call.request()) continue;
+      forget.push_back(call.id());
+      erase(call);
+    }
+  }
+  // A feed may be newer than the epoch: its numbers begin behind those of the one before it.
+  last_ = std::max(last_, attached.seen);
+  std::sort(forget.begin(), forget.end());
+  say_forget(std::move(forget));
+}
+
+// ---- requests
+
+Duration PeerService::call_timeout() const {
+  return service_.gives_results() ? kForever : decision_.treatment.call_timeout;
+}
+
+void PeerService::on_request(RequestId request, Payload payload, const Now& now) {
+  const std::size_t size = payload.size();
+  if (const std::string why = no_room(size); !why.empty()) {
+    note_refusal(why, now);
+    return drop_request(request);
+  }
+  last_ = {last_.value + 1};
+  const CallId id = last_;
+  calls_.try_emplace(id, *this, id, request, size, now);
+  by_request_[request] = id;
+  ++counts_.calls;
+  counts_.request_bytes += size;
+  if (!encoder_) return on_encoded(id, Codec::kNone, payload, payload, now);
+  // Nothing is dropped: no_room() limits what is pushed here.
+  (void)encoder_->push({id, now.system, 0, std::move(payload), {}});
+  send_encoded(now);
+}
+
+std::string PeerService::no_room(std::size_t bytes) const {
+  const ServiceOptions& limits = imports_.options;
+  const std::size_t calls_max =
+      service_.gives_results()
+          ? kResultCallsMax
+          : std::size_t{decision_.treatment.calls_max} + limits.calls_waiting_max;
+  if (link_.connection() && bytes > link_.peer_message_bytes_max())
+    return "a request is larger than " + link_.label() + " accepts";
+  if (calls_.size() >= calls_max || load_.calls.used() >= kPeerCallsMax)
+    return "too many calls without an answer";
+  if (load_.request_bytes.used() + bytes > limits.call_bytes_max ||
+      (link_.connection() && link_.outbox().kept_bytes() > kept_bytes_max(limits.call_bytes_max)))
+    return "too many bytes of requests wait for " + link_.label();
+  if (bytes > link_.memory.room()) return std::string(kNoMemoryOf) + link_.label();
+  if (last_.value >= UINT32_MAX - 1) return "no call numbers are left";
+  return {};
+}
+
+void PeerService::start_encoder() {
+  encoder_.reset();
+  Encoder::Options options;
+  options.how = decision_.treatment.compression;
+  if (options.how.codec == Codec::kNone) return;
+  options.queue_bytes_max = UINT64_MAX;  // no_room() limits what is pushed here
+  encoder_.emplace(options, imports_.jobs, *this);
+}
+
+void PeerService::on_job(std::optional<Payload> result, const Now& now) {
+  encoder_->finish(std::move(result));
+  send_encoded(now);
+}
+
+void PeerService::send_encoded(const Now& now) {
+  while (const auto ready = encoder_->next())
+    on_encoded(ready->sample.subject.call(), ready->codec, ready->sample.raw, ready->body, now);
+}
+
+void PeerService::on_encoded(CallId id, Codec codec, const Payload& raw, const Payload& body,
+                             const Now& now) {
+  const auto call = calls_.find(id);
+  if (call == calls_.end()) return;  // given up meanwhile
+  call->second.keep(codec, static_cast<std::uint32_t>(raw.size()), body);
+  if (attached_) push(call->second, now);
+}
+
+// The request is kept until the peer has it, in case another connection must carry it. A request
+// that was taken while there was no connection is checked against the peer's limit only now.
+void PeerService::push(MadeCall& call, const Now& now) {
+  if (call.message().raw_bytes <= link_.peer_message_bytes_max())
+    return link_.sending().push(requests_, call.message(), now);
+  note_refusal("a request is larger than " + link_.label() + " accepts", now);
+  give_up(call);
+}
+
+void PeerService::on_delivered(CallId id, const Now&) {
+  const auto call = calls_.find(id);
+  if (call == calls_.end()) return;  // answered already
+  call->second.on_delivered();
+  if (call->second.request()) return;
+  say_forget({id});
+  erase(call->second);
+}
+
+// ---- answers
+
+Result<Nothing> PeerService::on_message(InMessage message, const Now& now) {
+  const auto at = calls_.find(message.subject.call());  // mutant: answer_to_caller
+  if (!attached_ || at == calls_.end() || at->second.has_answer()) {
+    ++counts_.duplicates;  // sent again, or nobody waits any longer
+    return Nothing{};
+  }
+  MadeCall& call = at->second;
+  // Large ones are nothing for the loop.
+  const bool large = message.codec != Codec::kNone && imports_.jobs.is_large(message.raw_bytes);
+  std::string why = message.kept ? "" : kNoMemoryOf + link_.label();
+  if (why.empty() && !link_.may_inflate(message, now))
+    why = "answers decompress to much more than their size";
+  if (why.empty() && large && !call.decode(message)) why = kNoMemoryOf + link_.label();
+  if (!why.empty()) {
+    note_refusal(why, now);
+    give_up(call);
+  }
+  if (!why.empty() || large) return Nothing{};
+  if (message.codec == Codec::kNone) {
+    respond(call, message.body);
+    return Nothing{};
+  }
+  auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+  if (!raw) {  // not to be sent again on the next connection
+    give_up(call);
+    return raw.error();
+  }
+  respond(call, Payload::adopt(std::move(raw).value()));
+  return Nothing{};
+}
+
+void PeerService::on_decoded(MadeCall& call, std::optional<Payload> answer) {
+  if (answer) return respond(call, *answer);
+  give_up(call);
+  link_.fail({CloseCode::kMalformed, "a compressed answer does not decompress to its size"});
+}
+
+void PeerService::respond(MadeCall& call, const Payload& answer) {
+  ++counts_.answered;
+  counts_.response_bytes += answer.size();
+  if (call.request())
+    imports_.outputs.push(SendResponse{service_.mirror(), call.request(), answer});
+  erase(call);
+}
+
+Result<Nothing> PeerService::on_refuse(const Refuse& refuse, const Now& now) {
+  if (!attached_) return Nothing{};
+  for (const CallId id : refuse.calls) {
+    const auto call = calls_.find(id);
+    if (call == calls_.end() || call->second.has_answer()) continue;
+    ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
+    const bool sent = refuse.code == "lost" || refuse.code == "timeout";  // perhaps executed
+    log_calls(imports_.outputs, link_.account->calls_made.refusals,
+              (sent ? "not answered by " : "refused by ") + link_.owner(), service_.key(),
+              "it says: " + refuse.reason + " (" + refuse.code + ")", now);
+    give_up(call->second);
+  }
+  return Nothing{};
+}
+
+// ---- calls that end without an answer
+
+void PeerService::on_callers_gone(const std::vector<RequestId>& requests) {
+  std::vector<CallId> forget;
+  for (const RequestId request : requests) {
+    const auto id = by_request_.find(request);
+    if (id == by_request_.end()) continue;
+    ++counts_.forgotten;
+    drop_request(request);
+    abandon(calls_.at(id->second), forget);  // mutant: callers_vanish
+  }
+  say_forget(std::move(forget));
+}
+
+void PeerService::on_timeout(MadeCall& call, const Now& now) {
+  if (!call.request()) return;  // its caller went away before
+  ++counts_.timed_out;
+  log_calls(imports_.outputs, link_.account->calls_made.timeouts, "not answered in time",
+            service_.key(), {}, now);
+  drop_request(call.request());
+  std::vector<CallId> forget;
+  abandon(call, forget);
+  say_forget(std::move(forget));
+}
+
+void PeerService::abandon(MadeCall& call, std::vector<CallId>& forget) {
+  by_request_.erase(call.request());
+  call.forget_caller();
+  if (attached_ && call.is_delivered() && !call.has_answer()) forget.push_back(call.id());
+  // What nobody waits for is not executed if that can be helped. Otherwise it waits while the
+  // request is still on its way; on a new connection the exporter lists the calls that it has.
+  if (attached_ && call.is_kept() && !link_.sending().take_back(requests_, call.id())) return;
+  erase(call);
+}
+
+void PeerService::give_up(MadeCall& call) {
+  drop_request(call.request());
+  erase(call);
+}
+
+void PeerService::drop_request(RequestId request) {
+  if (request) imports_.outputs.push(DropRequest{service_.mirror(), request});
+}
+
+void PeerService::say_forget(std::vector<CallId> calls) {
+  if (!calls.empty()) link_.send(Forget{offer_.channel, std::move(calls)});
+}
+
+void PeerService::note_refusal(const std::string& why, const Now& now) {
+  ++counts_.refused;
+  log_calls(imports_.outputs, link_.account->calls_made.refusals, "refused", service_.key(), why,
+            now);
+}
+
+void PeerService::erase(MadeCall& call) {
+  if (call.request()) by_request_.erase(call.request());
+  calls_.erase(call.id());
+}
+
+void PeerService::end_calls() {
+  counts_.lost += calls_.size();
+  calls_.clear();
+  by_request_.clear();
+  if (encoder_) encoder_->clear();
+}
+
+void PeerService::add_status(LinkStatus& status) const {
+  ServiceStatus s = counts_;
+  s.service = service_.key().first;
+  s.type = service_.key().second;
+  s.rule = decision_.rule;
+  s.attached = attached_ && service_.mirror();
+  s.pending = static_cast<std::uint32_t>(calls_.size());
+  status.services.push_back(std::move(s));
+}
+
+}  // namespace connect_bridge

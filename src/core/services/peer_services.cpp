@@ -1,0 +1,189 @@
+#include "core/services/peer_services.hpp"
+
+#include <algorithm>
+
+#include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Types with which an identity may offer a service of one name. A real one has one type, or for a
+// moment two; the services of an action are looked at together, each with all its types.
+constexpr std::size_t kTypesOfServiceMax = 4;
+// Thousands may be without a place, and look again together: the others' turns are in between.
+constexpr int kDueAtOnce = 64;
+
+bool has_too_many_types(const PeerServices& imports, const Link& link, const ServiceKey& key) {
+  std::size_t others = 0;
+  for (auto it = imports.services.lower_bound({key.first, ""});
+       it != imports.services.end() && it->first.first == key.first; ++it) {
+    const auto& peer_services = it->second.feeds();
+    if (it->first != key &&
+        std::any_of(peer_services.begin(), peer_services.end(), [&](const auto& peer_service) {
+          return peer_service.second.link().account == link.account;
+        }))
+      ++others;
+  }
+  return others >= kTypesOfServiceMax;
+}
+
+}  // namespace
+
+// ---- updates
+
+void PeerServices::update(ServiceMirror& service, const Now& now) {
+  // With the link that the goals of an action go to, its cancels and results move too: a cancel
+  // that goes to another robot stops nothing. This ends, because only a service of goals begins it,
+  // and only when it moves. The name is asked for before the service may be destroyed.
+  const LinkId before = service.feeder();
+  const bool stays = service.update(now);
+  const std::string moved = stays && service.feeder() == before ? "" : service.goals_of();
+  if (!stays) services.erase(ServiceKey(service.key()));
+  if (moved.empty()) return;
+  for (const ActionPart part : kActionParts) {
+    if (kind_of(part) != InterfaceKind::kService) continue;
+    update_named(name_of_part(moved, part), now);
+  }
+}
+
+void PeerServices::update_named(const std::string& name, const Now& now) {
+  for (auto it = services.lower_bound({name, ""}); it != services.end() && it->first.first == name;)
+    update((it++)->second, now);
+}
+
+// It takes its next element first, as an update may destroy its service. It may update others of
+// its action, too, but destroys none of them: a service is updated at once when its last feed has
+// gone, so each other one still has feeds.
+template <class Change>
+void PeerServices::update_each(const Change& change, const Now& now) {
+  for (auto it = services.begin(); it != services.end();) {
+    ServiceMirror& service = (it++)->second;
+    if (change(service)) update(service, now);
+  }
+}
+
+void PeerServices::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
+  auto import = judge(*this, link, offer);
+  if (!import) return;
+  const ServiceKey& key = import->key;
+  // Before an entry is made: a peer could offer one name with types without end.
+  if (has_too_many_types(*this, link, key))
+    return decline(*this, link, offer, "limit", "its name is offered with too many types");
+  ServiceMirror& service = services.try_emplace(key, key, *this).first->second;
+  if (!service.on_offer(link, offer, import->decision))
+    return decline(*this, link, offer, "failed", "this service is offered twice");
+  note_import(*this, link, offer, import->decision.rule);
+  update(service, now);
+}
+
+void PeerServices::forget_orphans(LinkId link, const Now& now) {
+  update_each(
+      [&](ServiceMirror& service) {
+        const auto peer_service = service.feeds().find(link);
+        if (peer_service == service.feeds().end() || peer_service->second.is_offered())
+          return false;
+        return service.remove_feed(link);
+      },
+      now);
+}
+
+void PeerServices::on_link_lost(LinkId link, const Now& now) {
+  // What has no mirror yet is claimed no longer: another bridge may have it.
+  update_each([&](ServiceMirror& service) { return service.on_link_lost(link); }, now);
+}
+
+void PeerServices::on_link_dead(LinkId link, const Now& now) {
+  update_each([&](ServiceMirror& service) { return service.remove_feed(link); }, now);
+  // Last: the calls that have ended now gave back to it.
+  loads.erase(link);
+}
+
+void PeerServices::on_graph(const Now& now, const GraphDifference& difference) {
+  const bool all = difference.all || !graph_since;
+  if (!graph_since) graph_since = now.steady;
+  if (all) return on_claims(now);
+  for (const std::string& name : difference.served) update_named(name, now);
+}
+
+void PeerServices::on_claims(const Now& now) {
+  update_each([](ServiceMirror&) { return true; }, now);
+}
+
+void PeerServices::on_lapse(const Now& now) {
+  if (!graph_since) return;
+  graph_since = now.steady;
+  update_each(
+      [](ServiceMirror& service) {
+        service.close();
+        return true;
+      },
+      now);
+}
+
+void PeerServices::on_policy(const Now& now) {
+  update_each(
+      [](ServiceMirror& service) {
+        service.on_policy();
+        return true;
+      },
+      now);
+}
+
+// The mirror may have been destroyed just now.
+ServiceMirror* PeerServices::find(ServiceMirrorId mirror) const {
+  const auto it = by_mirror.find(mirror);
+  return it == by_mirror.end() ? nullptr : it->second;
+}
+
+const std::string* PeerServices::goals_of(ServiceMirrorId mirror) const {
+  const auto* service = find(mirror);
+  return service && !service->goals_of().empty() ? &service->goals_of() : nullptr;
+}
+
+void PeerServices::on_request(RequestTaken& request, const Now& now) {
+  if (auto* service = find(request.mirror)) service->on_request(request, now);
+}
+
+void PeerServices::on_callers_gone(const CallersGone& gone) {
+  if (auto* service = find(gone.mirror)) service->on_callers_gone(gone);
+}
+
+void PeerServices::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
+  auto* service = find(failed.id);
+  if (!service) return;
+  service->on_mirror_failed(failed);
+  update(*service, now);
+}
+
+void PeerServices::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
+  auto* service = find(differs.id);
+  if (!service) return;
+  service->on_type_differs(differs);
+  update(*service, now);
+}
+
+void PeerServices::on_time(const Now& now) {
+  while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_timeout(**call, now);
+  for (int n = 0; n < kDueAtOnce; ++n) {
+    const auto service = looks.take_due(now.steady);
+    if (!service) break;
+    update(**service, now);
+  }
+}
+
+void PeerServices::add_mirrored(Claim& claim) const {
+  for (const auto& [key, service] : services)
+    if (service.is_claimed()) claim.services.push_back(service_gid(key.first));
+}
+
+bool PeerServices::has_mirror(const ServiceKey& key) const {
+  const auto found = services.find(key);
+  return found != services.end() && found->second.mirror();
+}
+
+void PeerServices::add_status(const Link& link, LinkStatus& status) const {
+  for (const auto& [key, service] : services) service.add_status(link, status);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,86 @@
+// The peers' services that exist here.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "core/base/timers.hpp"
+#include "core/graph/side_view.hpp"
+#include "core/link/link.hpp"
+#include "core/services/calls.hpp"
+#include "core/services/options.hpp"
+#include "core/services/service_mirror.hpp"
+
+namespace connect_bridge {
+
+// Finds or creates the object that an input concerns; the handling is in these types
+// (ServiceMirror, PeerService, MadeCall), which also use what they share of it. Links dispatch what
+// arrives on channels. Single-threaded; owned by the side.
+class PeerServices final : public SideView {
+ public:
+  PeerServices(const SideView& side, const ServiceOptions& of_services, const std::string& node)
+      : SideView(side), options(of_services), own_node(node) {}
+  PeerServices(const PeerServices&) = delete;
+  PeerServices& operator=(const PeerServices&) = delete;
+
+  // The caller has found the number unused and expects data on it.
+  void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
+  // The first round of offers is over: ends what the link has not offered again.
+  void forget_orphans(LinkId link, const Now& now);
+
+  // The connection is gone: the mirror and its calls wait for the link's return.
+  void on_link_lost(LinkId link, const Now& now);
+  // The link is declared dead: its mirrors vanish, and their calls with them.
+  void on_link_dead(LinkId link, const Now& now);
+  // Servers here changed.
+  void on_graph(const Now& now, const GraphDifference& difference = {});
+  void on_claims(const Now& now);  // what other bridges mirror changed
+  // Our own claims were not fresh: all mirrors end, and nothing is claimed before the claims that
+  // were missed have arrived.
+  void on_lapse(const Now& now);
+  void on_policy(const Now& now);
+
+  // The action (local name) whose goals arrive at this mirror; null: none.
+  [[nodiscard]] const std::string* goals_of(ServiceMirrorId mirror) const;
+  void on_request(RequestTaken& request, const Now& now);
+  void on_callers_gone(const CallersGone& gone);
+  void on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now);
+  void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
+  void on_time(const Now& now);
+
+  // The entries of our own claim for the services mirrored here.
+  void add_mirrored(Claim& claim) const;
+
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(timers.deadline(), looks.deadline());
+  }
+  // Whether a service of some peer is mirrored here.
+  [[nodiscard]] bool has_mirror(const ServiceKey& key) const;
+  void add_status(const Link& link, LinkStatus& status) const;
+  [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
+
+  // ---- for the services
+  // Updates the service (ServiceMirror::update); one that nobody offers any longer is destroyed.
+  // With the link that an action's goals go to, its other services change.
+  void update(ServiceMirror& service, const Now& now);
+
+  const ServiceOptions& options;
+  const std::string& own_node;
+  Timers<MadeCall*> timers{};
+  Timers<ServiceMirror*> looks{};  // when those without a mirror are to be updated
+  CallLoads loads{};
+  std::unordered_map<ServiceMirrorId, ServiceMirror*> by_mirror{};
+  std::optional<TimePoint> graph_since{};  // of the first graph; no mirror right after it
+  std::map<ServiceKey, ServiceMirror> services{};
+
+ private:
+  [[nodiscard]] ServiceMirror* find(ServiceMirrorId mirror) const;
+  void update_named(const std::string& name, const Now& now);
+  // Updates each service of which this says that it changed.
+  template <class Change>
+  void update_each(const Change& change, const Now& now);
+};
+
+}  // namespace connect_bridge

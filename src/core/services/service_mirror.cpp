@@ -1,0 +1,320 @@
+#include "core/services/service_mirror.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/link/link_audit.hpp"
+#include "core/link/standing.hpp"
+#include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
+#include "core/services/peer_services.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// A service without a place asks again after this time: places become free rarely.
+constexpr Duration kPlacePacing = std::chrono::seconds(2);
+// A claim is no more than this without an answer from the peer: another bridge may reach the
+// server.
+constexpr Duration kAttachMax = std::chrono::seconds(10);
+
+// All of them look again together.
+TimePoint next_look(const Now& now) {
+  return now.steady - now.steady.time_since_epoch() % kPlacePacing + kPlacePacing;
+}
+
+}  // namespace
+
+ServiceMirror::ServiceMirror(ServiceKey key, PeerServices& imports)
+    : imports_(imports), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {
+  const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
+  if (!part) return;
+  action_ = part->action;
+  if (part->part == ActionPart::kSendGoal) goals_of_ = action_;
+}
+
+void ServiceMirror::appear(const Now& now) {
+  imports_.update(*this, now);
+}
+
+PeerService* ServiceMirror::feeding() {
+  const auto it = peer_services_.find(feeder_);
+  return it == peer_services_.end() ? nullptr : &it->second;
+}
+
+bool ServiceMirror::update(const Now& now) {
+  if (peer_services_.empty()) {
+    destroy_mirror();
+    return false;
+  }
+  if (const LinkId next = next_feeder(); next != feeder_) {
+    close();
+    feeder_ = next;
+  }
+  if (!feeding()) return true;
+  PeerService& peer_service = *feeding();
+  if (!may_exist(peer_service)) {
+    close();
+    return true;
+  }
+  if (peer_service.is_offered() && !peer_service.asked_to_attach()) {
+    peer_service.attach();
+    attaches_until_ = now.steady + kAttachMax;
+  }
+  if (mirror_) return true;
+  look_.cancel();
+  if (!may_be_claimed(peer_service, now)) {
+    give_up_claim();
+  } else if (const TimePoint settled = claim(now); settled > now.steady) {
+    look_again(settled);
+  } else if (!peer_service.is_attached()) {  // mutant: mirror_attached
+    look_again(attaches_until_);
+  } else if (!is_served_by_bridge() && may_appear(peer_service, now)) {
+    create_mirror(peer_service);
+  }
+  return true;
+}
+
+bool ServiceMirror::may_be_claimed(const PeerService& peer_service, const Now& now) {
+  if (!peer_service.is_offered())
+    return false;  // there are no calls that wait for the link's return
+  if (!peer_service.is_attached() && attaches_until_ <= now.steady) return false;
+  Account& account = *peer_service.link().account;
+  if (account.service_places.room() > 0) return true;
+  note_waiting(peer_service);
+  imports_.outputs.log_once(account.told, LogLevel::kWarn,
+                            "no place is left for more services of " + peer_service.link().label() +
+                                ": not all of them exist here");
+  look_again(next_look(now));
+  return false;
+}
+
+TimePoint ServiceMirror::claim(const Now& now) {
+  const bool claimed = claiming_.holds();
+  const TimePoint settled =
+      claiming_.want({*imports_.graph_since + kServiceDiscovery,
+                      imports_.beside_bridges() ? kServiceSettle : Duration::zero()},
+                     now);
+  if (claimed != claiming_.holds()) imports_.outputs.follow_up(FollowUp::kClaim);
+  return settled;
+}
+
+void ServiceMirror::give_up_claim() {
+  if (claiming_.holds()) imports_.outputs.follow_up(FollowUp::kClaim);
+  claiming_.give_up();
+}
+
+void ServiceMirror::look_again(TimePoint at) {
+  look_ = imports_.looks.set(at, this);
+}
+
+bool ServiceMirror::may_appear(const PeerService& peer_service, const Now& now) {
+  const auto answer = peer_service.link().account->mirrors.ask(*this, now.steady);
+  if (answer == Appearing::Answer::kLate) note_waiting(peer_service);
+  return answer == Appearing::Answer::kNow;
+}
+
+LinkId ServiceMirror::next_feeder() const {
+  if (const LinkId goals = link_of_goals())
+    return peer_services_.contains(goals) ? goals : LinkId{};
+  const auto first_fit = [&](const auto& which) {
+    const auto found =
+        std::find_if(peer_services_.begin(), peer_services_.end(), [&](const auto& peer_service) {
+          return peer_service.second.is_offered() && !peer_service.second.is_unfit() &&
+                 which(peer_service.second.link());
+        });
+    return found == peer_services_.end() ? LinkId{} : found->first;
+  };
+  // The feeder stays as long as it can be one.
+  auto fed = peer_services_.find(feeder_);
+  if (fed == peer_services_.end() || fed->second.is_unfit()) {
+    if (const LinkId fit = first_fit([](const Link&) { return true; }))
+      fed = peer_services_.find(fit);
+    if (fed == peer_services_.end()) fed = peer_services_.begin();
+  }
+  // A client that was restarted while its old connection seems alive: nobody answers on that.
+  const LinkId successor =
+      first_fit([&](const Link& link) { return is_successor(link, fed->second.link()); });
+  return successor ? successor : fed->first;
+}
+
+LinkId ServiceMirror::link_of_goals() const {
+  if (action_.empty() || !goals_of_.empty()) return {};
+  const std::string goals = name_of_part(action_, ActionPart::kSendGoal);
+  LinkId link;
+  for (auto it = imports_.services.lower_bound({goals, ""});
+       it != imports_.services.end() && it->first.first == goals; ++it) {
+    const ServiceMirror& service = it->second;
+    const auto peer_service = service.peer_services_.find(service.feeder_);
+    if (peer_service == service.peer_services_.end() || peer_service->second.is_unfit()) continue;
+    if (!link || service.mirror_) link = service.feeder_;
+  }
+  return link;
+}
+
+bool ServiceMirror::is_served_by_bridge() const {
+  return imports_.claims.serves(service_gid(key_.first));
+}
+
+bool ServiceMirror::may_exist(const PeerService& peer_service) {
+  if (!imports_.graph_since || failed_ || peer_service.is_unfit()) return false;
+  if (imports_.claims.service_taken(service_gid(key_.first), claiming_.holds())) return false;
+  // Our own services are not in our view of the graph.
+  if (node_of_parameter_service(key_.first, key_.second) == imports_.own_node) return false;
+  // Both ends are in one graph: what the peer exports is here already.
+  const Link& link = peer_service.link();
+  if (link.connection() && imports_.claims.is_here(link.connection()->peer().side)) return false;
+  if (!imports_.graph.has_server(key_.first)) return true;
+  // It is another bridge's, which is about to give way to ours, or has just ended. Ours stays, and
+  // is not made as long as the graph shows the other one.
+  if (is_served_by_bridge()) return bool(mirror_);
+  imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                            key_.first + " has a server here and one behind " + link.label() +
+                                ": the one there is not mirrored");
+  return false;
+}
+
+void ServiceMirror::create_mirror(const PeerService& peer_service) {
+  const Outputs::Paying paying(imports_.outputs, peer_service.link().account->time);
+  place_ = peer_service.link().account->service_places.hold(1);
+  mirror_ = imports_.outputs.new_id<ServiceMirrorId>();
+  imports_.by_mirror[mirror_] = this;
+  waits_ = false;
+  type_hash_ = peer_service.type_hash();
+  any_definition_ = peer_service.any_definition();
+  differs_ = false;
+  imports_.outputs.push(CreateServiceMirror{
+      mirror_, key_.first, key_.second, type_hash_,
+      imports_.graph_options.owner_of(peer_service.offer().node, peer_service.link().names),
+      any_definition_});
+}
+
+void ServiceMirror::destroy_mirror() {
+  if (PeerService* peer_service = feeding()) peer_service->end_calls();
+  give_up_claim();
+  if (!mirror_) return;
+  imports_.outputs.push(DestroyServiceMirror{mirror_});
+  forget_mirror();
+}
+
+void ServiceMirror::forget_mirror() {
+  imports_.by_mirror.erase(mirror_);
+  mirror_ = {};
+  place_.release();
+}
+
+void ServiceMirror::close() {
+  if (PeerService* peer_service = feeding()) peer_service->detach();
+  destroy_mirror();
+}
+
+// ---- links
+
+bool ServiceMirror::on_offer(Link& link, const ChannelOffer& offer, Decision decision) {
+  PeerService& peer_service =
+      peer_services_.try_emplace(link.id, *this, link, imports_).first->second;
+  if (peer_service.is_offered()) return false;
+  if (feeder_ == link.id && peer_service.offer().epoch != offer.epoch) destroy_mirror();
+  if (peer_services_.size() > 1)
+    imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                              "several links offer " + key_.first + ": one of them is called");
+  peer_service.on_offer(offer, std::move(decision));
+  failed_ = false;
+  return true;
+}
+
+void ServiceMirror::on_policy() {
+  for (auto it = peer_services_.begin(); it != peer_services_.end();) {
+    PeerService& peer_service = (it++)->second;
+    if (auto decision = import_right(imports_, peer_service.link(), InterfaceKind::kService, key_,
+                                     peer_service.offer().action_type)) {
+      peer_service.on_decision(std::move(*decision));
+      if (peer_service.any_definition()) peer_service.set_unfit(false);
+      if (feeding() == &peer_service && differs_ && !peer_service.any_definition()) close();
+      continue;
+    }
+    Link& link = peer_service.link();
+    const ChannelId channel = peer_service.offer().channel;
+    const Ending why = no_longer_permitted();
+    if (channel) peer_service.note_end(why);
+    remove_feed(link.id);
+    if (!channel) continue;
+    link.let_go(channel);
+    link.decline(channel, InterfaceKind::kService, key_, why);
+  }
+}
+
+bool ServiceMirror::on_link_lost(LinkId link) {
+  const auto it = peer_services_.find(link);
+  if (it == peer_services_.end()) return false;
+  it->second.on_link_lost();
+  return true;
+}
+
+bool ServiceMirror::remove_feed(LinkId link) {
+  if (feeder_ == link) {
+    close();
+    feeder_ = {};
+  }
+  return peer_services_.erase(link) > 0;
+}
+
+// ---- the mirror
+
+void ServiceMirror::on_request(RequestTaken& request, const Now& now) {
+  feeding()->on_request(request.request, std::move(request.payload), now);
+}
+
+void ServiceMirror::on_callers_gone(const CallersGone& gone) {
+  feeding()->on_callers_gone(gone.requests);
+}
+
+void ServiceMirror::on_mirror_failed(const ServiceMirrorFailed& failed) {
+  PeerService* peer_service = feeding();
+  const bool of_type = failed.code == "type_mismatch";
+  // The rules may allow it since it was begun.
+  const bool again = of_type && peer_service && peer_service->any_definition() && !any_definition_;
+  if (!failed.hash_here.empty() && !again) log_difference(failed.hash_here, false);
+  forget_mirror();
+  if (again) return close();
+  if (peer_service) {
+    if (failed.hash_here.empty())
+      imports_.outputs.log_once(peer_service->link().account->told, LogLevel::kError,
+                                "cannot mirror " +
+                                    shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
+                                    failed.reason);
+    if (peer_service->is_offered())
+      peer_service->link().decline(peer_service->offer().channel, InterfaceKind::kService, key_,
+                                   {failed.reason, failed.code});
+  }
+  close();
+  // Another link may offer the definition that is here.
+  if (of_type && peer_service) {
+    peer_service->set_unfit(true);
+  } else {
+    failed_ = true;
+  }
+}
+
+void ServiceMirror::on_type_differs(const ServiceTypeDiffers& differs) {
+  const PeerService* peer_service = feeding();
+  differs_ = true;
+  log_difference(differs.hash_here, true);
+  // The rules may have changed since it was begun.
+  if (peer_service && !peer_service->any_definition()) close();
+}
+
+void ServiceMirror::log_difference(const std::string& hash_here, bool used) {
+  const PeerService* peer_service = feeding();
+  if (!peer_service) return;
+  connect_bridge::log_difference(imports_.outputs, peer_service->link(),
+                                 {shown(InterfaceKind::kService, key_.first, key_.second),
+                                  key_.second, hash_here, type_hash_, used});
+}
+
+void ServiceMirror::add_status(const Link& link, LinkStatus& status) const {
+  const auto it = peer_services_.find(link.id);
+  if (it != peer_services_.end()) it->second.add_status(status);
+}
+
+}  // namespace connect_bridge

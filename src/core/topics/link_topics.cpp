@@ -1,0 +1,136 @@
+#include "core/topics/link_topics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <map>
+#include <utility>
+
+#include "core/compress/compress.hpp"
+#include "core/offers/import_right.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Topics of one link that look for a place at once, and how soon the next ones do: where some were
+// free more may be.
+constexpr std::size_t kLooksAtOnce = 64;
+constexpr Duration kLooksAgain = std::chrono::seconds(1);
+constexpr Duration kMoreFree = std::chrono::milliseconds(10);
+
+}  // namespace
+
+void LinkTopics::on_offer(const ChannelOffer& offer, const Now& now) {
+  auto import = judge(context_, link_, offer);
+  if (!import) return;
+  // Rules and limits for a topic apply to one channel.
+  if (!names_.insert(import->key).second)
+    return decline(context_, link_, offer, "limit", "the topic is offered on another channel");
+  note_import(context_, link_, offer, import->decision.rule);
+  PeerTopic& topic =
+      topics_.try_emplace(offer.channel, *this, import->key, offer, std::move(import->decision))
+          .first->second;
+  for (const auto& origin : offer.origins) topic.add_origin(origin, now);
+}
+
+void LinkTopics::recheck(const Now& now) {
+  for (auto it = topics_.begin(); it != topics_.end();) {
+    PeerTopic& topic = it->second;
+    if (topic.recheck(now)) {
+      ++it;
+      continue;
+    }
+    topic.decline(now);
+    it = topics_.erase(it);
+  }
+}
+
+// A place becomes free when another publisher ends: of this topic, of another one, or of another
+// link of the identity. Thousands of topics may wait for one, so each has its turn.
+void LinkTopics::try_left_out(const Now& now) {
+  bool any = false;
+  for (std::size_t n = std::min(left_out_.size(), kLooksAtOnce); n > 0; --n) {
+    auto next = left_out_.upper_bound(looked_at_);
+    if (next == left_out_.end()) next = left_out_.begin();
+    looked_at_ = *next;
+    const auto found = topics_.find(looked_at_);
+    if (found != topics_.end()) {
+      PeerTopic& topic = found->second;
+      const auto has_place = [&](const OriginOffer& origin) {
+        return topic.withholds(origin) || context_.mirror_of({topic.key(), origin.gid}, link_);
+      };
+      while (const auto origin = topic.left_out().take(has_place)) {
+        topic.add_origin(*origin, now);
+        any = true;
+      }
+      if (topic.left_out().size() > 0) continue;
+    }
+    left_out_.erase(next);
+  }
+  if (!left_out_.empty()) context_.look_again(now, any ? kMoreFree : kLooksAgain);
+}
+
+void LinkTopics::renew(const Now& now) {
+  for (auto& [number, topic] : topics_) topic.renew(now);
+}
+
+void LinkTopics::finish(const Now& now) {
+  at_once_ = Throttle(kAtOnceMax, {});  // whatever was withdrawn just before
+  for (auto& [number, topic] : topics_) topic.finish(now);
+}
+
+std::optional<Payload> LinkTopics::decompress_at_once(const InMessage& message, const Now& now) {
+  if (message.codec == Codec::kNone) return message.body;
+  const auto bytes = static_cast<double>(message.raw_bytes);
+  if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;
+  // Before it is tried: bytes that do not decompress have cost their time, too.
+  at_once_.take(bytes, now.steady);
+  auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+  if (!raw) return std::nullopt;
+  return Payload::adopt(std::move(raw).value());
+}
+
+void LinkTopics::on_link_lost(const Now& now) {
+  for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) it->second.lose(now);
+}
+
+void LinkTopics::change_demand(const PeerTopic& topic, bool on) {
+  context_.demands_changed.insert(link_.id);
+  context_.outputs.follow_up(FollowUp::kDemands);
+  auto& now_in = on ? wants_ : ends_;
+  auto& before_in = on ? ends_ : wants_;
+  // What changes back before it was told is not told: the peer goes on as if nothing had happened,
+  // and so does this side.
+  if (std::erase(before_in, topic.number()) == 0) now_in.push_back(topic.number());
+}
+
+void LinkTopics::send_demands() {
+  // A topic may be withdrawn by now.
+  // Ends go first: a channel may be demanded again under a new number. All that begins has one
+  // number, as only messages of one channel are compared by it. `resume`, `live` and `after` hold
+  // for all channels of their message, so there are up to six messages.
+  for (const ChannelId number : ends_)
+    if (const auto topic = topics_.find(number); topic != topics_.end()) topic->second.end_demand();
+  if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});
+  if (wants_.empty()) return;
+  if (++demands_ == 0) ++demands_;
+  std::map<std::array<bool, 3>, Demand> demands;
+  for (const ChannelId number : std::exchange(wants_, {})) {
+    const auto topic = topics_.find(number);
+    if (topic == topics_.end()) continue;
+    const auto begun = topic->second.begin_demand(demands_);
+    Demand& demand = demands[{begun.resume, begun.after.has_value(), begun.live}];
+    demand.number = demands_;
+    demand.resume = begun.resume;
+    demand.live = begun.live;
+    demand.channels.push_back(number);
+    if (begun.after) demand.after.push_back(*begun.after);
+  }
+  for (const auto& [how, demand] : demands) link_.send(demand);
+}
+
+void LinkTopics::add_status(LinkStatus& status) const {
+  for (const auto& [number, topic] : topics_) topic.add_status(status);
+}
+
+}  // namespace connect_bridge

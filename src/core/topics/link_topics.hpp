@@ -1,0 +1,64 @@
+// The topics that one peer offers on its present connection.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "core/topics/peer_topic.hpp"
+
+namespace connect_bridge {
+
+// Created with the first offer, destroyed with the connection. Single-threaded.
+class LinkTopics {
+ public:
+  LinkTopics(ImportContext& context, Link& link) : context_(context), link_(link) {}
+
+  // The caller has checked that the number is unused and registered it at the link. What cannot be
+  // imported is declined.
+  void on_offer(const ChannelOffer& offer, const Now& now);
+  // Declines what our new rules allow no longer.
+  void recheck(const Now& now);
+  void renew(const Now& now);
+  // The topic has origins without a place.
+  void note_left_out(ChannelId number) { left_out_.insert(number); }
+  void try_left_out(const Now& now);
+  void finish(const Now& now);
+  // The sample, decompressed here and not by a worker, as its channel or connection ends. None: so
+  // much was decompressed at once in the last second that everything else would have to wait.
+  [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
+  void on_link_lost(const Now& now);
+
+  // The demand for a topic has changed; send_demands() sends it.
+  void change_demand(const PeerTopic& topic, bool on);
+  void send_demands();
+  void erase(ChannelId number) { topics_.erase(number); }
+  void forget_name(const TopicKey& key) { names_.erase(key); }
+
+  [[nodiscard]] ImportContext& context() const { return context_; }
+  [[nodiscard]] Link& link() const { return link_; }
+  // Bytes of messages that wait to be decompressed.
+  [[nodiscard]] Budget& decoding() { return decoding_; }
+  [[nodiscard]] const Budget& decoding() const { return decoding_; }
+  // Bytes of the bases of all its topics.
+  [[nodiscard]] Budget& bases() { return bases_; }
+  void add_status(LinkStatus& status) const;
+
+ private:
+  ImportContext& context_;
+  Link& link_;
+  Budget decoding_{&link_.memory};
+  Budget bases_{&link_.memory};
+  static constexpr double kAtOnceMax = 16 << 20;  // bytes; some ten milliseconds of work
+  Throttle at_once_{kAtOnceMax, {}};
+  std::vector<ChannelId> wants_;
+  std::vector<ChannelId> ends_;
+  std::uint16_t demands_ = 0;     // number of the last demand; skips 0 when it wraps
+  std::set<ChannelId> left_out_;  // topics with origins without a place
+  ChannelId looked_at_;           // the last of them
+  std::set<TopicKey> names_;      // of these:
+  std::map<ChannelId, PeerTopic> topics_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,39 @@
+// Reports to peers what is listened to in this side's graph.
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "core/graph/side_view.hpp"
+#include "core/link/link.hpp"
+
+namespace connect_bridge {
+
+// A peer gets the topics that somebody here listens to and that our rules let it publish, whether
+// it offers them or not: then the topic exists there, too. Each link gets the changes since the
+// last time, and all on a new connection. Endpoints of bridges are not listeners (GraphView does
+// not contain them). Single-threaded.
+class LocalListeners {
+ public:
+  explicit LocalListeners(const SideView& side) : side_(side) {}
+
+  // The graph has changed, or the link is open and has not got them yet.
+  void tell(Link& link);
+  // Our rules or the link's identity have changed.
+  void recheck(Link& link);
+  void on_link_lost(LinkId link) { links_.erase(link); }
+
+ private:
+  struct Told {
+    std::map<TopicKey, bool> permitted;  // of the topics that were checked
+    std::map<TopicKey, ListenerId> listeners;
+    std::uint32_t last = 0;
+  };
+
+  [[nodiscard]] bool permits(Told& told, const Link& link, const TopicKey& topic) const;
+
+  const SideView side_;
+  std::map<LinkId, Told> links_;
+};
+
+}  // namespace connect_bridge

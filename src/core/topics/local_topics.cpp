@@ -1,0 +1,167 @@
+#include "core/topics/local_topics.hpp"
+
+#include <utility>
+
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+
+void LocalTopics::on_graph(const Now& now) {
+  for (const auto& [key, state] : context_.graph.topics())
+    if (!state.publishers.empty()) topics_.try_emplace(key, context_, key);
+  // A topic that exists for listeners alone may have to end for another type of its name.
+  for (LocalTopic* topic : context_.names.standing()) topic->update_subscription(now);
+  for (auto& [key, topic] : topics_) topic.on_graph(now);
+  // Behind them: what is subscribed now for its listeners is so as its publishers need it.
+  context_.listeners.on_graph(now);
+  update_listened(now);
+}
+
+void LocalTopics::review(const Link& link, const Now& now) {
+  // Listeners first: which of them count, and by which rules, decides what a topic is subscribed as
+  // when it looks at its offers.
+  context_.listeners.review(link, now);
+  update_listened(now);
+  for (auto& [key, topic] : topics_) topic.review(link, now);
+}
+
+void LocalTopics::go_on(const Now& now) {
+  context_.reviewing = false;
+  for (const TopicKey& key : std::exchange(context_.postponed, {}))
+    if (const auto topic = topics_.find(key); topic != topics_.end())
+      topic->second.update_subscription(now);
+}
+
+void LocalTopics::collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now) {
+  for (auto& [key, topic] : topics_)
+    if (auto offer = link.may_offer() ? topic.offer_to(link, now) : std::nullopt)
+      offers.push_back(*std::move(offer));
+}
+
+Result<Nothing> LocalTopics::on_listeners(Link& link, const Listeners& change, const Now& now) {
+  const auto result = context_.listeners.on_listeners(link, change, now);
+  update_listened(now);
+  return result;
+}
+
+void LocalTopics::update_listened(const Now& now) {
+  std::set<std::string> left;
+  for (const TopicKey& key : context_.listeners.take_changes()) {
+    // Also when the last listener has left: the topic is there then, and ends here unless something
+    // else keeps it.
+    const auto topic = topics_.try_emplace(key, context_, key).first;
+    topic->second.on_listeners(now);
+    if (topic->second.is_over()) left.insert(erase(topic));
+  }
+  update_subscriptions(left, now);
+}
+
+std::string LocalTopics::erase(std::map<TopicKey, LocalTopic>::iterator topic) {
+  std::string name = topic->first.first;
+  topics_.erase(topic);
+  return name;
+}
+
+// Another type of a name that was left may be subscribed now. Once for each name: a peer that says
+// at once that it listens to a thousand types no more has them looked at once.
+void LocalTopics::update_subscriptions(const std::set<std::string>& names, const Now& now) {
+  for (const std::string& name : names) update_subscriptions(name, now);
+}
+
+void LocalTopics::update_subscriptions(const std::string& name, const Now& now) {
+  for (auto it = topics_.lower_bound({name, ""}); it != topics_.end() && it->first.first == name;
+       ++it)
+    it->second.update_subscription(now);
+}
+
+void LocalTopics::on_link_lost(LinkId link, const Now& now) {
+  // First, so that no topic is subscribed again for a listener that goes with the same link.
+  context_.listeners.on_link_lost(link);
+  update_listened(now);
+  for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
+}
+
+void LocalTopics::keep(const Link& link, const Now& now) {
+  for (auto& [key, topic] : topics_) topic.keep(link.id, now);
+}
+
+void LocalTopics::recheck_kept(const Link& link, const Now& now) {
+  hold();  // the review of all links follows
+  for (auto& [key, topic] : topics_)
+    if (!topic.may_keep(link.id)) topic.end_kept(link.id, now);  // mutant: kept_right
+}
+
+void LocalTopics::end_kept(const Link& link, const Now& now) {
+  for (auto& [key, topic] : topics_) topic.end_kept(link.id, now);
+}
+
+void LocalTopics::hold_action(const std::string& action, bool on, const Now& now) {
+  for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
+    const std::string name = name_of_part(action, part);
+    if (on) {
+      context_.held.insert(name);
+    } else {
+      context_.held.erase(name);
+    }
+    update_subscriptions(name, now);
+  }
+}
+
+LocalTopic* LocalTopics::find(SubscriptionId subscription) const {
+  const auto it = context_.by_subscription.find(subscription);
+  return it == context_.by_subscription.end() ? nullptr : it->second;
+}
+
+// A subscription asks for no more than the weakest of the publishers that the graph shows: it is
+// made again for this one, unless that is a bridge's.
+void LocalTopics::on_incompatible(const QosIncompatible& found) const {
+  context_.outputs.log_once(
+      LogLevel::kDebug, found.topic + ": a publisher here offers an incompatible " + found.policy);
+}
+
+void LocalTopics::on_taken(MessageTaken taken, const Now& now) {
+  if (auto* topic = find(taken.subscription)) topic->on_taken(std::move(taken), now);
+}
+
+void LocalTopics::on_lost(const MessagesLost& lost) {
+  if (auto* topic = find(lost.subscription)) topic->on_lost(lost);
+}
+
+void LocalTopics::on_subscription_failed(const SubscriptionFailed& failed, const Now& now) {
+  LocalTopic* const topic = find(failed.id);
+  if (!topic) return;
+  topic->on_subscription_failed(failed.code, failed.reason);
+  update_subscriptions(topic->key().first, now);  // another type may have the name now
+}
+
+void LocalTopics::on_time(const Now& now) {
+  context_.listeners.on_time(now);
+  update_listened(now);
+  // Names of topics that are over. Others of these names are looked at behind the loop, not while
+  // it erases.
+  std::set<std::string> left;
+  while (const auto due = context_.timers.take_due(now.steady)) {
+    LocalTopic& topic = **due;
+    topic.on_time(now);
+    if (topic.is_over()) left.insert(erase(topics_.find(topic.key())));
+  }
+  update_subscriptions(left, now);
+}
+
+void LocalTopics::add_status(const Link& link, LinkStatus& status) const {
+  for (const auto& [key, topic] : topics_) topic.add_status(link.id, status);
+}
+
+void LocalTopics::add_kept(const Link& link, LinkStatus& status) const {
+  if (!keeps(link.id)) return;
+  for (const auto& [key, topic] : topics_) topic.add_kept(link.id, status);
+}
+
+std::uint64_t LocalTopics::memory_bytes() const {
+  std::uint64_t bytes = context_.parked.used() + context_.early.used();
+  for (const auto& [link, kept] : context_.kept) bytes += kept.bytes();
+  for (const auto& [key, topic] : topics_) bytes += topic.memory_bytes();
+  return bytes;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,82 @@
+// The topics of the local graph that may be exported.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/topics/export_context.hpp"
+#include "core/topics/local_topic.hpp"
+
+namespace connect_bridge {
+
+// Finds or creates the topic that an input concerns. Single-threaded; owned by the side.
+class LocalTopics {
+ public:
+  LocalTopics(const SideView& side, const TopicOptions& options, Budget* memory)
+      : context_{side, options, Budget(memory)} {}
+
+  void on_graph(const Now& now);
+  // The peer's `accepts` or our rules have changed: withdraws what is no longer allowed or is
+  // treated differently now; the latter may be offered again.
+  void review(const Link& link, const Now& now);
+  // Between hold() and go_on() subscriptions end, but none is made: rights are under review.
+  void hold() { context_.reviewing = true; }
+  void go_on(const Now& now);
+  // Adds the topics that are to be offered to the link and are not yet.
+  void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
+  // The connection is about to be lost, and another one may follow: keeps what is to be resumed on
+  // that.
+  void keep(const Link& link, const Now& now);
+  void on_link_lost(LinkId link, const Now& now);
+  // Rules or the identity of a lost link are new: what they forbid, or treat otherwise than before,
+  // is not kept any more.
+  void recheck_kept(const Link& link, const Now& now);
+  // Nothing is kept for it any more.
+  void end_kept(const Link& link, const Now& now);
+  [[nodiscard]] bool keeps(LinkId link) const { return context_.kept.contains(link); }
+  // Nodes of the peer's graph that listen to what we may export.
+  Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
+
+  // While a peer can send goals to this action, its feedback and status are subscribed, also
+  // without demand: messages right after a goal would be lost before a new subscription is matched.
+  void hold_action(const std::string& action, bool on, const Now& now);
+
+  void on_taken(MessageTaken taken, const Now& now);
+  void on_lost(const MessagesLost& lost);
+  void on_subscription_failed(const SubscriptionFailed& failed, const Now& now);
+  void on_time(const Now& now);
+
+  // A publisher here does not serve our subscription as it is.
+  void on_incompatible(const QosIncompatible& found) const;
+
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(context_.timers.deadline(), context_.listeners.deadline());
+  }
+  void add_status(const Link& link, LinkStatus& status) const;
+  // What the peer listens to, whether our rules allow it or not; local names.
+  [[nodiscard]] std::vector<TopicKey> listened_by(const Link& link) const {
+    return context_.listeners.told_by(link.id);
+  }
+  // What is kept for a link that is lost.
+  void add_kept(const Link& link, LinkStatus& status) const;
+  [[nodiscard]] std::uint64_t memory_bytes() const;
+
+ private:
+  void update_listened(const Now& now);
+  // Returns its name, for update_subscriptions().
+  std::string erase(std::map<TopicKey, LocalTopic>::iterator topic);
+  // For the topics of these names, with all their types.
+  void update_subscriptions(const std::set<std::string>& names, const Now& now);
+  void update_subscriptions(const std::string& name, const Now& now);
+  // Null: the subscription has ended.
+  [[nodiscard]] LocalTopic* find(SubscriptionId subscription) const;
+
+  ExportContext context_;
+  std::map<TopicKey, LocalTopic> topics_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,397 @@
+#include "core/topics/peer_topic.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/cdr.hpp"
+#include "core/compress/compress.hpp"
+#include "core/link/link_audit.hpp"
+#include "core/topics/link_topics.hpp"
+#include "core/topics/sample_content.hpp"
+#include "core/topics/topic_qos.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Messages behind one that is with a worker: they are published in one turn of the loop.
+constexpr std::size_t kWaitingMax = 1024;
+
+}  // namespace
+
+PeerTopic::PeerTopic(LinkTopics& peer, TopicKey key, const ChannelOffer& offer, Decision decision)
+    : peer_(peer),
+      context_(peer.context()),
+      link_(peer.link()),
+      number_(offer.channel),
+      key_(std::move(key)),
+      type_hash_(offer.type_hash),
+      action_type_(offer.action_type),
+      decision_(std::move(decision)),
+      offers_resume_(offer.resume),
+      held_(link_.memory, {context_.held, this}),
+      deltas_(peer.bases()) {
+  const auto wire_name = link_.names.to_wire(key_.first);
+  parameter_events_ = key_.second == kParameterEventType && wire_name &&
+                      is_parameter_events(InterfaceKind::kTopic, *wire_name);
+  link_.take_offered(number_, *this);
+  if (!offers_resume_) link_.arrived.erase(key_);
+}
+
+PeerTopic::~PeerTopic() {
+  link_.let_go(number_);
+  peer_.forget_name(key_);
+}
+
+// ---- origins
+
+void PeerTopic::add_origin(const OriginOffer& origin, const Now& now) {
+  if (!origin.origin) return;
+  if (const auto known = origins_.find(origin.origin); known != origins_.end())
+    return known->second->name_node(origin.node, now);
+  if (withholds(origin) || left_out_.contains(origin.origin)) return;
+  TopicMirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
+  if (!mirror) {
+    left_out_.add(origin, link_.memory);
+    peer_.note_left_out(number_);
+    context_.look_again(now);
+    // Once for the identity: the names are the peer's, and may be thousands.
+    if (link_.account->told.first("no more mirrors"))
+      context_.outputs.log(LogLevel::kWarn,
+                           "no more mirrors for " + link_.label() + ", first on " + key_.first +
+                               " (too many of this peer or of a topic, or what others leave)");
+    return;
+  }
+  if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice
+  origins_[origin.origin] = mirror;
+  volatile_ += !is_transient_local(origin.qos);
+  mirror->update(now, this);
+}
+
+Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& now) {
+  // First, so that a peer can replace all of a channel's publishers in one message.
+  for (const OriginId id : change.removed) {
+    left_out_.remove(id);
+    deltas_.forget(id);
+    const auto origin = origins_.find(id);
+    if (origin == origins_.end()) continue;
+    hurry(DropReason::kUnknownOrigin, now, id);
+    context_.remove_candidate(take_out(origin), link_.id, now);
+    if (!link_.note_withdrawal(now))
+      return Error{CloseCode::kTooLarge, "origins come and go too often"};
+  }
+  const auto fresh = std::count_if(change.added.begin(), change.added.end(), [&](const auto& o) {
+    return !origins_.contains(o.origin) && !left_out_.contains(o.origin);
+  });
+  if (origins_.size() + left_out_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
+    return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
+  for (const auto& origin : change.added) add_origin(origin, now);
+  if (!change.removed.empty()) update_demand(now);  // perhaps only that one wanted it
+  return Nothing{};
+}
+
+bool PeerTopic::recheck(const Now& now) {
+  auto decision = import_right(context_, link_, InterfaceKind::kTopic, key_, action_type_);
+  if (!decision) return false;
+  decision_ = *std::move(decision);
+  const std::size_t before = origins_.size();
+  for (auto it = origins_.begin(); it != origins_.end();) {
+    const auto origin = it++;
+    if (withholds(origin->second->origin()))
+      context_.remove_candidate(take_out(origin), link_.id, now);
+  }
+  if (origins_.size() < before) update_demand(now);
+  return true;
+}
+
+void PeerTopic::renew(const Now& now) {
+  bool renewed = false;
+  for (const auto& [id, mirror] : origins_) renewed = mirror->adopt(*this, now) || renewed;
+  if (renewed) demand_again(now);
+}
+
+// ---- the end
+
+void PeerTopic::decline(const Now& now) {
+  if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
+  const Ending why = no_longer_permitted();
+  note_end(why);
+  link_.decline(number_, InterfaceKind::kTopic, key_, why);
+  leave_mirrors(now);
+}
+
+void PeerTopic::note_end(const Ending& why) const {
+  note_import_end(context_, link_, InterfaceKind::kTopic, key_, decision_.rule, why);
+}
+
+void PeerTopic::on_withdraw(const Withdraw& why, const Now& now) {
+  log_withdrawn(context_.outputs, link_, shown(InterfaceKind::kTopic, key_.first, key_.second),
+                why);
+  note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
+  hurry(DropReason::kWithdrawn, now);  // a publisher that ends right after its last message
+  leave_mirrors(now);
+  peer_.erase(number_);
+}
+
+void PeerTopic::leave_mirrors(const Now& now) {
+  for (const auto& [id, mirror] : take_all()) context_.remove_candidate(*mirror, link_.id, now);
+}
+
+void PeerTopic::finish(const Now& now) {
+  if (resume_) hurry(DropReason::kLinkLost, now);
+}
+
+void PeerTopic::hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of) {
+  const auto concerned = [&](const Waiting& waiting) {
+    return !of || *of == waiting.message.subject.origin();
+  };
+  const bool first = !waiting_.empty() && concerned(waiting_.front());
+  if (first) job_.cancel();
+  for (auto& waiting : std::exchange(waiting_, {})) {
+    if (!concerned(waiting)) {
+      waiting_.push_back(std::move(waiting));
+      continue;
+    }
+    const auto raw = peer_.decompress_at_once(waiting.message, now);
+    raw ? publish(waiting.message, *raw, now) : dropped_.add(otherwise);
+  }
+  if (first) advance(now);
+  // It is the last message of its publisher: it counts for the rate limit, but cannot wait for it.
+  while (const auto held = of ? held_.take(*of) : held_.take())
+    publish(held->head, held->raw, now, true);
+}
+
+void PeerTopic::lose(const Now& now) {
+  // Without a known sequence the next demand would say "behind 0", and the peer would send again
+  // what it was to discard, if the demand that says so is lost with this connection.
+  const bool is_known = last_sequence_ > 0 || !declined_kept_;
+  if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
+    link_.arrived[key_] = {last_sequence_};
+  const bool may_be_late = may_come_late();
+  for (const auto& [id, mirror] : take_all()) {
+    // Nobody knows how long the break will be: what must not be late does not wait beyond it.
+    if (!may_be_late && mirror->candidates().front().offered == this) mirror->drop_first();
+    mirror->lose_topic(link_.id, now);
+  }
+}
+
+// ---- demand
+
+void PeerTopic::update_demand(const Now& now) {
+  const TopicState* topic = context_.graph.find(key_);
+  const bool listened = topic && !topic->subscribers.empty();
+  const bool on = wishes_.any(listened);
+  ++context_.judged;
+  if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
+  // Once: what it has made again keeps nothing.
+  if (!on && !listened && std::exchange(may_keep_, false))
+    may_keep_ = !context_.forget_kept(origins_, *this, now);
+}
+
+// Messages of /parameter_events are permitted one by one, by rules that may have changed when the
+// link returns.
+bool PeerTopic::may_resume() const {
+  return link_.life.keeps() && !parameter_events_ && may_come_late();
+}
+
+ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
+  demand_ = number;
+  deltas_.clear();
+  resume_ = may_resume();
+  ChannelDemand begun{number, resume_, {}, drives(treatment(), key_)};
+  const auto arrived = link_.arrived.extract(key_);
+  if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
+    begun.after = last_sequence_ = arrived.mapped().sequence;
+    link_.resume_incoming(number_, last_sequence_);
+  }
+  if (std::exchange(offers_resume_, false)) declined_kept_ = !begun.after;
+  return begun;
+}
+
+void PeerTopic::end_demand() {
+  resume_ = false;
+  job_.cancel();
+  dropped_.add(DropReason::kNoDemand, waiting_.size());
+  waiting_.clear();
+  while (held_.take()) dropped_.add(DropReason::kNoDemand);
+  deltas_.clear();
+}
+
+void PeerTopic::demand_again(const Now& now) {
+  for (const auto& [id, mirror] : origins_) mirror->pause(now);
+  update_demand(now);
+}
+
+// ---- messages
+
+Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
+  wire_bytes_ += message.body.size();
+  last_sequence_ = message.sequence;
+  if (const bool wanted = wants(message.demand); !wanted || !message.kept) {
+    dropped_.add(wanted ? DropReason::kMemory : DropReason::kNoDemand);
+    return Nothing{};
+  }
+  const auto useful = resolve(message, now);
+  if (!useful) return useful.error();
+  if (!useful.value()) return Nothing{};
+  // Nothing overtakes what is with a worker.
+  if (waiting_.empty() && message.codec == Codec::kNone) {  // mutant: decompressed_in_order
+    publish(message, message.body, now);
+    return Nothing{};
+  }
+  if (waiting_.empty() && !context_.jobs.is_large(message.raw_bytes)) {
+    auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+    if (!raw) return raw.error();
+    publish(message, Payload::adopt(std::move(raw).value()), now);
+    return Nothing{};
+  }
+  const std::uint64_t cost = message.body.size() + sizeof(Waiting);
+  if (waiting_.size() >= kWaitingMax ||
+      peer_.decoding().used() + cost > context_.options.decoding_bytes_max) {
+    dropped_.add(DropReason::kQueueBytes);
+    return Nothing{};
+  }
+  if (cost > link_.memory.room()) {
+    dropped_.add(DropReason::kMemory);
+    return Nothing{};
+  }
+  message.body = out_of_packet(message.body);
+  make_room(message);
+  auto bytes = peer_.decoding().hold(cost);
+  waiting_.push_back({std::move(message), std::move(bytes)});
+  if (!job_) start_job();
+  return Nothing{};
+}
+
+// Whatever becomes of a message, one that comes later may refer to it.
+Result<bool> PeerTopic::resolve(InMessage& message, const Now& now) {
+  const bool wanted = link_.may_inflate(message, now);
+  if (!wanted) dropped_.add(DropReason::kRate);
+  if (!makes_base(message.codec)) return wanted;
+  auto raw = deltas_.decode(message, wanted);
+  if (!raw) return raw.error();
+  if (!raw.value()) {
+    if (wanted) dropped_.add(DropReason::kRate);
+    return false;
+  }
+  message.codec = Codec::kNone;
+  message.body = *std::move(raw).value();
+  return true;
+}
+
+// A worker that does not keep up must not make messages late without end: beyond the depth of a
+// volatile origin its new message takes the place of its oldest, if that is the next to be looked
+// at. Messages before that one are with the worker; other origins lose nothing.
+void PeerTopic::make_room(const InMessage& message) {
+  const auto origin = origins_.find(message.subject.origin());
+  if (origin == origins_.end()) return;
+  const Qos& qos = origin->second->origin().qos;
+  if (qos.durability != Durability::kVolatile || qos.history == History::kKeepAll) return;
+  const std::size_t depth = std::max(qos.depth, context_.options.default_depth);
+  if (waiting_.size() <= depth || waiting_[1].message.subject != message.subject) return;
+  waiting_.erase(std::next(waiting_.begin()));
+  dropped_.add(DropReason::kQueueDepth);
+}
+
+void PeerTopic::start_job() {
+  const InMessage& message = waiting_.front().message;
+  job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body, link_.id);
+}
+
+void PeerTopic::on_job(std::optional<Payload> result, const Now& now) {
+  job_.cancel();
+  if (!result)
+    return link_.fail(
+        {CloseCode::kMalformed, "a compressed message does not decompress to its size"});
+  const Waiting first = std::move(waiting_.front());
+  waiting_.pop_front();
+  publish(first.message, *result, now);
+  advance(now);
+}
+
+void PeerTopic::advance(const Now& now) {
+  while (!waiting_.empty()) {
+    if (waiting_.front().message.codec != Codec::kNone) return start_job();
+    const Waiting first = std::move(waiting_.front());
+    waiting_.pop_front();
+    publish(first.message, first.message.body, now);
+  }
+}
+
+void PeerTopic::publish(const MessageHead& message, const Payload& raw, const Now& now,
+                        bool was_held) {
+  const auto origin = origins_.find(message.subject.origin());
+  if (origin == origins_.end()) return dropped_.add(DropReason::kUnknownOrigin);
+  TopicMirror& mirror = *origin->second;
+  if (const auto reason = mirror.refusal(link_)) return dropped_.add(*reason);
+  if (!is_serialized(raw.view())) return dropped_.add(DropReason::kPublishFailed);
+  if (parameter_events_ &&
+      !is_event_of(mirror.origin().node, raw.view(), link_.names, context_.graph.find(key_)))
+    return dropped_.add(DropReason::kNotPermitted);  // mutant: foreign_events
+  const ClockEstimate* clock = link_.connection() ? &link_.clock() : nullptr;
+  Duration age{0};
+  if (clock && clock->known() && is_plausible(message.stamp)) {
+    age = Duration(now.system - (message.stamp - clock->offset().count()));
+    if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);  // mutant: max_age
+    latency_ms_ = static_cast<double>(age.count()) / 1e6;
+  }
+  if (!was_held && !admits(message, raw, mirror, now)) return;
+  const Duration max_age = treatment().max_age;
+  const TimePoint expires =
+      max_age == kForever ? TimePoint::max() : now.steady + max_age - std::max(age, Duration(0));
+  if (const auto reason = mirror.publish(message.number, raw, expires, now))
+    return dropped_.add(*reason);
+  may_keep_ = true;
+  ++published_;
+  bytes_ += raw.size();
+}
+
+bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const TopicMirror& mirror,
+                       const Now& now) {
+  RateLimit* rate = link_.rate_of(key_, mirror.origin().gid, treatment(), now);
+  if (!rate) return true;
+  const TopicState* topic = context_.graph.find(key_);
+  const Stamp stamp = topic && topic->has_header ? header_stamp(raw.view()) : 0;
+  const OriginId origin = message.subject.origin();
+  const bool passes = rate->admit(raw.size(), stamp, now.steady);
+  const bool lost =
+      passes ? held_.take(origin).has_value()
+             : held_.hold(origin, {message, out_of_packet(raw)}, raw.size(), rate->leaves_at())
+                   .has_value();
+  if (lost) dropped_.add(DropReason::kRate);
+  return passes;
+}
+
+void PeerTopic::publish_held(const Now& now) {
+  while (const auto held = held_.take_due(now.steady)) {
+    const auto origin = origins_.find(held->head.subject.origin());
+    const Gid gid = origin == origins_.end() ? Gid{} : origin->second->origin().gid;
+    if (auto* rate = link_.rate_of(key_, gid, treatment(), now))
+      rate->leave(held->raw.size(), now.steady);
+    publish(held->head, held->raw, now, true);
+  }
+}
+
+void PeerTopic::on_lost(std::uint64_t count, DropReason reason) {
+  const auto counted = std::min(count, published_);  // the rest is older than this offer
+  published_ -= counted;
+  dropped_.add(reason, counted);
+}
+
+void PeerTopic::add_status(LinkStatus& status) const {
+  TopicStatus s;
+  s.topic = key_.first;
+  s.type = key_.second;
+  s.demanded = demanded_;
+  s.origins = static_cast<std::uint32_t>(origins_.size());
+  s.messages = published_;
+  s.bytes = bytes_;
+  s.wire_bytes = wire_bytes_;
+  s.queued = waiting_.size() + held_.size();
+  s.latency_ms = latency_ms_;
+  s.dropped = dropped_;
+  s.rule = decision_.rule;
+  s.misfit = context_.misfit(key_, origins_);
+  status.topics.push_back(std::move(s));
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,174 @@
+// One topic that a peer offers.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/base/budget.hpp"
+#include "core/flow/delta_decoder.hpp"
+#include "core/flow/held_back.hpp"
+#include "core/flow/reassembly.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/link/link.hpp"
+#include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
+#include "core/ports/status.hpp"
+#include "core/topics/import_context.hpp"
+#include "core/topics/left_out_origins.hpp"
+#include "core/topics/mirror_wish.hpp"
+
+namespace connect_bridge {
+
+class LinkTopics;
+
+// Demands the topic while one of the mirrors that it feeds wants data. Receives its messages,
+// decompresses them in order, and gives them to the mirrors of their origins. While a worker
+// decompresses a message, all later messages of the channel wait, also those of other origins and
+// those that need no worker. So each origin keeps the order of the channel.
+class PeerTopic final : public IncomingChannel, private JobOwner {
+ public:
+  // `key` has the local name; everything else is as the peer offers it.
+  PeerTopic(LinkTopics& peer, TopicKey key, const ChannelOffer& offer, Decision decision);
+  PeerTopic(const PeerTopic&) = delete;
+  PeerTopic& operator=(const PeerTopic&) = delete;
+  ~PeerTopic() override;
+
+  void add_origin(const OriginOffer& origin, const Now& now);
+  // Our rules have changed. False: no rule allows the topic any longer.
+  [[nodiscard]] bool recheck(const Now& now);
+  // Whether this is /parameter_events and no rule allows the parameters of the origin's node.
+  [[nodiscard]] bool withholds(const OriginOffer& origin) const {
+    return parameter_events_ && withholds_events(context_, link_, origin.node);
+  }
+  // Creates again the mirrors whose rule now requires another QoS.
+  void renew(const Now& now);
+  // Sends `decline`: the topic is not imported any longer.
+  void decline(const Now& now);
+  // The connection is about to be lost: publishes what waits for a worker and will not come again.
+  void finish(const Now& now);
+  // The connection is lost: mirrors wait for the link's return.
+  void lose(const Now& now);
+
+  // Of the mirrors that it feeds.
+  [[nodiscard]] MirrorWishes& wishes() { return wishes_; }
+  // One of them may have kept samples for late subscribers.
+  void note_kept() { may_keep_ = true; }
+  // The wishes of a mirror have changed, or those of listeners here.
+  void update_demand(const Now& now);
+  // The demand to send to the peer: under this number, or its end. When it ends, what still waits
+  // here is dropped.
+  ChannelDemand begin_demand(std::uint16_t number);
+  void end_demand();
+  // Ends the demand for a moment, so that the exporter sends the last samples again.
+  void demand_again(const Now& now);
+
+  // Messages of an ended demand may still be under way when the next one is sent. They are newer
+  // than the last samples with which the next one begins, so they are not wanted.
+  [[nodiscard]] bool wants(std::uint16_t demand) const override {
+    return demanded_ && demand == demand_;  // mutant: ended_demand
+  }
+  Result<Nothing> on_message(InMessage message, const Now& now) override;
+  Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
+  void on_withdraw(const Withdraw& why, const Now& now) override;
+
+  // Publishes the messages that a rate limit has held back and whose time has come.
+  void publish_held(const Now& now);
+  // Counts as dropped what was counted as published before: the mirror has lost it.
+  void on_lost(std::uint64_t count, DropReason reason);
+
+  [[nodiscard]] Link& link() const { return link_; }
+  [[nodiscard]] ChannelId number() const { return number_; }
+  [[nodiscard]] const TopicKey& key() const { return key_; }
+  [[nodiscard]] LeftOutOrigins& left_out() { return left_out_; }
+  [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
+  [[nodiscard]] const std::string& action_type() const { return action_type_; }
+  [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  [[nodiscard]] bool demanded() const { return demanded_; }
+  // Whether the last samples of all its publishers come again when demand begins. Beside a volatile
+  // one the exporter keeps nothing of the others.
+  [[nodiscard]] bool all_come_again() const { return volatile_ == 0 && !drives(treatment(), key_); }
+  void add_status(LinkStatus& status) const;
+
+ private:
+  struct Waiting {
+    InMessage message;
+    Budget::Hold bytes;
+  };
+
+  void on_job(std::optional<Payload> result, const Now& now) override;
+  // Decodes the message so that it needs no base; false: it is dropped.
+  Result<bool> resolve(InMessage& message, const Now& now);
+  void make_room(const InMessage& message);
+  void start_job();
+  // Publishes at once the messages that wait for a worker or are held back by a rate limit, of this
+  // origin (none: of all origins). Those for which there is no time are dropped. Messages of other
+  // origins keep their order.
+  void hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of = {});
+  // Handles the messages that waited for a finished job, up to the next job.
+  void advance(const Now& now);
+  // `was_held`: the rate limit of its publisher had refused the message and lets it pass now.
+  void publish(const MessageHead& message, const Payload& raw, const Now& now,
+               bool was_held = false);
+  // Whether its publisher's rate lets it pass; otherwise it is held back.
+  [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw,
+                            const TopicMirror& mirror, const Now& now);
+  // The mirror of an origin that is here no longer.
+  TopicMirror& take_out(std::map<OriginId, TopicMirror*>::iterator origin) {
+    TopicMirror& mirror = *origin->second;
+    volatile_ -= !is_transient_local(mirror.candidate(link_.id)->qos);
+    origins_.erase(origin);
+    return mirror;
+  }
+  std::map<OriginId, TopicMirror*> take_all() {
+    volatile_ = 0;
+    return std::exchange(origins_, {});
+  }
+  void leave_mirrors(const Now& now);
+  void note_end(const Ending& why) const;
+  // Whether the peer should keep the messages that a break loses, for this topic.
+  [[nodiscard]] bool may_resume() const;
+  // Whether what was published before a break may be published here after it.
+  [[nodiscard]] bool may_come_late() const {
+    const bool ever =
+        treatment().resume || context_.options.resumes_imported;  // mutant: old_orders
+    return ever && resumes(treatment(), key_.first, key_.second);
+  }
+
+  LinkTopics& peer_;
+  ImportContext& context_;
+  Link& link_;
+  ChannelId number_;
+  TopicKey key_;
+  std::string type_hash_;
+  std::string action_type_;
+  Decision decision_;
+  bool parameter_events_ = false;
+  std::size_t volatile_ = 0;  // of the origins
+  MirrorWishes wishes_;
+  bool may_keep_ = false;
+  bool demanded_ = false;
+  std::uint16_t demand_ = 0;         // its number, once it was sent
+  bool resume_ = false;              // it asks for what a lost connection loses
+  bool offers_resume_ = false;       // the peer may have kept something for the first demand
+  std::uint32_t last_sequence_ = 0;  // of the last message that arrived
+  bool declined_kept_ = false;       // what the peer had kept is to be discarded
+  std::map<OriginId, TopicMirror*> origins_;  // valid: this is a candidate of each
+  LeftOutOrigins left_out_;
+  std::deque<Waiting> waiting_;  // in order; the first is with a worker while `job_` is set
+  Jobs::Job job_;
+  struct HeldMessage {
+    MessageHead head;
+    Payload raw;
+  };
+  HeldBack<HeldMessage, PeerTopic*> held_;
+  DeltaDecoder deltas_;
+  std::uint64_t published_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t wire_bytes_ = 0;
+  DropCounts dropped_;
+  std::optional<double> latency_ms_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,397 @@
+#include "core/topics/topic_mirror.hpp"
+
+#include "core/link/standing.hpp"
+#include "core/offers/import_right.hpp"
+#include "core/topics/import_context.hpp"
+#include "core/topics/peer_topic.hpp"
+#include "core/topics/topic_qos.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// A mirror whose origin is gone stays this long, so that the middleware delivers its last samples.
+constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
+// Within this time the graph shows the subscriptions of an action's client.
+constexpr Duration kGoalDemand = std::chrono::seconds(5);
+// By then a graph knows a node's name, if ever; first samples are kept longer (early_samples.hpp).
+constexpr Duration kNaming = std::chrono::seconds(1);
+// What could not be made, for another reason than its definition, is tried again: its name may have
+// had another type here.
+constexpr Duration kRetry = std::chrono::seconds(30);
+// For so long a mirror that wants something else than before asks for nothing: changes come
+// together.
+constexpr Duration kPause = std::chrono::milliseconds(250);
+// By then subscribers have found a publisher that was made again: what was kept for them must not
+// come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
+constexpr Duration kMatching = std::chrono::milliseconds(200);
+// A graph knows an endpoint before the name of its node, if that ever has one.
+constexpr Duration kSubscriberNaming = std::chrono::seconds(2);
+
+}  // namespace
+
+TopicMirror::TopicMirror(ImportContext& context, MirrorKey key)
+    : context_(context), key_(std::move(key)), first_({context.timers, this}) {}
+
+// ---- who offers it
+
+bool TopicMirror::add_candidate(PeerTopic& offered, const OriginOffer& origin) {
+  Link& link = offered.link();
+  MirrorCandidate* own = find_candidate(candidates_, link.id);
+  if (!own) {
+    candidates_.push_back({&link, &offered, false, origin.qos});
+    link.mirrors.add(key_.first);
+    // A client that was restarted while its old connection seems alive: nothing comes on that.
+    if (is_successor(link, *candidates_.front().link))
+      std::swap(candidates_.front(), candidates_.back());
+    charge();
+  } else if (!own->offered) {
+    *own = {&link, &offered, false, origin.qos};
+  } else {
+    return false;
+  }
+  ends_.cancel();
+  if (std::exchange(failed_, false)) retries_.cancel();
+  // Another link may have sent the node's name already.
+  const std::string node = origin.node.empty() ? origin_.node : origin.node;
+  const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
+  origin_ = origin;
+  origin_.node = node;
+  if (id_ && moved) destroy();
+  return true;
+}
+
+// What the feeding link offers, as the rules have it for that link: nothing of another one, which
+// may be allowed more.
+bool TopicMirror::follow_feeder() {
+  if (!feeder()) return false;
+  action_type_ = feeder()->action_type();
+  origin_.qos = candidates_.front().qos;
+  const Qos qos = mirror_qos(origin_.qos, feeder()->treatment().qos, context_.options);
+  const bool same_type = is_of_its_type(*feeder());
+  if (qos == qos_ && same_type) return false;
+  destroy();
+  if (!same_type && std::exchange(failed_, false)) retries_.cancel();
+  type_hash_ = feeder()->type_hash();
+  any_definition_ = feeder()->treatment().allow_type_mismatch;
+  qos_ = qos;
+  return true;
+}
+
+bool TopicMirror::is_latched() const {
+  return feeder() && come_again(origin_.qos, feeder()->treatment(), key_.first);
+}
+
+bool TopicMirror::is_of_its_type(const PeerTopic& offered) const {
+  return offered.type_hash() == type_hash_ &&
+         offered.treatment().allow_type_mismatch == any_definition_;
+}
+
+// A mirror that is to belong to its origin's node is made when that has a name, or made again.
+void TopicMirror::name_node(const std::string& node, const Now& now) {
+  if (node.empty() || !origin_.node.empty()) return;
+  origin_.node = node;
+  if (!context_.graph_options.proxy_nodes) return warn_incompatible(now);
+  if (id_) destroy();
+  update(now);
+}
+
+void TopicMirror::lose_topic(LinkId link, const Now& now) {
+  if (MirrorCandidate* lost = find_candidate(candidates_, link))
+    wish_.forget(std::exchange(lost->offered, nullptr));
+  update(now);
+}
+
+void TopicMirror::remove_candidate(LinkId link, const Now& now) {
+  const bool fed = candidates_.front().link->id == link;
+  wish_.forget(candidate(link)->offered);
+  candidate(link)->link->mirrors.remove(key_.first);
+  std::erase_if(candidates_, [&](const MirrorCandidate& c) { return c.link->id == link; });
+  charge();
+  if (candidates_.empty()) {
+    if (!id_) give_up_claim();
+    ends_ = context_.timers.set(now.steady + kMirrorLinger, this);
+    return;
+  }
+  const bool taken_over = refresh(now);
+  if (fed || taken_over) ask_for_last_samples(now);
+}
+
+void TopicMirror::lose_link(LinkId link) {
+  Link& lost = *candidate(link)->link;
+  if (candidates_.size() > 1) return static_cast<void>(lost.arrived.erase(key_.first));
+  note_end(lost.arrived, key_.first, key_.second, lost.memory);
+  vanish();
+}
+
+// ---- what follows from what is known
+
+// The first candidate feeds the mirror for as long as it can: every change of the feeding link may
+// lose or repeat samples. Only when it is gone, or lost while another one is there, that one takes
+// its place. So a link that is lost alone keeps its mirror: when it returns, subscribers here have
+// noticed nothing.
+bool TopicMirror::refresh(const Now& now) {
+  if (candidates_.empty()) return false;  // it lingers
+  bool taken_over = false;
+  const auto present = std::find_if(candidates_.begin(), candidates_.end(),
+                                    [](const MirrorCandidate& c) { return c.is_usable(); });
+  if (!candidates_.front().is_usable() && present != candidates_.end()) {
+    std::iter_swap(present, candidates_.begin());
+    present->link->arrived.erase(key_.first);  // what it has kept, the other one brings
+    charge();
+    taken_over = true;
+  }
+  follow_feeder();
+  // A local publisher that has just ended may be offered for a moment longer: no mirror either.
+  is_local_ = is_local_ || context_.graph.is_local(key_.second);
+  const bool exists = may_exist();
+  if (exists && !id_ && feeder()) {
+    const bool settled = has_settled(now);
+    if (has_waited_for_name(now) && settled && may_be_made(now)) {
+      taken_over = true;
+      create(now);
+    }
+  }
+  if (!exists) destroy();
+  // Without a feeder another bridge may have it.
+  if (!exists || (!id_ && !feeder())) give_up_claim();
+  update_demand(now);
+  return taken_over;
+}
+
+void TopicMirror::update(const Now& now, const PeerTopic* sends) {
+  const bool lacks_samples = refresh(now);
+  if (lacks_samples && candidates_.front().offered != sends) ask_for_last_samples(now);
+}
+
+bool TopicMirror::has_settled(const Now& now) {
+  const bool claimed = claiming_.holds();
+  const TimePoint settled =
+      claiming_.want({*context_.graph_since + kTopicDiscovery,
+                      context_.beside_bridges() ? kTopicSettle : Duration::zero()},
+                     now);
+  if (claimed != claiming_.holds()) context_.outputs.follow_up(FollowUp::kClaim);
+  if (settled > now.steady) settles_ = context_.timers.set(settled, this);
+  return settled <= now.steady;
+}
+
+void TopicMirror::give_up_claim() {
+  if (claiming_.holds()) context_.outputs.follow_up(FollowUp::kClaim);
+  claiming_.give_up();
+  settles_.cancel();
+}
+
+// A mirror made under our own node and later again under the proxy loses samples in between.
+bool TopicMirror::has_waited_for_name(const Now& now) {
+  if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
+  if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
+  return naming_.at() <= now.steady;
+}
+
+// Endpoints that come and go cost every process in the graph.
+bool TopicMirror::may_be_made(const Now& now) {
+  if (retries_ && retries_.at() > now.steady) return false;
+  Link& link = *candidates_.front().link;
+  // While changed rules are applied, one link's topic may be over and the next one's not yet.
+  if (!import_right(context_, link, InterfaceKind::kTopic, key_.first, action_type_)) return false;
+  const auto answer = link.account->mirrors.ask(*this, now.steady);  // mutant: mirrors_pace
+  if (answer == Appearing::Answer::kLate) link.mirrors.note_wait();
+  return answer == Appearing::Answer::kNow;
+}
+
+bool TopicMirror::may_exist() const {
+  if (!context_.graph_since || failed_ || is_local_) return false;  // mutant: loops
+  if (context_.claims.taken(key_.second, claiming_.holds())) return false;
+  // Both ends are in one graph: what the peer exports is here already, though our part of the
+  // middleware may discover it later than the peer's.
+  const Connection* const connection = candidates_.front().link->connection();
+  return !connection || !context_.claims.is_here(connection->peer().side);
+}
+
+void TopicMirror::create(const Now& now) {
+  const Outputs::Paying paying(context_.outputs, candidates_.front().link->account->time);
+  id_ = context_.outputs.new_id<MirrorId>();
+  candidates_.front().declined = false;
+  last_number_ = sample_bytes_ = 0;
+  context_.made[id_] = {this};
+  if (candidates_.front().link->arrived.contains(key_.first))
+    pauses_ = context_.timers.set(now.steady + kMatching, this);
+  if (context_.options.matching > Duration::zero() || !first_.empty())
+    first_.wait(now.steady + context_.options.matching);
+  const auto& [topic, type] = key_.first;
+  const NameMap& names = candidates_.front().link->names;
+  Qos qos = qos_;
+  qos.depth = depth();
+  context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
+                                     context_.graph_options.owner_of(origin_.node, names),
+                                     any_definition_});
+  context_.outputs.follow_up(FollowUp::kClaim);
+  warn_incompatible(now);
+}
+
+// Subscribers of another publisher, or of another bridge's mirror, must not get what was kept for
+// this one.
+void TopicMirror::destroy() {
+  if (id_ && may_resume(origin_.qos, qos_))
+    for (const MirrorCandidate& candidate : candidates_) candidate.link->arrived.erase(key_.first);
+  vanish();
+}
+
+void TopicMirror::vanish(bool exists) {
+  drop_first();
+  first_.end_wait();
+  if (!id_) return;
+  if (exists) context_.outputs.push(DestroyMirror{id_});
+  context_.unmake(id_);
+  id_ = {};
+  pauses_.cancel();
+  kept_.release();
+  unnamed_.cancel();
+  context_.outputs.follow_up(FollowUp::kClaim);
+}
+
+void TopicMirror::drop_first() {
+  if (!first_.empty()) last_number_ = before_first_;
+  first_.drop(feeder());
+}
+
+void TopicMirror::on_failed(const MirrorFailed& failed, const Now& now) {
+  context_.tell_failed(*this, failed);
+  failed_ = true;
+  vanish(false);
+  const bool passes = failed.code != "type_unknown" && failed.hash_here.empty();
+  if (passes) retries_ = context_.timers.set(now.steady + kRetry, this);
+  const bool of_type = failed.code == "type_mismatch";
+  update_demand(now);
+  for (auto& [link, offered, declined, qos, told] : candidates_) {
+    if (!offered || (of_type && !is_of_its_type(*offered))) continue;
+    declined = declined || of_type;
+    if (!std::exchange(told, true))
+      link->decline(offered->number(), InterfaceKind::kTopic, key_.first,
+                    {failed.reason, failed.code});
+  }
+  update(now);  // one with another definition may feed it
+}
+
+void TopicMirror::on_time(const Now& now) {
+  const auto is_due = [&](const Timer& timer) { return timer && timer.at() <= now.steady; };
+  if (is_due(ends_)) return destroy();
+  first_.publish_due(context_.outputs, id_, feeder(), now);
+  if (is_due(unnamed_)) warn_incompatible(now);
+  if (is_due(retries_)) failed_ = false;
+  if (!id_ && (is_due(retries_) || is_due(naming_) || is_due(settles_))) update(now);
+  bool lapsed = false;
+  for (Timer* const timer : {&pauses_, &expected_}) {
+    if (!is_due(*timer)) continue;
+    timer->cancel();
+    lapsed = true;
+  }
+  if (lapsed) update(now);
+}
+
+bool TopicMirror::adopt(const PeerTopic& offered, const Now& now) {
+  if (offered.treatment().allow_type_mismatch)
+    find_candidate(candidates_, offered.link().id)->declined = false;
+  const bool existed = bool(id_);
+  const bool changed = feeder() == &offered && follow_feeder();
+  if (changed || failed_) update(now);
+  return changed && existed;
+}
+
+void TopicMirror::warn_incompatible(const Now& now) {
+  const TopicState* topic = context_.graph.find(key_.first);
+  if (!id_ || !topic || !context_.graph_options.qos_must_fit) return;
+  // When the time for names is over, those that still have none are logged without one.
+  const bool patient = !unnamed_ || unnamed_.at() > now.steady;
+  const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
+  for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);
+  if (found.unnamed && !unnamed_)
+    unnamed_ = context_.timers.set(now.steady + kSubscriberNaming, this);
+  if (!patient) unnamed_.cancel();
+}
+
+// ---- demand
+
+MirrorWish TopicMirror::wish(const Now& now) const {
+  const auto lasts = [&](const Timer& timer) { return timer && timer.at() > now.steady; };
+  const bool ready = feeder() && id_ && !lasts(pauses_);
+  return {feeder(), ready, ready && lasts(expected_), kept_bytes() > 0};
+}
+
+void TopicMirror::pause(const Now& now) {
+  const TimePoint until = now.steady + kPause;
+  if (!id_ || (pauses_ && pauses_.at() >= until)) return;
+  pauses_ = context_.timers.set(until, this);
+  wish_.change(wish(now));
+}
+
+void TopicMirror::expect_subscriber(const Now& now) {
+  expected_ = context_.timers.set(now.steady + kGoalDemand, this);
+  update_demand(now);
+}
+
+// The feeding link's channel may be demanded for other origins already: then nobody sends the last
+// samples of this one by itself.
+void TopicMirror::ask_for_last_samples(const Now& now) const {
+  if (is_latched() && feeder() && feeder()->demanded()) feeder()->demand_again(now);
+}
+
+// ---- data
+
+std::optional<DropReason> TopicMirror::refusal(const Link& link) const {
+  // It may have to wait for its node's name, or because its identity makes too many.
+  if (!id_ && (is_latched() || !may_exist())) return DropReason::kNoDemand;
+  if (candidates_.front().link != &link) return DropReason::kDuplicate;  // another one feeds it
+  return std::nullopt;
+}
+
+// After a reconnect, or when demand returns, the exporter sends the last samples of a
+// transient-local origin again (whatever the mirror's own QoS); and when another link takes over as
+// the feeding one, it may be behind the first. The number is the origin's own, so it does not
+// depend on the sample's path.
+std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Payload& raw,
+                                               TimePoint expires, const Now& now) {
+  if (number != 0 && number <= last_number_)
+    return DropReason::kDuplicate;  // mutant: duplicate_samples
+  if (keeps_samples() && raw.size() > sample_bytes_) {
+    const std::uint32_t fitting = context_.mirror_depth(*this, depth(), raw.size());
+    if (fitting == 0) return DropReason::kQueueBytes;
+    if (fitting < depth()) {
+      depth_max_ = fitting;
+      destroy();
+      update(now);
+      // It comes again; without a publisher (there were too many) it cannot go anywhere.
+      if (is_latched() || !id_) return DropReason::kQueueBytes;
+    }
+    sample_bytes_ = raw.size();
+    charge();
+  }
+  if (first_.empty()) before_first_ = last_number_;
+  last_number_ = std::max(last_number_, number);
+  // Samples that the middleware keeps for late subscribers need not wait or be displaced.
+  const bool waits = !id_ || (first_.waits() && (!keeps_samples() || first_.fits(raw.size())));
+  if (waits && first_.keep(raw, expires, feeder())) return std::nullopt;
+  if (!id_) return DropReason::kNoDemand;
+  first_.publish(context_.outputs, id_, feeder(), now);
+  context_.outputs.push(Publish{id_, held_if_large(raw)});
+  return std::nullopt;
+}
+
+Payload TopicMirror::held_if_large(const Payload& raw) const {
+  if (raw.size() <= kLargeSample || candidates_.empty()) return raw;
+  struct Held {
+    Payload raw;
+    std::shared_ptr<Account> account;  // before what is held of it
+    Budget::Hold bytes;
+  };
+  const auto& account = candidates_.front().link->account;
+  auto held = std::make_shared<Held>(Held{raw, account, account->memory.hold(raw.size())});
+  return Payload::wrap(std::move(held), raw.view());
+}
+
+void TopicMirror::charge() {
+  kept_.release();
+  first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
+  if (!candidates_.empty()) kept_ = candidates_.front().link->mirrors.latched().hold(kept_bytes());
+}
+
+}  // namespace connect_bridge
