@@ -9,7 +9,7 @@
 namespace connect_bridge::topics_test {
 namespace {
 
-OutSample sample_of(std::size_t bytes) {
+OutSample early_sample(std::size_t bytes) {
   return {OriginId{1}, 0, 0, Payload::adopt(Bytes(bytes)), {}};
 }
 
@@ -26,7 +26,7 @@ void listen(Exporting& s, OneLink& peer) {
 struct Early {
   // How many were dropped.
   std::size_t add(std::size_t bytes, std::int64_t at = 0) {
-    return subject.add(sample_of(bytes), ms(at).steady, all, account, ms(at)).count;
+    return subject.add(early_sample(bytes), ms(at).steady, all, account, ms(at)).count;
   }
 
   Budget all;
