@@ -1,4 +1,5 @@
-// Joins visitors with robots that nobody can dial (docs/protocol.md, "Relay").
+// Joins visitors with robots that have no address of their own (docs/protocol.md, "Relay").
+// One unit: robots, visitors and joined pairs share the limits of one process.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>

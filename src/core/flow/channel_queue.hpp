@@ -1,4 +1,6 @@
 // The messages of one channel that wait to be sent, and the one that is partly sent.
+// One unit: each change of a message (queued, begun, sent, replaced, replayed) moves the same byte
+// counts, which are exact only where one type makes all changes.
 #pragma once
 
 #include <algorithm>

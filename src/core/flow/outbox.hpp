@@ -1,4 +1,5 @@
-// What waits to be sent on one link: control texts and messages by priority. The connection pulls.
+// Control texts and messages that wait to be sent on one link, by priority. The connection pulls.
+// One unit: budget, order and pace of one byte stream decide together about each packet.
 #pragma once
 
 #include <cstdint>

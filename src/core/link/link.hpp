@@ -1,5 +1,7 @@
-// A link to a peer: it outlives its connections. It knows whose channel a number is, and so
-// dispatches what arrives.
+// A link to a peer; it outlives its connections. Messages that arrive go to the owners of their
+// channels.
+// One unit: channel numbers, owners and the connection change together; a message that comes
+// between two of these changes must find one owner.
 #pragma once
 
 #include <map>

@@ -1,5 +1,6 @@
-// All links of a side: which connection carries which, who is logged in, what a loss means, when a
-// client dials.
+// All links of a side: their connections, logins and losses, and when a client connects again.
+// One unit: the session that a login continues, the link that is lost and the next attempt follow
+// from one table of links and connections.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // One process of the bridge: its rules, its graph, and the links to its peers. The whole behaviour
 // of ROS2 Connect between a socket and a ROS graph; docs/architecture.md section "The loop".
+// One unit: a table of inputs and the order of their receivers, without logic of its own.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // One topic of the local graph that may be exported.
+// One unit: publishers, subscription, history and offers of a topic begin and end each other.
 #pragma once
 
 #include <map>

@@ -1,4 +1,5 @@
 // One topic that a peer offers.
+// One unit: messages wait for workers and leave in the channel's order, whatever ends meanwhile.
 #pragma once
 
 #include <deque>

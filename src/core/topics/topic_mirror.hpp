@@ -1,4 +1,5 @@
 // The local publisher that stands for one origin of the peers.
+// One unit: the candidates, the claim and the publisher are one state; each change asks all three.
 #pragma once
 
 #include <algorithm>
