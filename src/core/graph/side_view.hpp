@@ -1,4 +1,4 @@
-// What the topics, services and types of a side share.
+// The parts of a side that its topics and services share.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace connect_bridge {
 
-// All outlive whoever has this.
+// All parts outlive whoever has this view.
 struct SideView {
   const GraphOptions& graph_options;
   const Policy& policy;

@@ -35,8 +35,8 @@ struct ExportRight {
   [[nodiscard]] bool is_allowed_here() const { return answer <= Answer::kNotAccepted; }
 };
 
-// Nobody else asks rules or `accepts` about what is exported, but for the peer's wish for /clock
-// (ClockPublisher).
+// The rights of exports are decided here. Two others ask rules or `accepts` themselves: the peer's
+// wish for /clock (ClockPublisher), and the search for why a name is missing (MissingNames).
 [[nodiscard]] ExportRight export_right(const SideView& side, const Link& link,
                                        const LocalInterface& what);
 // As above, for any interface, also one that is not here.

@@ -12,7 +12,8 @@
 
 namespace connect_bridge {
 
-// What the rules here say; nullopt: none allows it. Nobody else asks them about imports.
+// The decision of the rules here; nullopt: none allows it. The rights of imports are decided here;
+// the search for why a name is missing (MissingNames) asks the rules itself.
 [[nodiscard]] std::optional<Decision> import_right(const SideView& side, const Link& link,
                                                    const Interface& what);
 // As above, by the local name. For /parameter_events: whether the events of any node are allowed

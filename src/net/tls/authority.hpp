@@ -23,9 +23,9 @@ struct CertificatesMade {
 };
 
 // The authority is ca.crt with ca.key; an existing one signs the new certificates, unless it has
-// ended. The server's
-// are server.crt and server.key, a client's client-NAME.crt and client-NAME.key. Keys are for ECDSA
-// (P-256), their files readable by the owner alone. No file is overwritten.
+// expired. The server's files are server.crt and server.key, a client's client-NAME.crt and
+// client-NAME.key. Keys are for ECDSA (P-256); only the owner may read their files. No file is
+// overwritten.
 [[nodiscard]] CertificatesMade make_certificates(const CertificateOrder& order);
 
 // A server's, valid for ten years, for peers who go by its pin: server.crt and server.key, and no

@@ -72,7 +72,6 @@ void Socket::allow(std::size_t packet_bytes_max) {
 }
 
 // ---- reading
-// --------------------------------------------------------------------------------------
 
 void Socket::read() {
   if (reading_ || held_ || state_ != State::kOpen) return;
@@ -227,7 +226,6 @@ void Socket::on_written(const ErrorCode& error) {
 }
 
 // ---- ending
-// ---------------------------------------------------------------------------------------
 
 void Socket::close(std::uint16_t code, const std::string& reason) {
   if (state_ != State::kOpen) return;
