@@ -108,20 +108,20 @@ void add_rights(const Rule& rule, Names& parts) {
   const std::string types =
       rule.types.empty() ? "" : fmt::format(" ({} only)", joined(rule.types, "or"));
   const std::string who = who_text(rule);
-  const auto add = [&](const std::vector<Pattern>& patterns, std::string_view what,
-                       std::string_view narrowed) {
+  const auto add = [&](Direction direction, OpenedBy kind, std::string_view what) {
+    const std::vector<Pattern>& patterns = rule.opens[direction][kind];
     if (patterns.empty()) return;
-    parts.push_back(
-        fmt::format("the peer {} {}{}{}", what, joined(texts(patterns), "and"), narrowed, who));
+    parts.push_back(fmt::format("the peer {} {}{}{}", what, joined(texts(patterns), "and"),
+                                kind == OpenedBy::kParameters ? "" : types, who));
   };
-  add(rule.import_topics, "may publish to", types);
-  add(rule.export_topics, "may receive", types);
-  add(rule.export_services, "may call", types);
-  add(rule.import_services, "may offer the services", types);
-  add(rule.export_actions, "may use the actions", types);
-  add(rule.import_actions, "may offer the actions", types);
-  add(rule.export_parameters, "may read and set parameters of the nodes", "");
-  add(rule.import_parameters, "may offer parameters of the nodes", "");
+  add(Direction::kImport, OpenedBy::kTopics, "may publish to");
+  add(Direction::kExport, OpenedBy::kTopics, "may receive");
+  add(Direction::kExport, OpenedBy::kServices, "may call");
+  add(Direction::kImport, OpenedBy::kServices, "may offer the services");
+  add(Direction::kExport, OpenedBy::kActions, "may use the actions");
+  add(Direction::kImport, OpenedBy::kActions, "may offer the actions");
+  add(Direction::kExport, OpenedBy::kParameters, "may read and set parameters of the nodes");
+  add(Direction::kImport, OpenedBy::kParameters, "may offer parameters of the nodes");
   if (!rule.deny.empty()) {
     parts.push_back(
         fmt::format("never {}{}, whatever rules allow", joined(texts(rule.deny), "or"), who));

@@ -9,19 +9,10 @@
 
 #include "config/key_search.hpp"
 #include "config/rule_reader.hpp"
+#include "config/rule_rows.hpp"
 
 namespace connect_bridge {
 namespace {
-
-std::string key_of(OpenedBy what, Direction direction) {
-  const std::string out = direction == Direction::kExport ? "export_" : "import_";
-  switch (what) {
-    case OpenedBy::kServices: return out + "services";
-    case OpenedBy::kActions: return out + "actions";
-    case OpenedBy::kParameters: return out + "parameters";
-    default: return out + "topics";
-  }
-}
 
 const char* word_of(OpenedBy what) {
   switch (what) {
@@ -43,7 +34,7 @@ class Explainer {
       : config_(config),
         question_(question),
         direction_(direction),
-        key_(key_of(question.what, direction)),
+        key_(right_key(direction, question.what)),
         trace_(ask(config.policy, direction).trace) {}
 
   [[nodiscard]] RightAnswer answer() {
@@ -166,17 +157,16 @@ class Explainer {
   void tell_nearest() {
     bool told = false;
     for (const Rule& rule : config_.policy.rules()) {
-      for (const OpenedBy what :
-           {OpenedBy::kTopics, OpenedBy::kServices, OpenedBy::kActions, OpenedBy::kParameters}) {
+      for (const OpenedBy what : kKindsOfRules) {
         for (const Direction direction : {Direction::kExport, Direction::kImport}) {
           if (what == question_.what && direction == direction_) continue;
-          const auto& patterns = *patterns_of(rule, direction, what);
+          const auto& patterns = rule.opens[direction][what];
           const auto found = std::find_if(patterns.begin(), patterns.end(), [&](const auto& one) {
             return one.matches(question_.name);
           });
           if (found == patterns.end()) continue;
           line(fmt::format("{} matches the name, but does not apply here",
-                           where(rule, key_of(what, direction), *found)));
+                           where(rule, right_key(direction, what), *found)));
           told = true;
         }
       }
@@ -190,7 +180,7 @@ class Explainer {
     std::pair<const Rule*, const Pattern*> best{nullptr, nullptr};
     std::size_t least = 0;
     for (const Rule& rule : config_.policy.rules()) {
-      for (const Pattern& pattern : *patterns_of(rule, direction_, question_.what)) {
+      for (const Pattern& pattern : rule.opens[direction_][question_.what]) {
         if (pattern.matches(question_.name)) continue;  // shown already
         const std::size_t here = edit_distance(pattern.text(), question_.name);
         if (best.second != nullptr && here >= least) continue;
@@ -217,7 +207,7 @@ class Explainer {
       by_default = fmt::format("; those of a {} without rules do{}",
                                config_.role == Role::kServer ? "client" : "server",
                                ask(Policy({default_rule()}), theirs).allowed ? "" : " not");
-    line(fmt::format("the peer's rules must have it in {}{}", key_of(question_.what, theirs),
+    line(fmt::format("the peer's rules must have it in {}{}", right_key(theirs, question_.what),
                      by_default));
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "config/key_search.hpp"
+#include "config/rule_rows.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/control.hpp"
 
@@ -41,7 +42,7 @@ Rule read_rule(const CheckedValues& values, const std::string& name, bool is_rob
   Rule rule;
   rule.name = name;
   values.store(rule);
-  auto& own = is_robot ? rule.export_parameters : rule.import_parameters;
+  auto& own = rule.opens[is_robot ? Direction::kExport : Direction::kImport][OpenedBy::kParameters];
   for (auto& pattern : syntax::parse_patterns(values.list(key_of(name, "parameters"))))
     own.push_back(std::move(pattern));
   return rule;
@@ -62,7 +63,8 @@ void check_clock(const CheckedValues& values, const Rule& rule, RuleSet& set,
   const std::string clock = key_of(rule.name, "clock");
   const std::string imports = key_of(rule.name, "import_topics");
   if (values.text(clock) != "publish") return;
-  if (values.valid(imports) && !matches(rule.import_topics, "/clock")) {
+  if (values.valid(imports) &&
+      !matches(rule.opens[Direction::kImport][OpenedBy::kTopics], "/clock")) {
     problems.push_back({clock, "\"publish\"", "/clock among import_topics of this rule"});
   } else if (!values.given(imports)) {
     problems.push_back({clock, "\"publish\"", "import_topics: [/clock] too"});
@@ -115,11 +117,12 @@ std::string key_with_most_wildcards(const CheckedValues& values, const std::vect
     most = key_of(rule.name, right);
   };
   for (const Rule& rule : rules) {
-    look(rule, "import_topics", rule.import_topics);
-    look(rule, "import_services", rule.import_services);
-    look(rule, "import_actions", rule.import_actions);
-    const bool own = values.given(key_of(rule.name, "import_parameters"));
-    look(rule, own ? "import_parameters" : "parameters", rule.import_parameters);
+    for (const OpenedBy kind : kKindsOfRules) {
+      const std::string right = right_key(Direction::kImport, kind);
+      const bool by_another_key =
+          kind == OpenedBy::kParameters && !values.given(key_of(rule.name, right));
+      look(rule, by_another_key ? "parameters" : right, rule.opens[Direction::kImport][kind]);
+    }
     look(rule, "deny", rule.deny);
   }
   return most;
@@ -164,14 +167,13 @@ void check_announced(const CheckedValues& values, std::vector<Rule> rules,
 Rule default_rule() {
   Rule rule;
   rule.name = "default";
-  rule.export_topics = syntax::parse_patterns({"/**"});
+  rule.opens[Direction::kExport][OpenedBy::kTopics] = syntax::parse_patterns({"/**"});
   // With hidden names, as far as the peer's rules spell these out: of two hidden parts at most.
   const std::vector<std::string> all = {"/**", "/**/_*", "/**/_*/**", "/**/_*/**/_*",
                                         "/**/_*/**/_*/**"};
-  rule.import_topics = syntax::parse_patterns(all);
-  rule.import_services = syntax::parse_patterns(all);
-  rule.import_actions = syntax::parse_patterns({"/**"});
-  rule.import_parameters = syntax::parse_patterns({"/**"});
+  auto& imports = rule.opens[Direction::kImport];
+  imports[OpenedBy::kTopics] = imports[OpenedBy::kServices] = syntax::parse_patterns(all);
+  imports[OpenedBy::kActions] = imports[OpenedBy::kParameters] = syntax::parse_patterns({"/**"});
   // Every node publishes it; merged with the local one, the sender of a message could not be
   // identified.
   rule.deny = syntax::parse_patterns({"/rosout"});  // mutant: rosout

@@ -17,36 +17,40 @@ auto rule_row_adder(Rows& rows, const char* section) {
   });
 }
 
-// What a rule allows.
+template <Direction kDirection, OpenedBy kKind>
+void add_opening(const auto& add, const char* help) {
+  add({.key = right_key(kDirection, kKind), .syntax = check_pattern, .help = help},
+      [](Rule& r) { return &r.opens[kDirection][kKind]; });
+}
+
+// The rights that a rule gives.
 void add_rule_rights(Rows& rows) {
   const auto add = rule_row_adder(rows, kRuleRights);
-  const auto patterns = [&](const char* key, const char* help, auto field) {
-    add({.key = key, .syntax = check_pattern, .help = help}, field);
-  };
-  patterns("export_topics", "Topics that the peer may receive from this side.",
-           [](Rule& r) { return &r.export_topics; });
-  patterns("import_topics", "Topics that the peer may publish at this side.",
-           [](Rule& r) { return &r.import_topics; });
-  patterns("export_services", "Services of this side that the peer may call.",
-           [](Rule& r) { return &r.export_services; });
-  patterns("import_services", "Services of the peer that exist at this side.",
-           [](Rule& r) { return &r.import_services; });
-  patterns("export_actions", "Actions of this side that the peer may use.",
-           [](Rule& r) { return &r.export_actions; });
-  patterns("import_actions", "Actions of the peer that exist at this side.",
-           [](Rule& r) { return &r.import_actions; });
-  patterns("export_parameters", "Nodes of this side whose parameters the peer may read and set.",
-           [](Rule& r) { return &r.export_parameters; });
-  patterns("import_parameters",
-           "Nodes of the peer whose parameters can be read and set at this side.",
-           [](Rule& r) { return &r.import_parameters; });
+  add_opening<Direction::kExport, OpenedBy::kTopics>(
+      add, "Topics that the peer may receive from this side.");
+  add_opening<Direction::kImport, OpenedBy::kTopics>(
+      add, "Topics that the peer may publish at this side.");
+  add_opening<Direction::kExport, OpenedBy::kServices>(
+      add, "Services of this side that the peer may call.");
+  add_opening<Direction::kImport, OpenedBy::kServices>(
+      add, "Services of the peer that exist at this side.");
+  add_opening<Direction::kExport, OpenedBy::kActions>(
+      add, "Actions of this side that the peer may use.");
+  add_opening<Direction::kImport, OpenedBy::kActions>(
+      add, "Actions of the peer that exist at this side.");
+  add_opening<Direction::kExport, OpenedBy::kParameters>(
+      add, "Nodes of this side whose parameters the peer may read and set.");
+  add_opening<Direction::kImport, OpenedBy::kParameters>(
+      add, "Nodes of the peer whose parameters can be read and set at this side.");
   add({.key = "parameters",
        .fallback = Strings{},
        .syntax = check_pattern,
        .help = "At the robot (`robot`) the same as export_parameters, at the other end as "
                "import_parameters."});
-  patterns("deny", "Names that no rule allows, whatever else matches.",
-           [](Rule& r) { return &r.deny; });
+  add({.key = "deny",
+       .syntax = check_pattern,
+       .help = "Names that no rule allows, whatever else matches."},
+      [](Rule& r) { return &r.deny; });
   const auto narrow = [&](const char* key, Syntax syntax, const char* help, auto field) {
     add({.key = key, .syntax = syntax, .help = help}, field);
   };
@@ -168,6 +172,18 @@ void add_rule_rows(std::vector<KeySpec>& rows) {
   add_rule_exceptions(rows);
   add_rule_calls(rows);
   add_rule_qos(rows);
+}
+
+std::string right_key(Direction direction, OpenedBy kind) {
+  const std::string word = direction == Direction::kExport ? "export_" : "import_";
+  switch (kind) {
+    case OpenedBy::kNothing: break;
+    case OpenedBy::kTopics: return word + "topics";
+    case OpenedBy::kServices: return word + "services";
+    case OpenedBy::kActions: return word + "actions";
+    case OpenedBy::kParameters: return word + "parameters";
+  }
+  return {};
 }
 
 }  // namespace connect_bridge

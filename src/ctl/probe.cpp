@@ -30,7 +30,7 @@ SideOptions options_of(const BridgeParts& parts, const Probe::Options& options) 
   side.clock_publish_period = {};
   Rule rule;
   rule.name = "probe";
-  rule.import_topics = options.topics;
+  rule.opens[Direction::kImport][OpenedBy::kTopics] = options.topics;
   side.policy = Policy({rule});
   return side;
 }

@@ -110,8 +110,8 @@ class Crowd {
     SideOptions options;
     options.links_max = options.identity_links_max = links;
     Rule rule;
-    rule.export_topics.push_back(Pattern::parse("/**").value());
-    rule.import_topics.push_back(Pattern::parse("/**").value());
+    rule.opens[Direction::kExport][OpenedBy::kTopics].push_back(Pattern::parse("/**").value());
+    rule.opens[Direction::kImport][OpenedBy::kTopics].push_back(Pattern::parse("/**").value());
     options.policy = Policy({rule});
     return options;
   }

@@ -96,10 +96,14 @@ class LoadedSide {
     SideOptions options;
     Rule rule;
     const std::vector<Pattern> all{Pattern::parse("/**").value()};
-    rule.export_topics = rule.import_topics = all;
-    rule.export_services = rule.import_services = all;
-    rule.export_actions = rule.import_actions = all;
-    rule.export_parameters = rule.import_parameters = all;
+    rule.opens[Direction::kExport][OpenedBy::kTopics] =
+        rule.opens[Direction::kImport][OpenedBy::kTopics] = all;
+    rule.opens[Direction::kExport][OpenedBy::kServices] =
+        rule.opens[Direction::kImport][OpenedBy::kServices] = all;
+    rule.opens[Direction::kExport][OpenedBy::kActions] =
+        rule.opens[Direction::kImport][OpenedBy::kActions] = all;
+    rule.opens[Direction::kExport][OpenedBy::kParameters] =
+        rule.opens[Direction::kImport][OpenedBy::kParameters] = all;
     options.policy = Policy({rule});
     options.audits = true;
     return options;

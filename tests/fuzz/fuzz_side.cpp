@@ -46,11 +46,14 @@ SideOptions options() {
   SideOptions o;
   Rule rule;
   rule.name = "all";
-  rule.export_topics = {Pattern::parse("/**").value()};
-  rule.import_topics = {Pattern::parse("/**").value()};
-  rule.export_services = rule.import_services = {Pattern::parse("/**").value()};
-  rule.export_actions = rule.import_actions = {Pattern::parse("/**").value()};
-  rule.export_parameters = rule.import_parameters = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kExport][OpenedBy::kTopics] = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kImport][OpenedBy::kTopics] = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kExport][OpenedBy::kServices] =
+      rule.opens[Direction::kImport][OpenedBy::kServices] = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kExport][OpenedBy::kActions] =
+      rule.opens[Direction::kImport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kExport][OpenedBy::kParameters] =
+      rule.opens[Direction::kImport][OpenedBy::kParameters] = {Pattern::parse("/**").value()};
   rule.treatment.calls_max = 3;
   rule.treatment.call_timeout = std::chrono::seconds(1);
   o.policy = Policy({rule});

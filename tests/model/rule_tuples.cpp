@@ -69,9 +69,14 @@ Rule random_rule(Rng& rng, std::uint32_t number) {
   Rule rule;
   rule.name = "rule" + std::to_string(number);
   rule.treatment.calls_max = number;
-  for (auto* list : {&rule.export_topics, &rule.import_topics, &rule.export_services,
-                     &rule.import_services, &rule.export_actions, &rule.import_actions,
-                     &rule.export_parameters, &rule.import_parameters})
+  for (auto* list : {&rule.opens[Direction::kExport][OpenedBy::kTopics],
+                     &rule.opens[Direction::kImport][OpenedBy::kTopics],
+                     &rule.opens[Direction::kExport][OpenedBy::kServices],
+                     &rule.opens[Direction::kImport][OpenedBy::kServices],
+                     &rule.opens[Direction::kExport][OpenedBy::kActions],
+                     &rule.opens[Direction::kImport][OpenedBy::kActions],
+                     &rule.opens[Direction::kExport][OpenedBy::kParameters],
+                     &rule.opens[Direction::kImport][OpenedBy::kParameters]})
     *list = patterns(rng, 650);
   rule.deny = patterns(rng, 150);
   rule.types = some(rng, kAllTypes, rng.chance(300) ? 600 : 0);

@@ -148,7 +148,9 @@ std::optional<Treatment> treatment_of_part(const Policy& policy, Direction direc
   }
   const bool out = direction == Direction::kExport;
   return first_rule(policy, who, names, *action_type, [&](const Rule& rule) {
-    return std::pair{out ? &rule.export_actions : &rule.import_actions, &action};
+    return std::pair{out ? &rule.opens[Direction::kExport][OpenedBy::kActions]
+                         : &rule.opens[Direction::kImport][OpenedBy::kActions],
+                     &action};
   });
 }
 
@@ -162,7 +164,9 @@ std::optional<Treatment> treatment_of(const Policy& policy, Direction direction,
     return treatment_of_part(policy, direction, name, type, who, {"feedback", "status"});
   }
   return first_rule(policy, who, {name}, type, [&](const Rule& rule) {
-    return std::pair{direction == Direction::kExport ? &rule.export_topics : &rule.import_topics,
+    return std::pair{direction == Direction::kExport
+                         ? &rule.opens[Direction::kExport][OpenedBy::kTopics]
+                         : &rule.opens[Direction::kImport][OpenedBy::kTopics],
                      &name};
   });
 }
@@ -183,11 +187,15 @@ std::optional<Treatment> service_treatment_of(const Policy& policy, Direction di
   if (parameter != parameters.end()) {
     if (parameter->second != type) return {};
     return first_rule(policy, who, {name, before}, "", [&](const Rule& rule) {
-      return std::pair{out ? &rule.export_parameters : &rule.import_parameters, &before};
+      return std::pair{out ? &rule.opens[Direction::kExport][OpenedBy::kParameters]
+                           : &rule.opens[Direction::kImport][OpenedBy::kParameters],
+                       &before};
     });
   }
   return first_rule(policy, who, {name}, type, [&](const Rule& rule) {
-    return std::pair{out ? &rule.export_services : &rule.import_services, &name};
+    return std::pair{out ? &rule.opens[Direction::kExport][OpenedBy::kServices]
+                         : &rule.opens[Direction::kImport][OpenedBy::kServices],
+                     &name};
   });
 }
 

@@ -73,10 +73,14 @@ Policy rules_of_day(Rng& rng) {
   Rule rest;
   rest.name = "rest";
   const std::vector<Pattern> all = {pattern("/**")};
-  rest.export_topics = rest.import_topics = all;
-  rest.export_services = rest.import_services = all;
-  rest.export_actions = rest.import_actions = all;
-  rest.export_parameters = rest.import_parameters = all;
+  rest.opens[Direction::kExport][OpenedBy::kTopics] =
+      rest.opens[Direction::kImport][OpenedBy::kTopics] = all;
+  rest.opens[Direction::kExport][OpenedBy::kServices] =
+      rest.opens[Direction::kImport][OpenedBy::kServices] = all;
+  rest.opens[Direction::kExport][OpenedBy::kActions] =
+      rest.opens[Direction::kImport][OpenedBy::kActions] = all;
+  rest.opens[Direction::kExport][OpenedBy::kParameters] =
+      rest.opens[Direction::kImport][OpenedBy::kParameters] = all;
   rest.treatment.call_timeout = 20s;
   rest.treatment.compression.automatic = rng.chance(700);
   return Policy{{std::move(rest)}};

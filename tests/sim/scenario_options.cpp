@@ -77,8 +77,8 @@ std::vector<Rule> random_rules(Rng& rng) {
   for (int i = 0; i < count; ++i) {
     Rule rule;
     rule.name = "rule" + std::to_string(i);
-    draw_topics(rng, rule.export_topics);
-    draw_topics(rng, rule.import_topics);
+    draw_topics(rng, rule.opens[Direction::kExport][OpenedBy::kTopics]);
+    draw_topics(rng, rule.opens[Direction::kImport][OpenedBy::kTopics]);
     if (rng.chance(250)) rule.deny.push_back(pattern(rng.pick(denied_patterns())));
     if (rng.chance(150)) rule.types = {"std_msgs/msg/String", "nav_msgs/msg/Odometry"};
     if (rng.chance(150)) rule.identities = {"ann"};
@@ -89,16 +89,17 @@ std::vector<Rule> random_rules(Rng& rng) {
   if (rng.chance(350)) {  // commands before everything
     Rule commands;
     commands.name = "commands";
-    commands.export_topics = {pattern("/cmd_vel"), pattern("/scan")};
-    commands.import_topics = commands.export_topics;
+    commands.opens[Direction::kExport][OpenedBy::kTopics] = {pattern("/cmd_vel"), pattern("/scan")};
+    commands.opens[Direction::kImport][OpenedBy::kTopics] =
+        commands.opens[Direction::kExport][OpenedBy::kTopics];
     commands.treatment.priority = Priority::kUrgent;
     rules.insert(rules.begin(), std::move(commands));
   }
   if (rng.chance(850)) {  // the rest of the world, as it comes
     Rule rest;
     rest.name = "rest";
-    rest.export_topics = {pattern("/**")};
-    rest.import_topics = {pattern("/**")};
+    rest.opens[Direction::kExport][OpenedBy::kTopics] = {pattern("/**")};
+    rest.opens[Direction::kImport][OpenedBy::kTopics] = {pattern("/**")};
     if (rng.chance(200)) rest.treatment = random_treatment(rng);
     rules.push_back(std::move(rest));
   }
@@ -108,10 +109,14 @@ std::vector<Rule> random_rules(Rng& rng) {
 namespace {
 
 void open_corner(Rule& corner) {
-  corner.import_topics = corner.export_topics = {pattern("/hostile/**")};
-  corner.import_services = corner.export_services = {pattern("/hostile/**")};
-  corner.import_actions = corner.export_actions = {pattern("/hostile/**")};
-  corner.import_parameters = corner.export_parameters = {pattern("/hostile/**")};
+  corner.opens[Direction::kImport][OpenedBy::kTopics] =
+      corner.opens[Direction::kExport][OpenedBy::kTopics] = {pattern("/hostile/**")};
+  corner.opens[Direction::kImport][OpenedBy::kServices] =
+      corner.opens[Direction::kExport][OpenedBy::kServices] = {pattern("/hostile/**")};
+  corner.opens[Direction::kImport][OpenedBy::kActions] =
+      corner.opens[Direction::kExport][OpenedBy::kActions] = {pattern("/hostile/**")};
+  corner.opens[Direction::kImport][OpenedBy::kParameters] =
+      corner.opens[Direction::kExport][OpenedBy::kParameters] = {pattern("/hostile/**")};
 }
 
 }  // namespace

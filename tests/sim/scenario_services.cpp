@@ -70,22 +70,22 @@ Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
   for (auto& rule : rules) {
     draw_limits(rng, rule.treatment);
     if (rule.name == "corner") continue;  // the strangers', and all theirs
-    if (rng.chance(300)) draw_services(rng, rule.export_services);
-    if (rng.chance(300)) draw_services(rng, rule.import_services);
-    if (rng.chance(200)) draw_services(rng, rule.export_parameters);
-    if (rng.chance(200)) draw_services(rng, rule.import_parameters);
-    if (rng.chance(300)) draw_services(rng, rule.export_actions);
-    if (rng.chance(300)) draw_services(rng, rule.import_actions);
+    if (rng.chance(300)) draw_services(rng, rule.opens[Direction::kExport][OpenedBy::kServices]);
+    if (rng.chance(300)) draw_services(rng, rule.opens[Direction::kImport][OpenedBy::kServices]);
+    if (rng.chance(200)) draw_services(rng, rule.opens[Direction::kExport][OpenedBy::kParameters]);
+    if (rng.chance(200)) draw_services(rng, rule.opens[Direction::kImport][OpenedBy::kParameters]);
+    if (rng.chance(300)) draw_services(rng, rule.opens[Direction::kExport][OpenedBy::kActions]);
+    if (rng.chance(300)) draw_services(rng, rule.opens[Direction::kImport][OpenedBy::kActions]);
   }
   if (rng.chance(850)) {
     Rule calls;
     calls.name = "calls";
-    calls.export_services = {pattern("/**")};
-    calls.import_services = {pattern("/**")};
-    if (rng.chance(700)) calls.export_parameters = {pattern("/**")};
-    if (rng.chance(700)) calls.import_parameters = {pattern("/**")};
-    if (rng.chance(800)) calls.export_actions = {pattern("/**")};
-    if (rng.chance(800)) calls.import_actions = {pattern("/**")};
+    calls.opens[Direction::kExport][OpenedBy::kServices] = {pattern("/**")};
+    calls.opens[Direction::kImport][OpenedBy::kServices] = {pattern("/**")};
+    if (rng.chance(700)) calls.opens[Direction::kExport][OpenedBy::kParameters] = {pattern("/**")};
+    if (rng.chance(700)) calls.opens[Direction::kImport][OpenedBy::kParameters] = {pattern("/**")};
+    if (rng.chance(800)) calls.opens[Direction::kExport][OpenedBy::kActions] = {pattern("/**")};
+    if (rng.chance(800)) calls.opens[Direction::kImport][OpenedBy::kActions] = {pattern("/**")};
     if (rng.chance(200)) calls.deny = {pattern(rng.pick(service_patterns()))};
     if (rng.chance(300)) {
       calls.treatment.compression.codec = rng.chance(500) ? Codec::kLz4 : Codec::kZstd;

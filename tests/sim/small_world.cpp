@@ -16,8 +16,11 @@ SmallWorld::SmallWorld(std::uint64_t seed, const GraphPlan& graph, bool overlaps
 Rule SmallWorld::everything() {
   Rule rule;
   rule.name = "all";
-  rule.export_topics = {std::move(Pattern::parse("/**")).value()};
-  rule.import_topics = rule.export_services = rule.import_services = rule.export_topics;
+  rule.opens[Direction::kExport][OpenedBy::kTopics] = {std::move(Pattern::parse("/**")).value()};
+  rule.opens[Direction::kImport][OpenedBy::kTopics] =
+      rule.opens[Direction::kExport][OpenedBy::kServices] =
+          rule.opens[Direction::kImport][OpenedBy::kServices] =
+              rule.opens[Direction::kExport][OpenedBy::kTopics];
   return rule;
 }
 

@@ -105,6 +105,8 @@ inline constexpr std::string_view kBridgeNames = "/_connect_bridge/";
 // ---- what opens it
 
 enum class OpenedBy : std::uint8_t { kNothing, kTopics, kServices, kActions, kParameters };
+inline constexpr auto kKindsOfRules = std::to_array(
+    {OpenedBy::kTopics, OpenedBy::kServices, OpenedBy::kActions, OpenedBy::kParameters});
 
 struct Opening {
   OpenedBy by = OpenedBy::kNothing;

@@ -27,18 +27,6 @@ bool type_allowed(const std::vector<std::string>& types, const Opening& opening)
 
 }  // namespace
 
-const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, OpenedBy by) {
-  const bool exported = direction == Direction::kExport;
-  switch (by) {
-    case OpenedBy::kTopics: return exported ? &rule.export_topics : &rule.import_topics;
-    case OpenedBy::kServices: return exported ? &rule.export_services : &rule.import_services;
-    case OpenedBy::kActions: return exported ? &rule.export_actions : &rule.import_actions;
-    case OpenedBy::kParameters: return exported ? &rule.export_parameters : &rule.import_parameters;
-    case OpenedBy::kNothing: break;
-  }
-  return nullptr;
-}
-
 bool is_for(const std::vector<std::string>& identities, const std::vector<std::string>& groups,
             const Identity& who) {
   if (identities.empty() && groups.empty()) return true;
@@ -66,9 +54,9 @@ std::optional<Decision> Policy::decide(Direction direction, const Interface& wha
     if (denied && !trace) return std::nullopt;
     if (first && !trace) continue;
     said.type_fits = type_allowed(rule.types, opening);
-    said.opened_by =
-        first_of(*patterns_of(rule, direction, opening.by),
-                 [&](const Pattern& pattern) { return pattern.matches(opening.name); });
+    said.opened_by = first_of(rule.opens[direction][opening.by], [&](const Pattern& pattern) {
+      return pattern.matches(opening.name);
+    });
     if (!first && said.applies && said.type_fits && said.opened_by) first = &rule;
     if (trace) trace->push_back(said);
   }
@@ -98,8 +86,7 @@ std::optional<Decision> Policy::decide_parameter_events(Direction direction, std
     for (const auto& pattern : rule.deny) {
       if (pattern.covers(kParameterEvents)) return std::nullopt;
     }
-    if (first == nullptr && !patterns_of(rule, direction, OpenedBy::kParameters)->empty())
-      first = &rule;
+    if (first == nullptr && !rule.opens[direction][OpenedBy::kParameters].empty()) first = &rule;
   }
   if (first == nullptr) return std::nullopt;
   return Decision{first->name, first->treatment};
@@ -116,10 +103,11 @@ Accepts Policy::accepts(const Identity& who) const {
     if (!applies_to(rule, who)) continue;
     for (const auto& pattern : rule.deny) result.deny.push_back(pattern.text());
     AcceptedNames names;
-    names.topics = texts(rule.import_topics);
-    names.services = texts(rule.import_services);
-    names.actions = texts(rule.import_actions);
-    names.parameters = texts(rule.import_parameters);
+    const auto& imports = rule.opens[Direction::kImport];
+    names.topics = texts(imports[OpenedBy::kTopics]);
+    names.services = texts(imports[OpenedBy::kServices]);
+    names.actions = texts(imports[OpenedBy::kActions]);
+    names.parameters = texts(imports[OpenedBy::kParameters]);
     if (names.topics.empty() && names.services.empty() && names.actions.empty() &&
         names.parameters.empty()) {
       continue;

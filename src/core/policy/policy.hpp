@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/enum_array.hpp"
 #include "core/policy/interface.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/policy/treatment.hpp"
@@ -30,20 +31,14 @@ struct Identity {
 
 struct Rule {
   std::string name;
-  std::vector<Pattern> export_topics, import_topics;
-  std::vector<Pattern> export_services, import_services;
-  std::vector<Pattern> export_actions, import_actions;
-  std::vector<Pattern> export_parameters, import_parameters;  // names of nodes
+  // The patterns that open names, for parameters names of nodes; kNothing has none.
+  EnumArray<Direction, EnumArray<OpenedBy, std::vector<Pattern>, 5>, 2> opens;
   std::vector<Pattern> deny;            // wins over the allow patterns of every rule
   std::vector<std::string> types;       // empty: any
   std::vector<std::string> identities;  // empty (and groups empty): anyone who is logged in
   std::vector<std::string> groups;
   Treatment treatment;
 };
-
-// The patterns of a rule that can open this in that direction; null: nothing can.
-[[nodiscard]] const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction,
-                                                      OpenedBy by);
 
 // Whether what is for these identities and groups is for this peer; if there are neither, it is for
 // all.

@@ -292,13 +292,11 @@ std::vector<Found> diagnose_config(const Config& config) {
   std::vector<Found> found;
   bool opens = false;
   for (const Rule& rule : config.policy.rules()) {
-    for (const auto* patterns : {&rule.export_topics, &rule.import_topics, &rule.export_services,
-                                 &rule.import_services, &rule.export_actions, &rule.import_actions,
-                                 &rule.export_parameters, &rule.import_parameters})
-      opens = opens || !patterns->empty();
+    for (const auto& in_direction : rule.opens.values)
+      for (const auto& patterns : in_direction.values) opens = opens || !patterns.empty();
     if (rule.treatment.max_age == kForever) continue;
-    for (const auto* patterns : {&rule.export_topics, &rule.import_topics})
-      for (const Pattern& pattern : *patterns)
+    for (const auto& in_direction : rule.opens.values)
+      for (const Pattern& pattern : in_direction[OpenedBy::kTopics])
         for (const char* latched : {"/tf_static", "/map", "/robot_description"})
           if (pattern.text() == latched)
             found.push_back({"max_age_and_latched", rule.name, latched});

@@ -17,7 +17,8 @@ using testing::IsEmpty;
 TEST(DefaultRule, ImportsHiddenNamesToo) {
   const Rule rule = default_rule();
   const auto imports = [&rule](std::string_view name) {
-    return std::any_of(rule.import_services.begin(), rule.import_services.end(),
+    return std::any_of(rule.opens[Direction::kImport][OpenedBy::kServices].begin(),
+                       rule.opens[Direction::kImport][OpenedBy::kServices].end(),
                        [name](const Pattern& one) { return one.matches(name); });
   };
   EXPECT_TRUE(imports("/add"));
@@ -34,7 +35,7 @@ TEST(DefaultRule, IsOfTheEndThatIsNotTheRobot) {
   EXPECT_TRUE(side_options(robot).resumes_exported);
   EXPECT_FALSE(side_options(robot).resumes_imported);
   EXPECT_FALSE(side_options(robot).proxy_nodes);
-  EXPECT_EQ(robot.policy.rules()[0].export_parameters.size(), 1U);
+  EXPECT_EQ(robot.policy.rules()[0].opens[Direction::kExport][OpenedBy::kParameters].size(), 1U);
   EXPECT_THAT(config_of(yaml(url), Role::kClient).policy.rules(), IsEmpty());
   const Config desk = config_of(yaml("robot: client"), Role::kServer);
   EXPECT_FALSE(side_options(desk).resumes_exported);
@@ -44,7 +45,8 @@ TEST(DefaultRule, IsOfTheEndThatIsNotTheRobot) {
   EXPECT_THAT(explain(desk), HasSubstr("robot: the client\n"));
   EXPECT_EQ(config_of(yaml("robot: client\n" + drives), Role::kServer)
                 .policy.rules()[0]
-                .import_parameters.size(),
+                .opens[Direction::kImport][OpenedBy::kParameters]
+                .size(),
             1U);
 }
 

@@ -26,14 +26,18 @@ ChannelOffer events_of(const std::string& one, const std::string& other) {
 
 Rule acting(const std::string& pattern) {
   Rule result = rule({"/**"}, {"/**"});
-  result.export_services = result.import_services = {Pattern::parse("/**").value()};
-  result.export_actions = result.import_actions = {Pattern::parse(pattern).value()};
+  result.opens[Direction::kExport][OpenedBy::kServices] =
+      result.opens[Direction::kImport][OpenedBy::kServices] = {Pattern::parse("/**").value()};
+  result.opens[Direction::kExport][OpenedBy::kActions] =
+      result.opens[Direction::kImport][OpenedBy::kActions] = {Pattern::parse(pattern).value()};
   return result;
 }
 Rule parameters(const std::string& pattern) {
   Rule result = rule({"/**"}, {"/**"});
-  result.export_services = result.import_services = {Pattern::parse("/**").value()};
-  result.export_parameters = result.import_parameters = {Pattern::parse(pattern).value()};
+  result.opens[Direction::kExport][OpenedBy::kServices] =
+      result.opens[Direction::kImport][OpenedBy::kServices] = {Pattern::parse("/**").value()};
+  result.opens[Direction::kExport][OpenedBy::kParameters] =
+      result.opens[Direction::kImport][OpenedBy::kParameters] = {Pattern::parse(pattern).value()};
   return result;
 }
 

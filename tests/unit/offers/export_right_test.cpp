@@ -61,7 +61,7 @@ TEST(ExportRight, WhatIsOutsideThePrefixIsForNobody) {
 
 TEST(ExportRight, ParameterEventsAreForWhoTakesTheParametersOfSomeNode) {
   Rule opening = rule({}, {});
-  opening.export_parameters = {Pattern::parse("/talker").value()};
+  opening.opens[Direction::kExport][OpenedBy::kParameters] = {Pattern::parse("/talker").value()};
   Rights s({opening});
   const auto events = [&] { return s.answer("/parameter_events", kParameterEventType.data()); };
   EXPECT_EQ(events(), Answer::kYes);

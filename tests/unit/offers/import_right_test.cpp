@@ -35,7 +35,7 @@ struct Imported : Actions {
 
 Rule both(const char* name) {
   Rule made = rule({}, {name});
-  made.import_services = {Pattern::parse(name).value()};
+  made.opens[Direction::kImport][OpenedBy::kServices] = {Pattern::parse(name).value()};
   return made;
 }
 
@@ -81,7 +81,7 @@ TEST(ImportRight, LaterItIsAskedByTheNameHere) {
 // No pattern for topics opens them.
 TEST(ImportRight, ParameterEventsComeFromNodesWhoseParametersARuleOpens) {
   Rule opening = rule({}, {});
-  opening.import_parameters = {Pattern::parse("/talker").value()};
+  opening.opens[Direction::kImport][OpenedBy::kParameters] = {Pattern::parse("/talker").value()};
   Imported s({opening});
   for (const char* type : {"no type", "p/msg/T"})
     EXPECT_EQ(s.topic("/parameter_events", type), "") << type;

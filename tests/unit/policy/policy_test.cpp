@@ -17,7 +17,8 @@ Rule rule(std::string name) {
 
 Rule all_topics(std::string name) {
   auto result = rule(std::move(name));
-  result.export_topics = result.import_topics = patterns({"/**"});
+  result.opens[Direction::kExport][OpenedBy::kTopics] =
+      result.opens[Direction::kImport][OpenedBy::kTopics] = patterns({"/**"});
   return result;
 }
 
@@ -39,12 +40,12 @@ TEST(Policy, WithoutRulesEverythingIsDenied) {
 
 TEST(Policy, DirectionsAndKindsAreApart) {
   auto all = rule("r");
-  all.export_topics = patterns({"/a"});
-  all.import_topics = patterns({"/b"});
-  all.export_services = patterns({"/c"});
-  all.import_services = patterns({"/d"});
-  all.export_actions = patterns({"/e"});
-  all.import_actions = patterns({"/f"});
+  all.opens[Direction::kExport][OpenedBy::kTopics] = patterns({"/a"});
+  all.opens[Direction::kImport][OpenedBy::kTopics] = patterns({"/b"});
+  all.opens[Direction::kExport][OpenedBy::kServices] = patterns({"/c"});
+  all.opens[Direction::kImport][OpenedBy::kServices] = patterns({"/d"});
+  all.opens[Direction::kExport][OpenedBy::kActions] = patterns({"/e"});
+  all.opens[Direction::kImport][OpenedBy::kActions] = patterns({"/f"});
   const Policy policy({all});
   const std::pair<std::string, std::pair<Direction, InterfaceKind>> cells[] = {
       {"/a", {kExport, kTopic}},   {"/b", {kImport, kTopic}},  {"/c", {kExport, kService}},
@@ -60,7 +61,7 @@ TEST(Policy, DirectionsAndKindsAreApart) {
 
 TEST(Policy, TheFirstMatchDecidesTheTreatment) {
   auto camera = rule("camera");
-  camera.export_topics = patterns({"/camera/**"});
+  camera.opens[Direction::kExport][OpenedBy::kTopics] = patterns({"/camera/**"});
   camera.treatment.priority = Priority::kBulk;
   camera.treatment.max_rate = 15;
   const Policy policy({camera, all_topics("base")});
@@ -86,7 +87,7 @@ TEST(Policy, ADenyOfAnyRuleWinsBeforeAndBehind) {
 
 TEST(Policy, ADenyCoversHiddenNames) {
   auto open = rule("open");
-  open.export_topics = patterns({"/camera/_raw", "/other/_raw"});
+  open.opens[Direction::kExport][OpenedBy::kTopics] = patterns({"/camera/_raw", "/other/_raw"});
   auto closed = rule("closed");
   closed.deny = patterns({"/camera/**"});
   const Policy policy({open, closed});
@@ -96,7 +97,7 @@ TEST(Policy, ADenyCoversHiddenNames) {
 
 TEST(Policy, TypesNarrowWhatIsAllowedNotWhatIsDenied) {
   auto drive = rule("drive");
-  drive.import_topics = patterns({"/cmd_vel"});
+  drive.opens[Direction::kImport][OpenedBy::kTopics] = patterns({"/cmd_vel"});
   drive.types = {"a/msg/B", kTwist};
   drive.deny = patterns({"/secret"});
   const Policy policy({drive, all_topics("base")});
@@ -142,7 +143,7 @@ TEST(Policy, ThousandsOfNamesAndTensOfRulesAreFast) {
   for (int i = 0; i < 50; ++i) {
     auto next = rule("r" + std::to_string(i));
     const auto text = "/robot/part_" + std::to_string(i) + "/**/state_*";
-    next.export_topics = patterns({text, "/x/**/y", "/*/z"});
+    next.opens[Direction::kExport][OpenedBy::kTopics] = patterns({text, "/x/**/y", "/*/z"});
     next.deny = patterns({"/**/secret/**"});
     rules.push_back(next);
   }

@@ -64,10 +64,18 @@ enum Key { kTopics = 1, kServices = 2, kActions = 4, kParameters = 8 };
 Rule rule(int keys, std::initializer_list<std::string_view> texts) {
   Rule result;
   result.name = "r";
-  if (keys & kTopics) result.export_topics = result.import_topics = patterns(texts);
-  if (keys & kServices) result.export_services = result.import_services = patterns(texts);
-  if (keys & kActions) result.export_actions = result.import_actions = patterns(texts);
-  if (keys & kParameters) result.export_parameters = result.import_parameters = patterns(texts);
+  if (keys & kTopics)
+    result.opens[Direction::kExport][OpenedBy::kTopics] =
+        result.opens[Direction::kImport][OpenedBy::kTopics] = patterns(texts);
+  if (keys & kServices)
+    result.opens[Direction::kExport][OpenedBy::kServices] =
+        result.opens[Direction::kImport][OpenedBy::kServices] = patterns(texts);
+  if (keys & kActions)
+    result.opens[Direction::kExport][OpenedBy::kActions] =
+        result.opens[Direction::kImport][OpenedBy::kActions] = patterns(texts);
+  if (keys & kParameters)
+    result.opens[Direction::kExport][OpenedBy::kParameters] =
+        result.opens[Direction::kImport][OpenedBy::kParameters] = patterns(texts);
   return result;
 }
 
@@ -150,9 +158,9 @@ TEST(Rights, ADenyWinsForAllKinds) {
 TEST(Rights, DirectionsOfServicesAndActionsAreApart) {
   Rule robot;
   robot.name = "robot";
-  robot.export_services = patterns({"/out"});
-  robot.import_services = patterns({"/in"});
-  robot.export_actions = patterns({"/nav/fib"});
+  robot.opens[Direction::kExport][OpenedBy::kServices] = patterns({"/out"});
+  robot.opens[Direction::kImport][OpenedBy::kServices] = patterns({"/in"});
+  robot.opens[Direction::kExport][OpenedBy::kActions] = patterns({"/nav/fib"});
   const Policy policy({robot});
   EXPECT_EQ(decided(policy, kExport, {kService, "/out", kSetBool}), "robot");
   EXPECT_EQ(decided(policy, kImport, {kService, "/out", kSetBool}), "denied");
@@ -212,7 +220,7 @@ TEST(Rights, TheFirstRuleThatOpensTheActionOrNodeTreatsAllOfIt) {
 
 TEST(Rights, ParametersHaveADirection) {
   Rule out;
-  out.export_parameters = patterns({"/**"});
+  out.opens[Direction::kExport][OpenedBy::kParameters] = patterns({"/**"});
   const Policy policy({out});
   for (const auto& what : parameters()) {
     EXPECT_TRUE(policy.decide(kExport, what, kOperator));
@@ -242,18 +250,18 @@ TEST(Rights, ParameterEventsAsAWholeCanBeDenied) {
 
 TEST(Accepts, IsWhatThisIdentityMayOffer) {
   Rule drive;
-  drive.import_topics = patterns({"/cmd_vel", "/joy"});
+  drive.opens[Direction::kImport][OpenedBy::kTopics] = patterns({"/cmd_vel", "/joy"});
   drive.types = {kTwist};
   drive.groups = {"ops"};
   Rule out;
-  out.export_topics = patterns({"/tf"});
-  out.export_services = patterns({"/reset"});
-  out.export_actions = patterns({"/fib"});
+  out.opens[Direction::kExport][OpenedBy::kTopics] = patterns({"/tf"});
+  out.opens[Direction::kExport][OpenedBy::kServices] = patterns({"/reset"});
+  out.opens[Direction::kExport][OpenedBy::kActions] = patterns({"/fib"});
   out.deny = patterns({"/secret/**"});
   Rule calls;
-  calls.import_services = patterns({"/s"});
-  calls.import_actions = patterns({"/a"});
-  calls.import_parameters = patterns({"/n", "/m/*"});
+  calls.opens[Direction::kImport][OpenedBy::kServices] = patterns({"/s"});
+  calls.opens[Direction::kImport][OpenedBy::kActions] = patterns({"/a"});
+  calls.opens[Direction::kImport][OpenedBy::kParameters] = patterns({"/n", "/m/*"});
   const Policy policy({drive, out, calls});
   const auto accepts = policy.accepts(kOperator);
   using Strings = std::vector<std::string>;
@@ -271,15 +279,15 @@ TEST(Accepts, IsWhatThisIdentityMayOffer) {
 
 TEST(Accepts, WhatIsAcceptedIsWhatWouldBeAllowed) {
   Rule typed;
-  typed.import_topics = patterns({"/cmd_*", "/_x"});
-  typed.import_services = patterns({"/cmd_*"});
-  typed.import_actions = patterns({"/robot/fib"});
+  typed.opens[Direction::kImport][OpenedBy::kTopics] = patterns({"/cmd_*", "/_x"});
+  typed.opens[Direction::kImport][OpenedBy::kServices] = patterns({"/cmd_*"});
+  typed.opens[Direction::kImport][OpenedBy::kActions] = patterns({"/robot/fib"});
   typed.types = {kTwist, kSetBool, kFibonacci};
   Rule wide;
-  wide.import_topics = patterns({"/robot/**"});
-  wide.import_services = patterns({"/robot/**"});
-  wide.import_actions = patterns({"/robot/**"});
-  wide.import_parameters = patterns({"/robot/*"});
+  wide.opens[Direction::kImport][OpenedBy::kTopics] = patterns({"/robot/**"});
+  wide.opens[Direction::kImport][OpenedBy::kServices] = patterns({"/robot/**"});
+  wide.opens[Direction::kImport][OpenedBy::kActions] = patterns({"/robot/**"});
+  wide.opens[Direction::kImport][OpenedBy::kParameters] = patterns({"/robot/*"});
   wide.deny = patterns({"/robot/secret/**", "/cmd_raw", "/robot/quiet/set_*"});
   const Policy policy({typed, wide});
   const PeerAccepts accepts(policy.accepts(kOperator));

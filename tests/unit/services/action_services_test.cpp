@@ -19,7 +19,7 @@ class ActionServices : public ::testing::Test {
 
   static Rule acting() {
     Rule rule = callable();
-    rule.import_actions = {Pattern::parse("/**").value()};
+    rule.opens[Direction::kImport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
     return rule;
   }
 

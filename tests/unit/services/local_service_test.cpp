@@ -8,7 +8,7 @@ namespace {
 
 Rule exporting_actions() {
   Rule rule = callable();
-  rule.export_actions = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kExport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
   return rule;
 }
 

@@ -39,7 +39,7 @@ TEST(LocalServicesLine, RulesThatChangeOpenTheQueue) {
 
 TEST(LocalServicesLine, ResultsAreAskedForInDueTime) {
   Rule acting = callable();
-  acting.export_actions = {Pattern::parse("/**").value()};
+  acting.opens[Direction::kExport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
   Script s(server({acting}));
   const auto typed = [](auto state, const std::string& type) {
     state.type = type;

@@ -8,7 +8,8 @@ namespace {
 
 TEST(LocalServices, OnlyWhatARuleAllowsAndThePeerAcceptsIsOffered) {
   auto some = rule({}, {});
-  some.export_services = {Pattern::parse("/a").value(), Pattern::parse("/b").value()};
+  some.opens[Direction::kExport][OpenedBy::kServices] = {Pattern::parse("/a").value(),
+                                                         Pattern::parse("/b").value()};
   Script s(server({some}));
   s.graph({topic("/t").pub(9)}, {service("/a"), service("/b"), service("/c")});
   s.login(1);

@@ -100,7 +100,7 @@ TEST(MadeCall, ItsTimeEndsWithTheAnswer) {
 // It lasts as long as the goal does.
 TEST(MadeCall, ACallForAResultHasNoLimit) {
   Rule rule = answered_in_time();
-  rule.import_actions = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kImport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
   OfferedServices s(rule);
   ServiceMirror& results = s.offer(s.peer, offer_of_part(1, ActionPart::kGetResult));
   EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));

@@ -208,7 +208,7 @@ TEST(ServedCall, ItsTimeEndsWithTheAnswer) {
 // It lasts as long as the goal does.
 TEST(ServedCall, ACallForAResultHasNoLimit) {
   Rule rule = one_in_time();
-  rule.export_actions = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kExport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
   Served s(rule, {"/go/_action/get_result", "p/action/Go_GetResult"});
   s.attach();
   s.request(1, "a");

@@ -10,7 +10,7 @@ using topics_test::picture;
 
 Rule importing_actions() {
   Rule rule = callable();
-  rule.import_actions = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kImport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
   return rule;
 }
 
@@ -340,7 +340,7 @@ TEST(ServiceMirror, APeerInOurOwnGraphHasNoMirror) {
 
 TEST(ServiceMirror, TheParametersOfOurOwnNodeHaveNone) {
   Rule rule;
-  rule.import_parameters = {Pattern::parse("/**").value()};
+  rule.opens[Direction::kImport][OpenedBy::kParameters] = {Pattern::parse("/**").value()};
   OfferedServices s(rule);
   std::uint32_t channel = 0;
   for (const char* name : {"/connect/get_parameters", "/other/get_parameters"}) {

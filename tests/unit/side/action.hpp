@@ -17,7 +17,8 @@ State typed(State state, const std::string& type) {
 // A rule for all topics, services and actions.
 inline Rule acting() {
   Rule result = callable();
-  result.export_actions = result.import_actions = {Pattern::parse("/**").value()};
+  result.opens[Direction::kExport][OpenedBy::kActions] =
+      result.opens[Direction::kImport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
   return result;
 }
 

@@ -19,8 +19,11 @@ struct NamedRobots : Script {
   }
   static SideOptions options() {
     Rule rule = everything();
-    rule.import_services = rule.export_services = {Pattern::parse("/**").value()};
-    rule.import_parameters = rule.export_parameters = rule.import_services;
+    rule.opens[Direction::kImport][OpenedBy::kServices] =
+        rule.opens[Direction::kExport][OpenedBy::kServices] = {Pattern::parse("/**").value()};
+    rule.opens[Direction::kImport][OpenedBy::kParameters] =
+        rule.opens[Direction::kExport][OpenedBy::kParameters] =
+            rule.opens[Direction::kImport][OpenedBy::kServices];
     SideOptions result = server({rule});
     result.names = PeerNames({{"robot-9", "nine"}}, {{"/tf", "/tf"}});
     result.proxy_nodes = true;

@@ -294,14 +294,15 @@ Rule rule(const std::vector<std::string>& exported, const std::vector<std::strin
   };
   Rule result;
   result.name = "rule";
-  result.export_topics = patterns(exported);
-  result.import_topics = patterns(imported);
+  result.opens[Direction::kExport][OpenedBy::kTopics] = patterns(exported);
+  result.opens[Direction::kImport][OpenedBy::kTopics] = patterns(imported);
   result.deny = patterns(denied);
   return result;
 }
 Rule callable() {
   Rule result = rule({"/**"}, {"/**"});
-  result.export_services = result.import_services = {Pattern::parse("/**").value()};
+  result.opens[Direction::kExport][OpenedBy::kServices] =
+      result.opens[Direction::kImport][OpenedBy::kServices] = {Pattern::parse("/**").value()};
   return result;
 }
 
