@@ -85,8 +85,8 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
 
 void ChannelQueue::place(OutMessage message, std::uint64_t arrival, const Now& now) {
   const auto body_bytes = message.body.size();
-  // What takes part in a replay is bounded by bytes alone (Replay::takes), and only as long as
-  // nothing that does not waits before it: the order of the channel stays.
+  // Bytes alone bound the messages of a replay (Replay::takes). A message joins it only while no
+  // other message waits before it, so the order of the channel stays.
   if (options_.newest_only) {
     drop_waiting(DropReason::kNewerAvailable);
   } else if (replay_.count() == waiting_.size() &&
@@ -120,8 +120,8 @@ bool ChannelQueue::make_room(OutMessage& message, std::uint64_t arrival, const N
   return false;
 }
 
-// What is no state is not replaced; but what has waited so long is not waited for any more. What is
-// in a place came no earlier than the place.
+// Events are not replaced, but nobody waits for one that has waited so long. A message came no
+// earlier than the place that it has taken.
 void ChannelQueue::drop_overdue(const Now& now) {
   for (auto i = replay_.count();
        i < waiting_.size() && now.steady - waiting_[i].since > kWaitMax;) {
@@ -129,9 +129,9 @@ void ChannelQueue::drop_overdue(const Now& now) {
   }
 }
 
-// Where the link does not carry what is published, only the newest of each state waits behind the
-// message under way (docs/flow.md section 4): as many arrive, and each of them sooner. It has the
-// place of the oldest; without one it has its publisher's turn.
+// On a link that carries less than is published, only the newest of each state waits behind the
+// message under way (docs/flow.md section 4): as many arrive, and each of them sooner. The newest
+// takes the place of the oldest; without one it gets its publisher's turn.
 void ChannelQueue::replace(OutMessage message, std::uint64_t arrival, const Now& now) {
   const auto is_older = [&](const Waiting& waiting) {
     return waiting.message.subject == message.subject && waiting.message.state == message.state;

@@ -152,7 +152,7 @@ class ChannelQueue {
   [[nodiscard]] Priority priority() const { return options_.priority; }
   // Whether the link's rate holds back what waits.
   [[nodiscard]] bool is_held() const { return !light_ && priority() != Priority::kUrgent; }
-  // What waits in front of a light message leaves with it, and must have been light, too.
+  // Messages in front of a light message leave with it, so they must be light, too.
   [[nodiscard]] bool may_be_light(std::size_t body_bytes) const {
     return options_.may_be_light && body_bytes <= kLightBytes && !open_ && (light_ || empty());
   }
@@ -162,7 +162,7 @@ class ChannelQueue {
   [[nodiscard]] bool keeps() const { return options_.keep; }
   [[nodiscard]] bool empty() const { return !open_ && waiting_.empty(); }
   [[nodiscard]] bool is_open() const { return open_.has_value(); }
-  // Where depth drops nothing, each message counts as kKeptMessageBytes in addition to its body.
+  // If depth drops nothing, each message counts kKeptMessageBytes in addition to its body.
   [[nodiscard]] std::uint64_t bytes() const {
     return counts_.queued_bytes + (options_.keep ? counts_.queued * kKeptMessageBytes : 0);
   }
@@ -215,7 +215,7 @@ class ChannelQueue {
   [[nodiscard]] std::uint64_t bytes_max() const {
     return std::max(options_.queue_bytes_max, options_.burst_bytes_max);
   }
-  // What keeps the message out of the queue whatever else waits.
+  // The reason that keeps the message out of the queue, whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
   // `gone`: bytes of what would give way.
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now, std::size_t gone = 0) const;
@@ -225,8 +225,8 @@ class ChannelQueue {
   void replace(OutMessage message, std::uint64_t arrival, const Now& now);
   // `first`: of those that it may go before.
   void take_turn(std::size_t first);
-  // Where there is no room who had a turn last gives way, and not who waits longest for one.
-  // `first`: of those that may be dropped.
+  // Without room, the publisher whose turn was last gives way, not the one that waits longest.
+  // `first`: the first message that may be dropped.
   void drop_last(std::size_t first, const Now& now) {
     while (options_.depth > 0 && waiting_.size() > first + options_.depth)
       drop_waiting_at(waiting_.size() - 1, DropReason::kQueueDepth);
@@ -234,9 +234,10 @@ class ChannelQueue {
       drop_waiting_at(waiting_.size() - 1, DropReason::kQueueBytes);
   }
   void drop_overdue(const Now& now);
-  // Where others wait, too, its publisher's own oldest gives way, and its others move up; a state
-  // without one waits for its publisher's turn, and the last one goes. So publishers of one topic
-  // take turns. False: it is for the oldest to give way, or that leaves too little room.
+  // Beside messages of others, the oldest of its own publisher gives way, and the rest of these
+  // move up. A state without an older one waits for its publisher's turn, and the last message is
+  // dropped. So publishers of one topic take turns. False: the oldest of all must give way, or too
+  // little room would be left.
   bool displace(OutMessage& message, std::uint64_t arrival, const Now& now);
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin(const Now& now);

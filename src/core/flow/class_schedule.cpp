@@ -13,7 +13,7 @@ namespace {
 constexpr std::array<std::uint64_t, kPriorities + 1> kTicksPerByte = {0, 0, 1, 2, 8};
 constexpr std::size_t kLight = 1;   // mutant: light_strict
 constexpr std::size_t kStrict = 2;  // number of classes before those that share
-// With more channels the clock of a class is precise enough: it lags by a turn of one of them.
+// With more channels the clock of a class is precise enough: the clock lags by one channel's turn.
 constexpr std::size_t kComparedMost = 64;
 
 std::size_t index_of(Priority priority) {
@@ -67,7 +67,7 @@ void ClassSchedule::begin_turn(Class& in, ChannelQueue& queue) const {
 
 void ClassSchedule::remove(ChannelQueue& queue) {
   if (!queue.turn_.scheduled) return;
-  // Its clock stays: what it has sent counts when it comes again.
+  // The queue keeps its clock: bytes that it has sent count when it comes again.
   queue.turn_.scheduled = false;
   std::erase(classes_[index_of(queue)].turns, &queue);
   std::erase(resting_, &queue);
@@ -126,7 +126,7 @@ ClassSchedule::Class& ClassSchedule::charge(std::size_t bytes) {
   const auto i = next_class();
   CONNECT_CHECK(i < classes_.size());
   auto& from = classes_[i];
-  // With 0 bytes nothing was sent, as what waited had become too old: the clock of the class stays.
+  // 0 bytes: nothing was sent, because all messages were too old. The clock of the class stays.
   if (i >= kStrict && bytes > 0) {
     present_ = from.clock;
     from.clock += bytes * kTicksPerByte[i];

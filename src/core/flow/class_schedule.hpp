@@ -1,5 +1,6 @@
-// Which channel sends its next part: urgent first, light messages behind it, the other classes by
-// weight; in a class the message that would be complete first if all its channels shared alike.
+// Chooses the channel that sends its next part: urgent first, then light messages, then the other
+// classes by weight. In a class, the message goes first that would be complete first if all
+// channels shared equally.
 #pragma once
 
 #include <array>
@@ -33,7 +34,7 @@ class ClassSchedule {
   void add(ChannelQueue& queue);
   // The queue has nothing to send any more, or goes away.
   void remove(ChannelQueue& queue);
-  // As remove(), before its class changes: what it has sent in one class does not count in another.
+  // Removes the queue before its class changes: bytes sent in one class do not count in another.
   void leave_class(ChannelQueue& queue);
 
   [[nodiscard]] bool empty() const { return front() == nullptr; }
@@ -45,10 +46,10 @@ class ClassSchedule {
   // The front queue has nothing more to send. 0 bytes: it had nothing to send.
   void sent_all(std::size_t bytes);
 
-  // Of a large message so many bytes count at a time, also of one that is partly sent now.
+  // Longest turn of one message, in bytes; also applies to a message that is partly sent.
   void set_turn_bytes(std::uint64_t bytes) { turn_bytes_ = bytes; }
 
-  // Those that have rested until now get their turns.
+  // Queues that have rested until now get their turns.
   void wake(TimePoint now);
   // When the first of them will have.
   [[nodiscard]] std::optional<TimePoint> wakes_at() const;

@@ -19,11 +19,11 @@ class CompressionGain {
     if (likely_pays(raw_bytes, rate, cost)) return true;
     return sooner(raw_bytes, kRatioHoped, rate, cost) && ++passed_ % kTryPeriod == 0;
   }
-  // As pays(), but without its occasional try.
+  // The answer of pays() without its occasional try.
   [[nodiscard]] bool likely_pays(std::size_t raw_bytes, double rate, double cost) const {
     return rate > 0 && sooner(raw_bytes, ratio_, rate, cost);
   }
-  // It did not become smaller.
+  // The message did not become smaller.
   void note_in_vain() { ratio_ = 1; }
   // The result of a compression: compressed size divided by raw size.
   void note(double ratio) { ratio_ += (ratio - ratio_) / 4; }

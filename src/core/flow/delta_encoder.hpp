@@ -25,7 +25,7 @@ class DeltaEncoder {
   // receiver that had to skip one can go on.
   static constexpr std::uint32_t kDeltasMax = 128;
 
-  // What is sent on the channel.
+  // A message to be sent on the channel.
   struct Message {
     Subject subject;
     std::uint16_t demand = 0;

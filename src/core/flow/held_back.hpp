@@ -20,7 +20,7 @@ namespace connect_bridge {
 template <class Message, class Owner>
 class HeldBack {
  public:
-  // What is held counts in `memory`, which outlives this.
+  // Held messages count in `memory`, which outlives this.
   HeldBack(Budget& memory, typename Timers<Owner>::Of timers) : memory_(memory), timers_(timers) {}
 
   // Holds the message until `at`, instead of an older one of the publisher. Returns the message

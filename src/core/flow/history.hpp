@@ -39,12 +39,12 @@ class HistoryCache {
     }
     keep_bytes();
   }
-  // What is kept also counts in this budget, which outlives this; when the budget is used up, the
+  // Kept samples also count in this budget, which outlives this. When the budget is used up, the
   // oldest samples are dropped, down to kHistoryFloorBytes.
   void draw_from(Budget& memory) { held_ = memory.hold(bytes_); }
 
   void add(Sample sample) {
-    // It would displace all others and then itself.
+    // The sample would displace all others and then itself.
     if (sample.payload.size() > bytes_max_) return;
     bytes_ += sample.payload.size();
     samples_.push_back(std::move(sample));

@@ -19,7 +19,7 @@ class InFlight {
     ChannelQueue::Whole whole;
   };
 
-  // Its last part is in the packet that is being gathered.
+  // The last part of the message is in the packet that is being gathered.
   void add(Message message) {
     messages_.push_back({0, message});
     ++gathered_;

@@ -31,7 +31,7 @@ std::uint32_t LinkCap::part_bytes(std::uint32_t most) const {
 }
 
 void LinkCap::received(std::size_t bytes, TimePoint now) {
-  // What is received is not sent, but TCP's acknowledgements of it are.
+  // Received bytes cost nothing, but TCP's acknowledgements of them are sent.
   charge(kSegmentHeader * pieces(bytes, kSegmentsPerAck * kSegmentBytes), now);
 }
 

@@ -38,7 +38,7 @@ class LinkCap {
   void sent(std::size_t bytes, TimePoint now) { charge(cost(bytes), now); }
   void received(std::size_t bytes, TimePoint now);
 
-  // What a message costs on the network.
+  // Bytes that a message costs on the network.
   [[nodiscard]] static std::uint64_t cost(std::size_t bytes);
 
   static constexpr std::uint64_t kRateMin = 1000;

@@ -23,13 +23,13 @@ struct OutMessage : MessageHead {
   bool resumes = false;  // kept until it has arrived, to be sent again on another connection
 };
 
-// What may not have arrived when a connection was lost, and the last sequence number there.
+// Messages that may not have arrived when a connection was lost, and its last sequence number.
 struct UnarrivedMessages {
   std::deque<OutMessage> messages;
   std::uint32_t last_sequence = 0;
 };
 
-// What each message counts in addition to its body where depth drops nothing.
+// Bytes that each message counts in addition to its body if depth drops nothing.
 inline constexpr std::uint64_t kKeptMessageBytes = 128;
 
 [[nodiscard]] inline std::uint64_t kept_bytes_of(const OutMessage& message) {

@@ -188,7 +188,8 @@ std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   held_until_.reset();
   held_.resize(held_bytes());
   schedule_.set_turn_bytes(turn_bytes(assumed_rate()));
-  // What measures the link takes turns with texts. Data may need what they announce, and follows.
+  // Measurements of the link take turns with control texts. Data follows, since it may need what
+  // the texts announce.
   if (!controls_.empty() && !(small_.waits() && std::exchange(small_first_, !small_first_)))
     return next_control(now);
   small_.leave(packet_);

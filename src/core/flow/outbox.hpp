@@ -60,7 +60,7 @@ class Outbox {
   // Queues a message; what the channel's policy displaces is dropped and counted. For a channel
   // that does not exist (any more) it does nothing.
   void push(ChannelId channel, OutMessage message, const Now& now);
-  // As above, with the queue that add_channel() has returned.
+  // The same, with the queue that add_channel() has returned.
   void push(ChannelQueue& queue, OutMessage message, const Now& now);
   // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
   [[nodiscard]] bool push_control(std::string text) {

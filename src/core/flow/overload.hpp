@@ -24,7 +24,7 @@ class Overload {
     }
     if (late_since_ && now - *late_since_ >= interval() && came_ > left_) stands_ = true;
   }
-  // It takes the place of one that waits.
+  // A message takes the place of one that waits.
   void replaced() { calm_since_.reset(); }
   // One that waited since `since` begins to leave.
   void began(TimePoint since, TimePoint now) {
@@ -39,7 +39,7 @@ class Overload {
       over();
     }
   }
-  // It has left, in this time from its first part to its last.
+  // A message has left; `took`: from its first part to its last.
   void sent(Duration took) {
     before_ = last_.value_or(took);
     last_ = took;

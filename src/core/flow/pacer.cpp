@@ -13,7 +13,7 @@ constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
 // Smaller parts would cost more in headers than they gain in delay.
 constexpr std::uint32_t kPartBytesMin = 600;
-// Of a packet: a message's header, the request for an acknowledgement, WebSocket, TLS.
+// Overhead of a packet: a message's header, the request for an acknowledgement, WebSocket, TLS.
 constexpr std::uint32_t kFramingBytes = 88;
 constexpr std::uint32_t kUnsentBytesMin = 3 * 1460;  // full segments
 // On so fast a path the processors at its ends cause the delay, not the path. The same holds for so
@@ -37,7 +37,7 @@ double seconds(Duration time) {
   return std::chrono::duration<double>(time).count();
 }
 
-// What a peer says of its clock may make anything of a time.
+// A peer's clock may report any time, so it is bounded.
 Duration from_seconds(double time) {
   const std::chrono::duration<double> bounded(std::clamp(time, -3600.0, 3600.0));
   return std::chrono::duration_cast<Duration>(bounded);
@@ -62,14 +62,14 @@ TimePoint Pacer::next_at(TimePoint now) const {
   return rate_ == 0 ? now : free_at_;  // mutant: rate
 }
 
-// What the path carries in a round trip, plus a little. When the path becomes slower, this stops
-// the sender before a new rate is measured.
+// The bytes that the path carries in a round trip, plus a little. When the path becomes slower, the
+// window stops the sender before a new rate is measured.
 std::uint64_t Pacer::window() const {
   const bool near = path_.round_trip() < kNear;
   if (rate_ == 0) return static_cast<std::uint64_t>(near ? kNearFirstBytes : Path::kFirstBytes);
   const Duration round = path_.round_trip();
-  // What waits in a queue of our own makes acknowledgements late, too: more than a round trip
-  // counts only as far as they have waited themselves.
+  // A queue of our own makes acknowledgements late, too: lateness above a round trip counts only as
+  // far as the acknowledgements have waited themselves.
   const Duration back = std::min(path_.lateness_back(), kLateMax);
   const Duration late = std::min(3 * path_.lateness() / 4, std::max(round, back));
   const Duration slack = starting_ ? round : 2 * target_ + late;
@@ -153,7 +153,7 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
     before_burst_ = path_.delivery();
   judge_queue(now);
   if (covered->recovered) boost_ = kBoostMax;
-  // What waited for a repair shows nothing about the queue.
+  // Data that waited for a repair shows nothing about the queue.
   round_limited_ = round_limited_ || covered->limited || covered->behind_loss;
   // A round ends when all that was sent at its begin is acknowledged: by then what the last change
   // of the rate has done shows.
@@ -192,7 +192,7 @@ bool Pacer::queue_stays(Duration queue, TimePoint now) {
     full_ = {now, Duration::zero()};
     return false;
   }
-  // It has shrunk by half, as a queue of our own does soon after less is sent.
+  // The queue has shrunk by half, as a queue of our own does soon after less is sent.
   if (queue < full_.queue / 2) full_ = {now, Duration::zero()};
   full_.queue = std::max(full_.queue, queue);
   const Duration rounds =
@@ -226,7 +226,7 @@ bool Pacer::burst_fills(Duration queue) const {
 }
 
 bool Pacer::is_too_long(Duration queue) const {
-  // Where next to nothing leaves, what arrives shows no rate, and the target would be too long.
+  // While next to nothing leaves, arrivals show no rate, and the target would be too long.
   if (queue > 4 * from_seconds(target(std::max(share_.best() / 16, path_.delivery())))) return true;
   // To hold back does not help, though more than the least leaves.
   return queue > 2 * from_seconds(target()) && trim_ <= kTrimMin && rate_ > least_rate();
@@ -251,7 +251,7 @@ void Pacer::end_round(bool limited) {
   // the queue of the moment (docs/flow.md section 3).
   trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -1.5, 1.0), kTrimMin, 0.05);
   if (error <= 0.5) return;
-  // Where the rate varies much, there is often much more to find.
+  // A rate that varies much is often far below what the path can carry.
   const double first = std::clamp(2 * variation_, kBoostFirst, kBoostFirstMax);
   boost_ = std::clamp(1.8 * boost_, first, kBoostMax);
 }

@@ -44,7 +44,7 @@ void Path::sent(const SentPacket& packet) {
   flight_.push_back(packet);
 }
 
-// What was sent before a segment was repeated may have to wait for it.
+// Data sent before a segment was repeated may have to wait for that segment.
 void Path::repairs(const Repairs& told) {
   if (told.open && told.repeated != repairs_.repeated) repair_end_ = sent_bytes_;
   repairs_ = told;
@@ -86,7 +86,7 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
   return covered;
 }
 
-// Where so much is lost that nothing comes without waiting, that counts too: else a queue would
+// If so much is lost that all data waits for repairs, waiting counts as normal: else a queue would
 // never be seen.
 bool Path::waited_for_repair(std::uint64_t end, TimePoint now) {
   const bool waited = end <= repair_end_;

@@ -1,4 +1,4 @@
-// What the acknowledgements show about the path to the peer: its rate, its delay, its queue.
+// The path to the peer as the acknowledgements show it: its rate, its delay, its queue.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class Path {
   // The path is longer than it was: what the next packets take is its delay without a queue.
   void forget_base();
 
-  // What an acknowledgement covers.
+  // The data that an acknowledgement covers.
   struct Covered {
     std::uint64_t end = 0;
     bool limited = false;      // the traffic, not the path, limited the rate
@@ -85,7 +85,7 @@ class Path {
   static constexpr Duration kBaseWindow = std::chrono::seconds(10);
   static constexpr Duration kRoundTripMin = std::chrono::milliseconds(1);
   static constexpr Duration kRoundTripUnknown = std::chrono::milliseconds(100);
-  // What may leave in a round trip while nothing is known (RFC 6928 allows TCP about half of it).
+  // Bytes that may leave in a round trip while nothing is known (RFC 6928 allows TCP about half).
   static constexpr double kFirstBytes = 32 << 10;
 
  private:

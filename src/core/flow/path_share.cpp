@@ -50,11 +50,10 @@ void PathShare::queue_is(Duration queue) {
 }
 
 void PathShare::judge(const Round& round, TimePoint now) {
-  // What leaves now shows in what arrives a round trip later: a trial begins half an answer after
-  // the change of the rate, and takes another half. Where enough has arrived, and the queue still
-  // makes the sender hold back, the share grows and is tried again. Where it has not, that is all
-  // that the path carries for this side: the share becomes half of it, or ends if the path was
-  // known alone.
+  // Data that leaves now arrives a round trip later: a trial begins half an answer after the change
+  // of the rate, and takes another half. If enough has arrived, and the queue still makes the
+  // sender hold back, the share grows and is tried again. If not, the path carries no more for this
+  // side: the share becomes half of that, or ends if the path was known alone.
   if (now < trial_.begin) return;
   if (trial_.end < trial_.begin) {
     trial_ = {now, now + round.answer / 2, round.arrived_bytes, false};

@@ -29,9 +29,9 @@ class PathShare {
     Duration answer{};  // until a change of the rate shows in what arrives
   };
 
-  // What may leave at least; 0: nobody else is there.
+  // The least rate that may leave; 0: nobody else is there.
   [[nodiscard]] double rate() const { return rate_; }
-  // What the path has carried; 0: not known.
+  // The most that the path has carried; 0: not known.
   [[nodiscard]] double best() const { return best_; }
 
   // The queue has stayed long although the sender held back.
@@ -51,8 +51,8 @@ class PathShare {
   void grow(const Round& round, TimePoint now);
   void judge(const Round& round, TimePoint now);
 
-  // What arrived from its begin to its end shows whether the path carries rate_: the mean of that
-  // time, as the best moment of a cell that fades would allow more than it carries.
+  // Arrivals between begin and end show whether the path carries rate_. Their mean counts: the best
+  // moment of a fading cell would allow more than the cell carries.
   struct Trial {
     TimePoint begin{};
     TimePoint end{};  // not before the begin: it has not begun

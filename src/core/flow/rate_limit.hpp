@@ -23,7 +23,7 @@ class Throttle {
     return paid_ == TimePoint::min() ? paid_ : paid_ - slack_;
   }
   void take(double amount, TimePoint now);
-  // What has passed and is not paid for yet.
+  // The amount that has passed and is not paid for yet.
   [[nodiscard]] double owed(TimePoint now) const;
   // Uses another rate from now on; what is paid or owed does not change.
   void set_rate(double per_second) { per_second_ = per_second; }
@@ -51,7 +51,7 @@ class RateLimit {
   // When the message that was refused last may leave after all, if no other one comes until then:
   // its publisher was silent for a period.
   [[nodiscard]] TimePoint leaves_at() const;
-  // It does.
+  // The refused message leaves now: count it.
   void leave(std::size_t bytes, TimePoint now);
   [[nodiscard]] bool has_rates_of(const RateLimit& other) const {
     return period_ == other.period_ && bytes_.rate() == other.bytes_.rate();
@@ -70,7 +70,7 @@ class RateLimit {
   Throttle bytes_;
 };
 
-// Those of a topic's publishers.
+// The rate limits of a topic's publishers.
 class RateLimits {
  public:
   RateLimits() = default;  // no limit

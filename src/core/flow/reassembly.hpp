@@ -30,8 +30,8 @@ struct ReassemblyOptions {
 // with its code. The caller keeps a stream for each channel that was offered, and so bounds them.
 class Reassembly {
  public:
-  // What has come on one channel of the connection: its last sequence and its unfinished message,
-  // which goes with it. It ends before the Reassembly does.
+  // The receiving state of one channel: its last sequence and its unfinished message. A stream ends
+  // before the Reassembly does.
   class Stream {
    public:
     // Nothing has come yet: it continues after this sequence of an earlier connection.

@@ -1,4 +1,4 @@
-// What of a queue was kept over a break: the first of the messages that wait there.
+// The messages of a queue that were kept over a break: the first of those that wait there.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class Replay {
   // However many they are, and however fast more join them: after so long none is held back.
   static constexpr Duration kTimeMax = std::chrono::seconds(10);
 
-  // What is added from now on goes on; `joins_until`: what comes later than that does not join it.
+  // Messages added from now on belong to the replay; `joins_until`: later ones do not.
   void begin(TimePoint now, TimePoint joins_until) {
     ends_at_ = std::min(now + kTimeMax, joins_until);
     joins_until_ = joins_until;

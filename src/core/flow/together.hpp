@@ -1,4 +1,4 @@
-// What leaves with a larger message: the CameraInfo of an image.
+// Messages that leave with a larger one: the CameraInfo of an image.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace connect_bridge {
 
-// What a message belongs to: the messages of one set (of one node and namespace) and one stamp.
+// Messages that belong together have the same set (node and namespace) and the same stamp.
 struct Moment {
   std::uint64_t set = 0;  // 0: it belongs to nothing
   Stamp stamp = 0;
@@ -19,15 +19,15 @@ struct Moment {
   [[nodiscard]] bool is_large() const { return set != 0 && !follows; }
 };
 
-// What became of the large messages of a link, so that those that follow leave with them and not
-// without them. Single-threaded.
+// The fate of a link's large messages, so that the messages that follow them leave with them and
+// not without them. Single-threaded.
 class Together {
  public:
   // A large message was admitted, and will leave or be given up.
   void expect(const Moment& moment, TimePoint now);
   // All of it was handed out.
   void left(const Moment& moment) { end(moment, true); }
-  // It was dropped, or refused in the first place.
+  // The message was dropped, or refused in the first place.
   void gone(const Moment& moment) { end(moment, false); }
 
   enum class Verdict : std::uint8_t { kGo, kWait, kDrop };

@@ -49,9 +49,7 @@ bool PeerAccepts::Patterns::match(std::string_view name, Hidden hidden,
 }
 
 PeerAccepts::PeerAccepts(Accepts told) : told_(std::move(told)) {
-  const auto patterns_for = [&](OpenedBy by) -> Patterns& {
-    return opened_by_[static_cast<std::size_t>(by)];
-  };
+  const auto patterns_for = [&](OpenedBy by) -> Patterns& { return opened_by_[by]; };
   for (std::size_t i = 0; i < told_.rules.size(); ++i) {
     const AcceptedNames& rule = told_.rules[i];
     patterns_for(OpenedBy::kTopics).add(rule.topics, i);
@@ -62,7 +60,7 @@ PeerAccepts::PeerAccepts(Accepts told) : told_(std::move(told)) {
     of_any_type_[i] = rule.types.empty();
   }
   deny_.add(told_.deny, kNoRule);
-  for (auto& patterns : opened_by_) patterns.compile();
+  for (auto& patterns : opened_by_.values) patterns.compile();
   deny_.compile();
   std::sort(types_.begin(), types_.end());
 }
@@ -87,8 +85,8 @@ bool PeerAccepts::denies(const Interface& what, const Opening& opening) const {
 bool PeerAccepts::takes(const Interface& what) const {
   const auto opening = opening_of(what);
   if (opening.by == OpenedBy::kNothing) return false;
-  return opened_by_[static_cast<std::size_t>(opening.by)].match(opening.name, Hidden::kSpelledOut,
-                                                                rules_with_type(opening)) &&
+  return opened_by_[opening.by].match(opening.name, Hidden::kSpelledOut,
+                                      rules_with_type(opening)) &&
          !denies(what, opening);
 }
 

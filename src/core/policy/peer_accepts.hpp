@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/enum_array.hpp"
 #include "core/policy/interface.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/wire/control.hpp"
@@ -53,8 +54,8 @@ class PeerAccepts {
   [[nodiscard]] RuleSet rules_with_type(const Opening& opening) const;
   [[nodiscard]] bool denies(const Interface& what, const Opening& opening) const;
 
-  const Accepts told_;                 // all texts are pieces of it
-  std::array<Patterns, 5> opened_by_;  // by OpenedBy
+  const Accepts told_;  // all texts are pieces of it
+  EnumArray<OpenedBy, Patterns, 5> opened_by_;
   Patterns deny_;
   Names types_;
   RuleSet of_any_type_;
