@@ -1,4 +1,4 @@
-// What strangers may cause so often, each address for itself.
+// Rates for unauthenticated connections, each address for itself.
 #pragma once
 
 #include <string>

@@ -9,7 +9,7 @@
 
 namespace connect_bridge {
 
-// With '+' and '/', padded.
+// Base64 with '+' and '/', padded (RFC 4648 section 4).
 [[nodiscard]] std::string to_base64(ByteView bytes);
 
 // Base64url without padding (RFC 7515 section 2): with '-' and '_'.

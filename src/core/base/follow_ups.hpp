@@ -1,4 +1,4 @@
-// What is to be done once an input is handled.
+// Work that is done once an input is handled.
 #pragma once
 
 #include <bit>

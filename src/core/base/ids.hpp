@@ -34,8 +34,7 @@ using ListenerId =
     Id<struct ListenerTag, std::uint32_t>;         // of its sender, unique on one connection
 using CallId = Id<struct CallTag, std::uint32_t>;  // of the importer, rising on one channel
 
-// What a message is about: the origin of a sample, or a call. Which of the two, follows from the
-// channel.
+// The subject of a message: the origin of a sample, or a call. The kind of channel says which.
 struct Subject {
   std::uint32_t value = 0;
   constexpr Subject() = default;

@@ -5,9 +5,9 @@
 
 namespace connect_bridge {
 
-// What is read, and what others must not need in any order.
+// JSON that is read, or whose members may have any order.
 using Json = nlohmann::json;
-// What is written for people and peers: its members stay in the order in which they were added.
+// JSON for people and peers: members stay in the order in which they were added.
 using OrderedJson = nlohmann::ordered_json;
 
 }  // namespace connect_bridge

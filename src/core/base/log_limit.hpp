@@ -30,7 +30,7 @@ class LogLimit {
   std::uint64_t count_ = 0;
 };
 
-// What a line ends with that stands for so many: how many were left out.
+// The end of a line that stands for so many: how many were left out.
 [[nodiscard]] inline std::string left_out(std::uint64_t count) {
   return count <= 1 ? "" : "; " + std::to_string(count - 1) + " lines like this were left out";
 }

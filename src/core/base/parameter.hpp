@@ -82,7 +82,7 @@ enum class Fit : std::uint8_t { kYes, kWrongType, kOutOfRange };
   return number >= range->min && number <= range->max ? Fit::kYes : Fit::kOutOfRange;
 }
 
-// What the parameter services say about one parameter.
+// The description of one parameter for the parameter services.
 struct ParameterDescriptor {
   std::string name;
   ParameterType type = ParameterType::kString;  // fixed, also while there is no value

@@ -1,4 +1,4 @@
-// What waits, in lines that take turns: nobody waits for long because another one brings much.
+// Waiting items in lines that take turns: a line with many items does not delay the others.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ class Turns {
   Turns() = default;  // unbounded
   explicit Turns(Bounds bounds) : bounds_(bounds) {}
 
-  // What finds no place, if any: the new one, or one that has waited.
+  // The item that finds no place, if any: the new one, or one that has waited.
   [[nodiscard]] std::optional<Item> add(const Key& line, Item item) {
     auto own = std::find_if(lines_.begin(), lines_.end(),
                             [&](const Line& other) { return other.key == line; });

@@ -101,8 +101,8 @@ Result<Bytes> decompress_zstd(ByteView body, std::size_t raw_bytes, ByteView bas
   // 128 KiB at most (RFC 8878 section 3.1.1.2): a false size is found out before it is allocated.
   constexpr std::size_t kBlockRawMax = 128 << 10;
   constexpr std::size_t kBlockBytesMin = 4;
-  // What frames of old versions of zstd begin with may be read by decoders that hardly anybody
-  // looks at any more, where the library has them.
+  // Frames of old versions of zstd would reach legacy decoders, if the library has them; hardly
+  // anybody reviews these any more.
   constexpr std::array<std::uint8_t, 4> kMagic{0x28, 0xb5, 0x2f, 0xfd};
   if (body.size() < kMagic.size() || !std::equal(kMagic.begin(), kMagic.end(), body.begin()))
     return malformed("a zstd body does not begin as one of RFC 8878");

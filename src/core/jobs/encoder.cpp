@@ -8,7 +8,7 @@
 namespace connect_bridge {
 namespace {
 
-// What waits for longer stands behind what the links can carry; a burst does not.
+// A queue that waits for longer exceeds what the links can carry; a burst does not.
 constexpr Duration kStands = std::chrono::milliseconds(100);
 
 }  // namespace

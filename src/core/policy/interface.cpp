@@ -125,7 +125,7 @@ std::optional<std::string_view> node_of_parameter_service(std::string_view name,
                                                           std::string_view type) {
   const auto* service = parameter_service(name);
   if (service == nullptr || service->type != type) return std::nullopt;
-  // With the '/' behind it; a service at the root has no node.
+  // The node's name with the '/' behind it; a service at the root has no node.
   const auto node = name.substr(0, name.size() - service->token.size());
   if (node.size() < 2) return std::nullopt;
   return node.substr(0, node.size() - 1);

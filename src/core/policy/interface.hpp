@@ -1,5 +1,5 @@
-// What a channel carries, and which rule key opens it: an ordinary topic or service, a part of an
-// action, or the parameters of a node. Pure functions of names and types.
+// The kinds of interfaces that channels carry, and the rule key that opens each: an ordinary topic
+// or service, a part of an action, or the parameters of a node. Pure functions of names and types.
 // docs/protocol.md section "Services and actions".
 #pragma once
 
@@ -86,7 +86,7 @@ inline constexpr std::string_view kParameterEventType = "rcl_interfaces/msg/Para
 
 // ---- bridges
 
-// What bridges of one graph say to each other there; it is theirs alone, whatever the rules say.
+// Topics by which the bridges of one graph inform each other. No rule opens them to a peer.
 inline constexpr std::string_view kBridgeNames = "/_connect_bridge/";
 [[nodiscard]] inline bool is_of_bridges(std::string_view name) {
   return name.starts_with(kBridgeNames);
@@ -114,8 +114,8 @@ struct Opening {
   std::string_view type = {};  // for `types`: of the topic, service or action; parameters: empty
 };
 
-// What a rule must name to open this interface. kNothing for everything that is invalid: names that
-// are not canonical, types that do not fit, parts without a fitting action type, bridges' own.
+// The names by which a rule opens this interface. kNothing for everything that is invalid: names
+// that are not canonical, types that do not fit, parts without a fitting action type, bridges' own.
 [[nodiscard]] Opening opening_of(const Interface& what);
 
 // Whether a deny pattern covers it, where `covers(name)` decides this for one name. One of a part

@@ -44,7 +44,7 @@ class PeerNames {
 
   PeerNames() = default;                            // all names stay
   PeerNames(NameMap all) : all_(std::move(all)) {}  // NOLINT: implicit
-  // Those that `words` has are below that word, all others below their own name. A word is a single
+  // Identities in `words` are below their word, all others below their own name. A word is a single
   // token of a ROS name (is_prefix_word), and no two identities have the same.
   PeerNames(Words words, std::vector<NameMap::Pair> remap)
       : words_(std::move(words)), remap_(std::move(remap)) {}

@@ -25,7 +25,7 @@ std::uint64_t bit_of(std::size_t place) {
   return std::uint64_t{1} << place % 64;
 }
 
-// What is wrong with a pattern, or null.
+// The requirement that a pattern violates, or null.
 const char* fault_of(std::string_view text) {
   if (text.empty() || text.front() != '/') return "an absolute name that starts with '/'";
   if (text.size() > kNameBytesMax) return "at most 255 characters";
@@ -88,7 +88,7 @@ void PatternSet::compile(std::string_view text) {
   last_places_.push_back(size_++);
 }
 
-// Where the patterns may be while a name is read.
+// The places in the patterns that a name may have reached while it is read.
 class PatternSet::Reader {
  public:
   Reader(const PatternSet& set, std::string_view name, Hidden hidden)
@@ -107,7 +107,7 @@ class PatternSet::Reader {
     const auto end = set_.members_.end();
     std::size_t i = 0;  // so many characters were read
     while (true) {
-      // As long as no pattern has begun, the name is read up to where the next one may.
+      // While no pattern has begun, the reader skips to the place where the next one may.
       if (!somewhere_) {
         if (next == end || next->prefix.size() > name_.size()) return {};
         i = next->prefix.size();
@@ -123,7 +123,7 @@ class PatternSet::Reader {
   }
 
  private:
-  // What goes from one word to the next.
+  // Bits that one word hands on to the next.
   struct Carry {
     std::uint64_t same = 0, any = 0, stars = 0;
     [[nodiscard]] bool none() const { return (same | any | stars) == 0; }

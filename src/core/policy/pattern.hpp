@@ -28,8 +28,8 @@ class PatternSet {
   // their first stars on at most kWildcardBytesMax long together.
   explicit PatternSet(const std::vector<std::string_view>& texts);
 
-  // Which of them match `name`, which must be canonical, by their places in `texts`. Does not
-  // allocate.
+  // The patterns that match `name`, by their places in `texts`. The name must be canonical. Does
+  // not allocate.
   [[nodiscard]] Members matching(std::string_view name, Hidden hidden) const;
 
  private:

@@ -1,4 +1,4 @@
-// What a peer would import, compiled.
+// The names that a peer would import, compiled.
 #pragma once
 
 #include <array>

@@ -37,7 +37,7 @@ bool is_for(const std::vector<std::string>& identities, const std::vector<std::s
 
 std::optional<Decision> Policy::decide(Direction direction, const Interface& what,
                                        const Identity& who, PolicyTrace* trace) const {
-  // What is no valid name or type is opened by nothing, whatever patterns say.
+  // No pattern opens an invalid name or type.
   const auto opening = opening_of(what);
   if (opening.by == OpenedBy::kNothing) return std::nullopt;
   const Rule* first = nullptr;

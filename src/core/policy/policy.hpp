@@ -24,8 +24,8 @@ struct Identity {
   std::string name;  // empty: nobody (no login required)
   std::vector<std::string> groups;
   Stamp expires = 0;  // system clock, ns; 0: never
-  // What the peer proved its identity with, as named by the login method; not a secret. Empty: it
-  // cannot be withdrawn.
+  // The credential that proved the identity, as named by the login method; not a secret. Empty: the
+  // credential cannot be withdrawn.
   std::string credential = {};
 };
 
@@ -45,13 +45,13 @@ struct Rule {
 [[nodiscard]] bool is_for(const std::vector<std::string>& identities,
                           const std::vector<std::string>& groups, const Identity& who);
 
-// What one interface is allowed and how it is treated.
+// The rule that allows an interface, and the treatment of its messages.
 struct Decision {
   std::string rule;  // name of the rule that matched
   Treatment treatment;
 };
 
-// What one rule says about one interface; points into the policy.
+// The judgement of one rule about one interface; points into the policy.
 struct RuleTrace {
   const Rule* rule = nullptr;
   bool applies = false;                // to who asks
@@ -80,7 +80,7 @@ class Policy {
   [[nodiscard]] std::optional<Decision> decide(Direction direction, const Interface& what,
                                                const Identity& who,
                                                PolicyTrace* trace = nullptr) const;
-  // As above, for a topic, a service, or a whole action (kAction, with its own name and type).
+  // The same for a topic, a service, or a whole action (kAction, with its own name and type).
   [[nodiscard]] std::optional<Decision> decide(Direction direction, InterfaceKind kind,
                                                std::string_view name, std::string_view type,
                                                const Identity& who,
@@ -92,7 +92,7 @@ class Policy {
                                                                 std::string_view type,
                                                                 const Identity& who) const;
 
-  // What a peer with this identity may offer us (the wire's `accepts`).
+  // The names that a peer with this identity may offer us (the wire's `accepts`).
   [[nodiscard]] Accepts accepts(const Identity& who) const;
 
   [[nodiscard]] const std::vector<Rule>& rules() const { return rules_; }

@@ -149,7 +149,7 @@ bool is_picture(std::string_view type) {
 }
 
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
-  // What drives does so whatever priority a rule gives it.
+  // A command drives whatever priority a rule gives it.
   const bool may_be_late = treatment.priority != Priority::kUrgent &&
                            !drives(treatment, topic, type) && !is_picture(type);
   return treatment.resume.value_or(may_be_late &&

@@ -33,15 +33,15 @@ inline Qos with_override(Qos qos, const QosOverride& o) {
   return qos;
 }
 
-// What an exporter offers of a publisher. What a volatile one has said is kept nowhere here,
-// whatever the rule says: who wants it latched says so at the importing side, which keeps it.
+// The QoS that an exporter offers for a publisher. Samples of a volatile publisher are kept nowhere
+// here, whatever the rule says: a rule of the importing side can latch them there.
 inline Qos qos_to_offer(const Qos& qos, const QosOverride& o) {
   Qos result = with_override(qos, o);
   if (qos.durability == Durability::kVolatile) result.durability = Durability::kVolatile;
   return result;
 }
 
-// Which messages of one publisher count where a link carries less than is published: only the
+// The messages of one publisher that count on a link that carries less than is published: only the
 // newest, or all.
 enum class Keep : std::uint8_t { kNewest, kAll };
 inline constexpr std::array<Word<Keep>, 2> kKeepWords{{
@@ -49,7 +49,7 @@ inline constexpr std::array<Word<Keep>, 2> kKeepWords{{
     {Keep::kAll, "all"},
 }};
 
-// What a rule says. Defaults stand for "as the origin has it" or "no limit".
+// The treatment that a rule gives. Defaults stand for "as the origin has it" or "no limit".
 struct Treatment {
   std::optional<Priority> priority;  // none: by name and type, see default_priority()
   Compression compression;
@@ -92,7 +92,7 @@ struct Treatment {
 
 // ---- which messages count
 
-// What is known of a topic's publishers and type, after the rule's overrides of QoS.
+// Properties of a topic's publishers and type, after the rule's overrides of QoS.
 struct TopicTraits {
   bool best_effort = false;   // of all of them
   bool keep_all = false;      // of one of them

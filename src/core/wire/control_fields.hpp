@@ -1,4 +1,4 @@
-// What control messages look like as JSON, each described once. A ControlReader and a ControlWriter
+// The JSON form of each control message, described once. A ControlReader and a ControlWriter
 // run over the descriptions: the writer in this order, the reader wherever the members stand.
 // docs/protocol.md section "Control messages".
 //

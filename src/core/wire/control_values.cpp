@@ -14,7 +14,7 @@ constexpr char kNoObject[] = "a control message is not a JSON object";
 
 }  // namespace
 
-// What the parser finds, one after the other; false ends it.
+// The parser's events, one after the other; false ends the parsing.
 class ControlValues::Events final : public nlohmann::json_sax<Json> {
  public:
   explicit Events(ControlValues& into) : into_(into) {}

@@ -21,7 +21,7 @@ struct ControlValue {
   std::uint64_t number = 0;  // kUnsigned; kBoolean: 0 or 1
   std::string_view text{};   // kText: valid UTF-8, without escapes
 
-  // What it holds: for (auto* value = list.first(); value != list.last(); value = value->next()).
+  // The members: for (auto* value = list.first(); value != list.last(); value = value->next()).
   [[nodiscard]] const ControlValue* first() const { return this + 1; }
   [[nodiscard]] const ControlValue* last() const { return this + size; }
   [[nodiscard]] const ControlValue* next() const { return this + size; }

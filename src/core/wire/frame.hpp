@@ -15,7 +15,7 @@
 
 namespace connect_bridge {
 
-// What is said of a message beside its body.
+// The facts about a message beside its body.
 struct MessageHead {
   Subject subject;
   std::uint32_t sequence = 0;  // counts the messages of the channel on this connection, from 1
