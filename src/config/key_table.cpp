@@ -14,33 +14,32 @@ void add_listen(Rows& rows) {
   add({.key = "listen.address",
        .fallback = "127.0.0.1",
        .syntax = check_listen_address,
-       .help = "IP address to listen on, or several with commas; `*`: every one; `systemd`: the "
-               "sockets that it passes."},
+       .help = "IP address to listen on, or several separated by commas. `*`: all addresses. "
+               "`systemd`: the sockets that systemd passes."},
       [](Config& c) { return &c.listen_address; });
   add("listen.port", {0, 65535}, "", "TCP port to listen on; 0 takes a free one and logs it.",
       [](Config& c) { return &c.listen.port; });
   add({.key = "listen.trusted_proxies",
        .syntax = check_address_range,
-       .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are trusted to give "
-               "the client's address."},
+       .help = "Addresses, or ranges such as 10.0.0.0/8, of reverse proxies that may report the "
+               "client's address."},
       [](Config& c) { return &c.listen.trusted_proxies; });
   add({.key = "listen.proxy_header",
        .fallback = "x_forwarded_for",
-       .help =
-           "How they give it: in the header X-Forwarded-For, or by the PROXY protocol (1 or 2), "
-           "with which each of their connections must then begin."},
+       .help = "How these proxies report it: in the header X-Forwarded-For, or by the PROXY "
+               "protocol (1 or 2), with which each of their connections must then begin."},
       [](Config& c) { return &c.listen.told_by; });
   add({.key = "listen.relay.url",
        .syntax = check_relay_url,
-       .help = "A relay through which clients get here too, with this robot's name there: "
+       .help = "Relay through which clients reach this server too, with this robot's name: "
                "wss://robot7@relay.example/."});
   add({.key = "listen.relay.token_file",
        .syntax = check_not_empty,
-       .help = "File with the token that the relay knows this robot by."});
+       .help = "File with the token that identifies this robot at the relay."});
   add({.key = "listen.relay.ca",
        .syntax = check_not_empty,
-       .help = "File with the certificates to trust for the relay (PEM); without it those of the "
-               "system."});
+       .help =
+           "File with the certificates to trust for the relay (PEM). Unset: those of the system."});
   add({.key = "listen.relay.pin", .syntax = check_pin, .help = "As `tls.pin`, for the relay."},
       [](Config& c) { return &c.relay_pins; });
 }
@@ -49,21 +48,21 @@ void add_dial(Rows& rows) {
   const auto add = row_adder(rows, "Who is reached where", UsedBy::kClient);
   add({.key = "url",
        .syntax = check_url,
-       .help = "The server to dial, wss:// or ws://; by a relay wss://robot7@relay.example/; on "
-               "one cable wss://[fe80::1%eth0]/. Required."});
+       .help = "The server to connect to, wss:// or ws://; through a relay "
+               "wss://robot7@relay.example/; on one cable wss://[fe80::1%eth0]/. Required."});
   add({.key = "http_proxy",
        .fallback = "environment",
        .syntax = check_http_proxy,
-       .help = "HTTP proxy to dial through, http://proxy.example:3128. `environment`: that of "
-               "https_proxy. `none`: no proxy."});
+       .help = "HTTP proxy to connect through, http://proxy.example:3128. `environment`: the proxy "
+               "in https_proxy. `none`: no proxy."});
   add({.key = "http_proxy_login",
        .syntax = check_http_proxy_login,
        .secret = true,
-       .help = "\"user:password\" for that proxy, which gets it unencrypted."});
+       .help = "\"user:password\" for that proxy, sent unencrypted."});
   row_adder(rows, "Who is reached where")(
       {.key = "allow_plaintext",
        .fallback = false,
-       .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
+       .help = "Permits ws:// beyond loopback. Everybody on the path can then read and change "
                "everything, the token included."});
 }
 
@@ -71,9 +70,9 @@ void add_robot(Rows& rows) {
   row_adder(rows, "Who is reached where")(
       {.key = "robot",
        .fallback = "server",
-       .help = "Which of the two ends is the robot; the same word at both. After a break the robot "
-               "is told nothing of what was said before. The other end, if it has no rules, takes "
-               "all that the robot's allow, and gives topics only."},
+       .help = "Which of the two ends is the robot; set the same word at both. Messages sent "
+               "towards the robot before a break are not delivered after it. If the other end has "
+               "no rules, it imports everything the robot's rules allow and exports topics only."},
       [](Config& c) { return &c.robot; });
 }
 
@@ -82,7 +81,7 @@ void add_login(Rows& rows) {
   add({.key = "auth.method",
        .fallback = "token",
        .words = {"token", "jwt", "service", "plugin", "certificate", "none"},
-       .help = "How a client proves who it is; the same at both sides."},
+       .help = "How a client proves its identity; the same at both sides."},
       [](Config& c) { return &c.auth.method; });
   add({.key = "auth.token",
        .syntax = check_token,
@@ -103,36 +102,36 @@ void add_login_methods(Rows& rows) {
        .syntax = check_file_or_http_url,
        .help = "`jwt`: the keys that sign tokens: a file (JWKS, or public keys in PEM), or the "
                "https:// address of a JWKS."});
-  add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."});
+  add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "Required value of `iss`."});
   add({.key = "auth.jwt_audience",
        .syntax = check_not_empty,
-       .help = "What `aud` must be, or contain."});
+       .help = "Required value of `aud`, or one of its values."});
   add({.key = "auth.jwt_groups_claim",
        .fallback = "groups",
        .syntax = check_not_empty,
        .help = "The claim that names the groups."});
   add({.key = "auth.service",
        .syntax = check_http_url,
-       .help = "`service`: the https:// address that is asked about each login."});
+       .help = "`service`: the https:// address that judges each login."});
   add({.key = "auth.https_ca",
        .syntax = check_not_empty,
-       .help = "File with the authorities to trust for `auth.jwt_keys` and `auth.service` (PEM); "
-               "without it those of the system."});
+       .help = "File with the authorities to trust for `auth.jwt_keys` and `auth.service` (PEM). "
+               "Unset: those of the system."});
   add({.key = "auth.plugin",
        .syntax = check_not_empty,
-       .help = "`plugin`: the shared library that decides. It runs inside the server."},
+       .help = "`plugin`: the shared library that judges logins. It runs inside the server."},
       [](Config& c) { return &c.auth.plugin; });
   add({.key = "auth.plugin_options",
        .secret = true,
-       .help = "What the library gets at its start."});
+       .help = "Options that the library receives at its start."});
 }
 
 void add_files(Rows& rows) {
   row_adder(rows, "Login")(
       {.key = "strict_modes",
        .fallback = true,
-       .help = "Whether files that decide over rights (token, keys, authorities, plugin, the "
-               "parameter file) must be safe from other users: they and all folders above them "
+       .help = "Whether files that decide on rights (token, keys, authorities, plugin, parameter "
+               "file) must be safe from other users. The files and all folders above them then "
                "belong to root or to the user of this program, and nobody else may write them."},
       [](Config& c) { return &c.auth.strict_modes; });
 }
@@ -141,8 +140,8 @@ void add_tls(Rows& rows) {
   const auto add = row_adder(rows, "TLS");
   add({.key = "tls.certificate",
        .syntax = check_not_empty,
-       .help = "File with this side's certificate chain (PEM). With it a server speaks TLS only; a "
-               "client shows it to servers that ask."},
+       .help = "File with this side's certificate chain (PEM). A server that has one accepts TLS "
+               "only. A client presents it to servers that ask."},
       [](Config& c) { return &c.tls.certificate_file; });
   add({.key = "tls.private_key",
        .syntax = check_not_empty,
@@ -150,16 +149,16 @@ void add_tls(Rows& rows) {
       [](Config& c) { return &c.tls.private_key_file; });
   add({.key = "tls.ca",
        .syntax = check_not_empty,
-       .help = "File with the certificates to trust (PEM). Client: in place of the "
-               "system's. Server: every client must show one that they signed."},
+       .help = "File with the certificates to trust (PEM). Client: they replace those of the "
+               "system. Server: every client must present a certificate that they signed."},
       [](Config& c) { return &c.tls.ca_file; });
   add({.key = "tls.pin",
        .syntax = check_named_pin,
        .used_by = UsedBy::kClient,
-       .help =
-           "SHA-256 of the public keys that the server may have, in base64. Without tls.ca the key "
-           "alone decides: the certificate may be self-signed, expired or for another name. Behind "
-           "a key may stand whom that server is for rules: \"KEY NAME GROUP ...\"."},
+       .help = "SHA-256 of the public keys that the server may have, in base64. Without tls.ca the "
+               "key alone decides: the certificate may be self-signed, expired or for another "
+               "name. A key may be followed by the identity and groups that rules use for this "
+               "server: \"KEY NAME GROUP ...\"."},
       [](Config& c) { return &c.tls.pins; });
 }
 
@@ -168,67 +167,67 @@ void add_names(Rows& rows) {
   add({.key = "prefix",
        .fallback = "",
        .syntax = check_prefix,
-       .help = "Put before every name of the peer: /scan becomes /robot1/scan. Of this side only "
-               "names below it can be exported; the peer, and the rules, have them without it. "
-               "`by_identity`, at a server: before the names of each login its identity."},
+       .help = "Put before every name of the peer: /scan becomes /robot1/scan. Only local names "
+               "below the prefix can be exported. Rules and the peer see all names without it. "
+               "`by_identity`, at a server: the prefix of each client is its identity."},
       [](Config& c) { return &c.prefix; });
   add({.key = "identity_names",
        .fallback = Strings{},
        .syntax = check_identity_name,
        .used_by = UsedBy::kServer,
-       .help =
-           "With prefix: by_identity, the names of those identities that are none for ROS, each "
-           "\"identity:=name\". Others without such a name are refused."});
+       .help = "With prefix: by_identity, maps identities that are not valid ROS names (`robot-7`) "
+               "to names that are: \"robot-7:=robot7\". An identity that is neither valid nor "
+               "mapped is refused."});
   add({.key = "remap",
        .fallback = Strings{},
        .syntax = check_remap,
-       .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
+       .help =
+           "Single names that differ, each \"wire:=local\". They take precedence over prefix."});
   add({.key = "graph",
        .words = {"merged", "nodes"},
-       .help = "Who owns what is imported. `merged`: this node. `nodes`: a node for each "
-               "of the peer's that publishes or serves something here, with its name, so that "
-               "`ros2 node`, `ros2 param` and `ros2 lifecycle` find it. Unset: `merged` at the "
-               "robot, `nodes` at the other end."});
+       .help = "Which node owns the imported interfaces. `merged`: this node. `nodes`: one node "
+               "for each node of the peer that publishes or serves something here, with its name, "
+               "so that `ros2 node`, `ros2 param` and `ros2 lifecycle` find it. Unset: `merged` at "
+               "the robot, `nodes` at the other end."});
 }
 
 void add_operation(Rows& rows) {
   const auto add = row_adder(rows, "Operation");
   add({.key = "log_level",
        .changeable = true,
-       .help = "What is logged, from this level on. Unset: as --log-level says."},
+       .help = "Lowest level that is logged. Unset: the level of --log-level."},
       [](Config& c) { return &c.log_level; });
   add({.key = "status_file",
        .syntax = check_not_empty,
-       .help = "File in which this side keeps its status as JSON, once a second (docs/status.md). "
+       .help = "File in which this side writes its status as JSON, once a second (docs/status.md). "
                "Use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "status.listen",
        .syntax = check_status_address,
-       .help =
-           "Where the status is answered by HTTP, as 127.0.0.1:9091 (docs/status.md); every user "
-           "of this machine can look then. Beyond loopback a server needs tls.certificate, "
-           "auth.token_file and status.groups. Unset: only `ctl status` of this user."});
+       .help = "Address of the status by HTTP, such as 127.0.0.1:9091 (docs/status.md); every user "
+               "of this machine can then read it. Beyond loopback a server needs tls.certificate, "
+               "auth.token_file and status.groups. Unset: only `ctl status` of this user."});
   add({.key = "status.groups",
        .used_by = UsedBy::kServer,
-       .help = "Groups whose tokens may ask for the status beyond loopback."},
+       .help = "Groups whose tokens may request the status beyond loopback."},
       [](Config& c) { return &c.status.groups; });
   add({.key = "types_not_installed",
        .fallback = "carry",
        .words = {"carry", "refuse"},
-       .help = "Interfaces whose type's package is not installed here. `carry`: their content is "
-               "not checked. `refuse`: only what can be checked reaches a node."});
+       .help =
+           "Interfaces whose type's package is not installed here. `carry`: the bridge forwards "
+           "them and does not check their content. `refuse`: only checked messages reach a node."});
 }
 
 void add_audit(Rows& rows) {
   const auto add = row_adder(rows, "Audit log");
   add({.key = "audit.file",
        .syntax = check_not_empty,
-       .help = "File that gets a line of JSON for each login, refusal, lost link, channel, call, "
-               "goal and change of rules (docs/security.md)."},
+       .help = "File to which this side writes a line of JSON for each login, refusal, lost link, "
+               "channel, call, goal and change of rules (docs/security.md)."},
       [](Config& c) { return &c.audit.file; });
   add({.key = "audit.required",
-       .help =
-           "A peer's call, goal or change of parameters that cannot be recorded now is refused."},
+       .help = "Refuses a peer's call, goal or change of parameters that cannot be recorded now."},
       [](Config& c) { return &c.audit.required; });
 }
 
@@ -241,28 +240,28 @@ void add_connection(Rows& rows) {
        .range = NumberRange{0, 3600},
        .changeable = true,
        .unit = "s",
-       .help = "How long after a loss the messages of reliable topics are kept for the peer's "
-               "return (see \"After a break\"). 0: not at all."},
+       .help = "How long this side stores messages of reliable topics for the peer's return after "
+               "a loss (see \"After a break\"). 0: not at all."},
       [](Config& c) { return &c.limits.resume_for; });
   add({.key = "resume.bytes",
        .range = NumberRange{0, kGiB},
        .changeable = true,
        .unit = "bytes",
-       .help = "How many bytes of them are kept for one peer; beyond that the topic with the most "
-               "loses its oldest."},
+       .help = "How many bytes of them it stores for one peer. Beyond that the topic with the most "
+               "bytes loses its oldest message."},
       [](Config& c) { return &c.limits.resume_bytes_max; });
   add({.key = "link.bytes_per_second",
        .range = NumberRange{0, 1e12},
        .changeable = true,
        .unit = "bytes/s",
-       .help = "The most that this side sends on one link, in bytes of IP packets. Urgent messages "
-               "count and are never held back. 0: no limit; below 1000 means 1000."},
+       .help = "Highest rate at which this side sends on one link, in bytes of IP packets. Urgent "
+               "messages count and are never held back. 0: no limit; below 1000 means 1000."},
       [](Config& c) { return &c.limits.outbox.bytes_per_second_max; });
   add({.key = "congestion_control",
        .fallback = "auto",
        .syntax = check_word,
-       .help = "TCP congestion control: `auto` is cubic, or bbr while the network loses packets "
-               "all the time; `host` leaves the host's; else the algorithm."},
+       .help = "TCP congestion control. `auto`: cubic, or bbr while the network loses packets all "
+               "the time. `host`: the host's setting. Otherwise the name of the algorithm."},
       [](Config& c) { return &c.socket.congestion_control; });
 }
 
@@ -275,7 +274,7 @@ void add_limits(Rows& rows) {
       [](Config& c) { return &c.limits.reassembly.message_bytes_max; });
   add("memory_max", {1 << 20, 1024 * kGiB}, "bytes",
       "Memory that all peers together may use at this side; a single link can use a third "
-      "(docs/security.md section 5). What does not fit is dropped (`memory` in the status) or "
+      "(docs/security.md section 5). Beyond it data is dropped (`memory` in the status) or "
       "refused.",
       [](Config& c) { return &c.limits.account.memory_bytes_max; });
   of_server("connections_max", {1, 10000}, "",

@@ -33,11 +33,11 @@ void add_rule_rights(Rows& rows) {
   add_opening<Direction::kExport, OpenedBy::kServices>(
       add, "Services of this side that the peer may call.");
   add_opening<Direction::kImport, OpenedBy::kServices>(
-      add, "Services of the peer that exist at this side.");
+      add, "Services of the peer that appear at this side.");
   add_opening<Direction::kExport, OpenedBy::kActions>(
       add, "Actions of this side that the peer may use.");
   add_opening<Direction::kImport, OpenedBy::kActions>(
-      add, "Actions of the peer that exist at this side.");
+      add, "Actions of the peer that appear at this side.");
   add_opening<Direction::kExport, OpenedBy::kParameters>(
       add, "Nodes of this side whose parameters the peer may read and set.");
   add_opening<Direction::kImport, OpenedBy::kParameters>(
@@ -45,20 +45,20 @@ void add_rule_rights(Rows& rows) {
   add({.key = "parameters",
        .fallback = Strings{},
        .syntax = check_pattern,
-       .help = "At the robot (`robot`) the same as export_parameters, at the other end as "
+       .help = "At the robot (`robot`) the same as export_parameters, at the other end the same as "
                "import_parameters."});
   add({.key = "deny",
        .syntax = check_pattern,
-       .help = "Names that no rule allows, whatever else matches."},
+       .help = "Names that no rule allows, whatever other patterns match."},
       [](Rule& r) { return &r.deny; });
   const auto narrow = [&](const char* key, Syntax syntax, const char* help, auto field) {
     add({.key = key, .syntax = syntax, .help = help}, field);
   };
-  narrow("types", check_type, "Only these types; empty: any.", [](Rule& r) { return &r.types; });
+  narrow("types", check_type, "Only these types. Empty: any type.",
+         [](Rule& r) { return &r.types; });
   narrow("identities", check_not_empty,
-         "Only for these identities: of clients by their login, of a server by its key "
-         "(`tls.pin`) or certificate. With neither identities nor groups: for everyone who is "
-         "logged in.",
+         "Only for these identities: clients by their login, a server by its key (`tls.pin`) or "
+         "certificate. With neither identities nor groups: for everyone who is logged in.",
          [](Rule& r) { return &r.identities; });
   narrow("groups", check_not_empty, "Only for members of these groups (or the identities).",
          [](Rule& r) { return &r.groups; });
@@ -68,37 +68,37 @@ void add_rule_rights(Rows& rows) {
 void add_rule_treatment(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add({.key = "priority",
-       .help = "Urgent goes before everything; the others share 8 : 4 : 1. Unset: by type "
+       .help = "Urgent goes before everything; the others share the link 8 : 4 : 1. Unset: by type "
                "(docs/flow.md section 4)."},
       [](Rule& r) { return &r.treatment.priority; });
   add({.key = "compression",
        .fallback = "auto",
        .syntax = check_compression,
-       .help = "`auto` (where messages arrive sooner; not what is urgent), `none`, `lz4`, `zstd` "
-               "or `zstd:<level>` (1 to 19; `zstd` is level 3)."},
+       .help = "`auto` (where messages arrive sooner; never for urgent ones), `none`, `lz4`, "
+               "`zstd` or `zstd:<level>` (1 to 19; `zstd` is level 3)."},
       [](Rule& r) { return &r.treatment.compression; });
   add({.key = "keep",
-       .help = "What waits where a link carries less than is published: `newest`, the newest "
-               "message of each publisher, or `all`, for at most 5 s. Unset: by type; the status "
-               "says which, and why."},
+       .help = "Which messages wait when a link carries less than is published. `newest`: the "
+               "newest message of each publisher. `all`: all messages, for at most 5 s. Unset: by "
+               "type; the status shows the choice and its reason."},
       [](Rule& r) { return &r.treatment.keep; });
   add({.key = "with_large",
        .help = "`true`: a message leaves with the large one (image, cloud, map) of the same stamp, "
-               "node and namespace, and is dropped with it; both types must begin with a Header. "
-               "Not what is urgent or high. Unset: CameraInfo does."},
+               "node and namespace, and is dropped with it. Both types must begin with a Header. "
+               "No effect on urgent and high messages. Unset: CameraInfo only."},
       [](Rule& r) { return &r.treatment.with_large; });
   add("max_rate", {0.001, 1e6}, "Hz",
-      "Messages per second of one publisher, sent or taken; the newest one comes late rather than "
-      "never. Unset: all.",
+      "Messages per second of one publisher, sent or received. The newest message is late rather "
+      "than dropped. Unset: no limit.",
       [](Rule& r) { return &r.treatment.max_rate; });
-  add("max_bytes_per_second", {1, 1e12}, "bytes/s", "The same in bytes, uncompressed.",
+  add("max_bytes_per_second", {1, 1e12}, "bytes/s", "The same limit in bytes, uncompressed.",
       [](Rule& r) { return &r.treatment.bytes_per_second_max; });
   add("max_age", {0.001, 86400}, "s",
       "Older messages are dropped, also those of transient-local topics. Unset: never.",
       [](Rule& r) { return &r.treatment.max_age; });
   add("queue_bytes_max", {1024, kGiB}, "bytes",
-      "What may wait to be sent of one topic; of a transient-local one at least 64 MiB. Unset: 16 "
-      "MiB, but 1 MiB while the oldest waits for more than 0.25 s.",
+      "Bytes of one topic that may wait to be sent; at least 64 MiB for a transient-local topic. "
+      "Unset: 16 MiB, but 1 MiB while the oldest waits for more than 0.25 s.",
       [](Rule& r) { return &r.treatment.queue_bytes_max; });
 }
 
@@ -109,7 +109,7 @@ void add_rule_clock(Rows& rows) {
        .fallback = "relay",
        .words = {"relay", "publish"},
        .help = "For a rule that imports /clock. `publish`: this side publishes the peer's ROS time "
-               "itself, evenly, 100 times a second; of several peers that of one."});
+               "itself, evenly, 100 times a second. With several peers it uses the time of one."});
 }
 
 // After a break, and with another version of its package here.
@@ -120,14 +120,14 @@ void add_rule_exceptions(Rows& rows) {
                "again (see \"After a break\")."},
       [](Rule& r) { return &r.treatment.resume; });
   add({.key = "drives",
-       .help = "Whether it moves the robot: nothing crosses that was published before the "
-               "connection, or before somebody listened. Unset: by type and name (see \"After a "
-               "break\")."},
+       .help = "Whether the interface moves the robot. Messages published before the connection, "
+               "or before somebody subscribed, are then never forwarded. Unset: by type and name "
+               "(see \"After a break\")."},
       [](Rule& r) { return &r.treatment.drives; });
   add({.key = "allow_type_mismatch",
        .fallback = false,
-       .help = "Whether imports whose type has another definition here than at the peer are used. "
-               "Those of their messages that fit the definition here may mean something else."},
+       .help = "Whether to use imports whose type has another definition here than at the peer. "
+               "Messages that fit the definition here may then mean something else."},
       [](Rule& r) { return &r.treatment.allow_type_mismatch; });
 }
 
@@ -135,14 +135,14 @@ void add_rule_exceptions(Rows& rows) {
 void add_rule_calls(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add("calls_max", {1, 1000}, "calls",
-      "Calls of one service under way for one peer; later ones wait for their turn.",
+      "Calls of one service in progress for one peer. Later calls wait for their turn.",
       [](Rule& r) { return &r.treatment.calls_max; });
   add("server_queue", {0, 1000}, "requests",
-      "Depth of the server's request queue: as many requests are handed over that it may not have "
-      "taken yet; 0: all at once.",
+      "Depth of the server's request queue. The bridge delivers at most this many requests that "
+      "the server may not have taken yet. 0: no limit.",
       [](Rule& r) { return &r.treatment.server_queue; });
   add("call_timeout", {0.01, 86400}, "s",
-      "A call without an answer is given up after this. Unset: never.",
+      "The bridge abandons a call without an answer after this time. Unset: never.",
       [](Rule& r) { return &r.treatment.call_timeout; });
 }
 
@@ -151,9 +151,9 @@ void add_rule_qos(Rows& rows) {
   add({.key = "qos.reliability", .help = "Reliability."},
       [](Rule& r) { return &r.treatment.qos.reliability; });
   add({.key = "qos.durability",
-       .help = "Durability. At the exporting side only a weaker one than the publisher has."},
+       .help = "Durability. The exporting side accepts only a weaker one than the publisher has."},
       [](Rule& r) { return &r.treatment.qos.durability; });
-  add("qos.depth", {1, 100000}, "messages", "Keep-last depth, of the queue too.",
+  add("qos.depth", {1, 100000}, "messages", "Keep-last depth, also of the queue.",
       [](Rule& r) { return &r.treatment.qos.depth; });
 }
 
@@ -164,8 +164,8 @@ void add_rule_rows(std::vector<KeySpec>& rows) {
                             .fallback = Strings{},
                             .syntax = check_rule_name,
                             .changeable = true,
-                            .help = "Names of the rules in their order: the first that allows an "
-                                    "interface decides its treatment."});
+                            .help = "Names of the rules in their order. The first rule that allows "
+                                    "an interface decides its treatment."});
   add_rule_rights(rows);
   add_rule_treatment(rows);
   add_rule_clock(rows);
