@@ -121,7 +121,7 @@ def test_without_a_place_for_the_log_file(make_server, tmp_path, folder):
 
 
 def test_the_log_file_is_not_written_if_it_is_not_wanted(make_server, tmp_path):
-    """The argument of the unit in docs/config.md."""
+    """The argument of the unit in docs/service.md."""
     for arguments, files in ((["--ros-args", "--disable-external-lib-logs", "--"], 0), ([], 1)):
         folder = tmp_path / f"log_{files}"
         folder.mkdir()

@@ -73,8 +73,7 @@ TEST(ConfigDocument, HelpNamesWhatIsImportant) {
 }
 
 // Every ```yaml block is valid as it stands or, when it begins with `rules`, inside a node.
-TEST(ConfigDocument, ItsExamplesAreValid) {
-  const std::string document = test::source_text("docs/config.md");
+int count_valid_examples(const std::string& document) {
   const std::string fence = "```yaml\n";
   int examples = 0;
   for (std::size_t at = document.find(fence); at != std::string::npos;
@@ -91,7 +90,13 @@ TEST(ConfigDocument, ItsExamplesAreValid) {
     EXPECT_THAT(problems_text(parse_config(map, role, kWithToken)), IsEmpty());
     ++examples;
   }
-  EXPECT_GE(examples, 5);
+  return examples;
+}
+
+TEST(ConfigDocument, ItsExamplesAreValid) {
+  EXPECT_GE(count_valid_examples(test::source_text("docs/config.md")), 5);
+  EXPECT_GE(count_valid_examples(test::source_text("docs/logins.md")), 2);
+  EXPECT_GE(count_valid_examples(test::source_text("docs/proxies.md")), 3);
 }
 
 TEST(ConfigExamples, AreValid) {
