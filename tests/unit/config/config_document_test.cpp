@@ -69,7 +69,7 @@ TEST(ConfigDocument, HelpNamesWhatIsImportant) {
   const std::string server = help_text(Role::kServer);
   EXPECT_THAT(server, HasSubstr("--ros-args --params-file"));
   EXPECT_THAT(server, HasSubstr("  listen.port (default 9090)\n      TCP port to listen on"));
-  EXPECT_THAT(help_text(Role::kClient), HasSubstr("  url\n      The server to dial"));
+  EXPECT_THAT(help_text(Role::kClient), HasSubstr("  url\n      The server to connect to"));
 }
 
 // Every ```yaml block is valid as it stands or, when it begins with `rules`, inside a node.
