@@ -10,11 +10,11 @@
 
 #include "access/login/runtime_folder.hpp"
 #include "config/syntax.hpp"
-#include "ops/status/status_screen.hpp"
-#include "ctl/status_text.hpp"
 #include "core/base/json.hpp"
 #include "ctl/ctl_asked.hpp"
 #include "ctl/ctl_commands.hpp"
+#include "ctl/status_text.hpp"
+#include "ops/status/status_screen.hpp"
 #include "run/exit_codes.hpp"
 
 namespace {

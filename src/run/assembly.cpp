@@ -11,9 +11,10 @@
 #include "access/login/file_trust.hpp"
 #include "access/login/pairing_login.hpp"
 #include "core/base/check.hpp"
-#include "net/tls/certified.hpp"
+#include "net/http/status_door.hpp"
 #include "net/tcp/descriptors.hpp"
 #include "net/tcp/system_now.hpp"
+#include "net/tls/certified.hpp"
 #include "ops/doctor/host_check.hpp"
 #include "run/supervisor.hpp"
 #include "run/surroundings.hpp"
@@ -70,7 +71,9 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   parts.listen.pending_max = config.limits.strangers_max + kStrangersSpare;
   parts.listen.connections_max = config.limits.links_max + parts.listen.pending_max;
   const std::string too_many =
-      descriptors_problem(config.limits.links_max, parts.listen.pending_max, raise_descriptors());
+      descriptors_problem(config.limits.links_max,
+                          parts.listen.pending_max + 2 * StatusDoor::kConnectionsMax,  // and socket
+                          raise_descriptors());
   if (!too_many.empty()) assembly.problems.push_back(too_many);
   if (!config.tls.certificate_file.empty()) parts.listen.tls = parts.config.tls;
   if (!parts.listen.relay) return;

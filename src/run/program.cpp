@@ -12,21 +12,21 @@
 #include <optional>
 #include <string_view>
 
+#include "access/pairing/arguments.hpp"
+#include "access/pairing/invitation_text.hpp"
+#include "access/pairing/pairing.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "net/tcp/descriptors.hpp"
-#include "ros/parameters/ros_arguments.hpp"
-#include "ros/parameters/parameter_arguments.hpp"
-#include "ros/rcl/middleware.hpp"
-#include "access/pairing/arguments.hpp"
-#include "access/pairing/invitation_text.hpp"
-#include "run/own_arguments.hpp"
-#include "access/pairing/pairing.hpp"
 #include "ops/doctor/host_check.hpp"
+#include "ros/parameters/parameter_arguments.hpp"
+#include "ros/parameters/ros_arguments.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "run/assembly.hpp"
 #include "run/bridge.hpp"
 #include "run/exit_codes.hpp"
 #include "run/heap.hpp"
+#include "run/own_arguments.hpp"
 #include "run/signals.hpp"
 #include "run/slow_start.hpp"
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include "net/http/status_door.hpp"
-
 namespace connect_bridge {
 namespace {
 
@@ -30,10 +28,8 @@ bool leaves_descriptors(int socket) {
   return static_cast<std::size_t>(socket) + kDescriptorsForFiles < limit_of_descriptors().rlim_cur;
 }
 
-std::string descriptors_problem(std::size_t clients, std::size_t pending, std::size_t limit) {
-  // The socket of the status has places of its own.
-  const std::size_t others =
-      pending + 2 * StatusDoor::kConnectionsMax + kDescriptorsForFiles + kDescriptorsOfGraph;
+std::string descriptors_problem(std::size_t clients, std::size_t others, std::size_t limit) {
+  others += kDescriptorsForFiles + kDescriptorsOfGraph;
   if (clients + others <= limit) return {};
   return fmt::format(
       "connections_max: {} is wrong, expected {}a limit of at least {} file descriptors, and it is "

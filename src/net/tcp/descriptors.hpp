@@ -16,9 +16,9 @@ std::size_t raise_descriptors();
 // Whether an accepted socket leaves kDescriptorsForFiles. The kernel gives the lowest free number.
 [[nodiscard]] bool leaves_descriptors(int socket);
 
-// Why so many clients and connections without a login do not fit a limit of descriptors, with the
-// cure; empty: they do.
-[[nodiscard]] std::string descriptors_problem(std::size_t clients, std::size_t pending,
+// Why so many clients and other connections (unauthenticated ones, readers of the status) do not
+// fit a limit of descriptors, with the cure; empty: they do.
+[[nodiscard]] std::string descriptors_problem(std::size_t clients, std::size_t others,
                                               std::size_t limit);
 
 }  // namespace connect_bridge

@@ -43,12 +43,12 @@ TEST(Descriptors, AreRaisedToWhatTheHostAllows) {
 }
 
 TEST(Descriptors, ClientsThatDoNotFitTheLimitAreAProblemWithItsCure) {
-  EXPECT_EQ(descriptors_problem(64, 320, 1024), "");
-  EXPECT_EQ(descriptors_problem(480, 320, 1024), "");
-  EXPECT_EQ(descriptors_problem(481, 320, 1024),
+  EXPECT_EQ(descriptors_problem(64, 384, 1024), "");
+  EXPECT_EQ(descriptors_problem(480, 384, 1024), "");
+  EXPECT_EQ(descriptors_problem(481, 384, 1024),
             "connections_max: 481 is wrong, expected at most 480, or a limit of at least 1025 file "
             "descriptors, and it is 1024 (LimitNOFILE of the systemd unit, or ulimit -Hn)");
-  EXPECT_THAT(descriptors_problem(64, 320, 256),
+  EXPECT_THAT(descriptors_problem(64, 384, 256),
               HasSubstr("expected a limit of at least 608 file descriptors, and it is 256"));
 }
 
