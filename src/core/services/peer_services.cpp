@@ -12,7 +12,7 @@ namespace {
 // moment two; the services of an action are looked at together, each with all its types.
 constexpr std::size_t kTypesOfServiceMax = 4;
 // Thousands may be without a place, and look again together: the others' turns are in between.
-constexpr int kDueAtOnce = 64;
+constexpr int kServicesAtOnce = 64;
 
 bool has_too_many_types(const PeerServices& imports, const Link& link, const ServiceKey& key) {
   std::size_t others = 0;
@@ -165,7 +165,7 @@ void PeerServices::on_type_differs(const ServiceTypeDiffers& differs, const Now&
 
 void PeerServices::on_time(const Now& now) {
   while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_timeout(**call, now);
-  for (int n = 0; n < kDueAtOnce; ++n) {
+  for (int n = 0; n < kServicesAtOnce; ++n) {
     const auto service = looks.take_due(now.steady);
     if (!service) break;
     update(**service, now);
