@@ -52,11 +52,6 @@ std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
 
 }  // namespace
 
-int complain(const std::string& lines, int exit_code) {
-  connect_bridge::say(stderr, lines);
-  return exit_code;
-}
-
 int main(int argc, char** argv) {
   show_rmw_variables();
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};

@@ -1,0 +1,8 @@
+#include "ctl/ctl_commands.hpp"
+
+#include <cstdio>
+
+int complain(const std::string& lines, int exit_code) {
+  connect_bridge::say(stderr, lines);
+  return exit_code;
+}
