@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "net/tls/tls_lines.hpp"
+
 int complain(const std::string& lines, int exit_code) {
   connect_bridge::say(stderr, lines);
   return exit_code;
