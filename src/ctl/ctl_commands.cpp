@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "net/tls/tls_lines.hpp"
+#include "ctl/check.hpp"
 
 int complain(const std::string& lines, int exit_code) {
   connect_bridge::say(stderr, lines);
