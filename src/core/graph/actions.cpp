@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-// An action is found by its service for goals, whose type contains the action's. With both, names
-// and types of the other parts follow, and it is whole if all of them are there (docs/protocol.md
-// section 9.11, rule 3): an action is ready as a whole or not at all.
+// Actions are found by their service for goals, whose type contains the action's type. Names and
+// types of the other parts follow from it. An action is whole if all its parts exist: it is ready
+// as a whole or not at all (docs/protocol.md section 9.11, rule 3).
 namespace connect_bridge {
 
 bool LocalActions::update(const GraphView& graph, const Claims& claims) {
@@ -31,7 +31,7 @@ bool LocalActions::update(const GraphView& graph, const Claims& claims) {
       return true;
     };
     if (!std::all_of(kActionParts.begin(), kActionParts.end(), exists)) continue;
-    // All parts exist, but one cannot be taken here: no part is offered, and peers are told
+    // All parts exist, but one cannot be taken here. No part is offered, and peers are informed
     // (TypeLacks).
     if (lack) {
       lacked_.emplace(goal->action, LackedAction{std::string(goal->action_type), *lack});

@@ -11,7 +11,7 @@
 
 namespace connect_bridge {
 
-// An action that would be whole, if all types of its parts could be taken here.
+// An action that would be whole if all types of its parts could be taken here.
 struct LackedAction {
   std::string type;
   TypeLack lack;
@@ -19,20 +19,21 @@ struct LackedAction {
 
 class LocalActions {
  public:
-  // True if an action became whole or stopped being whole. Whole: its three services have real
-  // servers, its two topics have real publishers, and their types can be taken here.
+  // Finds the whole actions of this graph: their three services have real servers, their two topics
+  // have real publishers, and their types can be taken here. True if an action became whole or
+  // stopped being whole.
   bool update(const GraphView& graph, const Claims& claims);
 
-  // For a part of an action: the action's type, or nullopt while the action is not whole. For
-  // anything else: an empty text.
+  // For a part of an action: the action's type; nullopt while the action is not whole. For other
+  // topics and services: an empty text.
   [[nodiscard]] std::optional<std::string> type_of(InterfaceKind kind, const std::string& name,
                                                    const std::string& type) const;
 
-  // By local name.
+  // Actions that are not whole because of a type, by local name.
   [[nodiscard]] const std::map<std::string, LackedAction>& lacked() const { return lacked_; }
 
  private:
-  std::map<std::string, std::string> types_;  // of whole actions, by local name
+  std::map<std::string, std::string> types_;  // types of whole actions, by local name
   std::map<std::string, LackedAction> lacked_;
 };
 

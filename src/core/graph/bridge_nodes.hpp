@@ -1,4 +1,4 @@
-// Which endpoints of a graph belong to other bridges, as far as the graph shows that.
+// The endpoints of a graph that belong to other bridges, as far as the graph shows that.
 #pragma once
 
 #include <algorithm>
@@ -11,19 +11,18 @@
 
 namespace connect_bridge {
 
-// Which endpoints belong to a bridge. A node's name may appear in the graph later than its
-// endpoints; in DDS the first 12 bytes of a gid identify the participant at once (RTPS 2.3 section
-// 8.2.4).
+// Finds the endpoints of bridges. A node's name may appear in the graph later than its endpoints.
+// In DDS the first 12 bytes of a gid identify the participant at once (RTPS 2.3 section 8.2.4).
 class BridgeNodes {
  public:
-  // All bridges are known before the first endpoint is judged: the topics of a picture have no
-  // order that would show them first.
+  // Collects all bridges before the first endpoint is judged: the topics of a snapshot have no
+  // order that would show bridges first.
   explicit BridgeNodes(const GraphChanged& graph) {
     for (const TopicState& topic : graph.topics)
       if (topic.name == kClaimsTopic)
         for (const Endpoint& publisher : topic.publishers) add(publisher);
   }
-  // Of an Endpoint or a Server, whose gid is not always known.
+  // True for an Endpoint or a Server of a bridge. The gid may be unknown (all zero).
   [[nodiscard]] bool own(const auto& endpoint) const {
     return names_.contains(node_of(endpoint)) ||
            (endpoint.gid != Gid{} && participants_.contains(participant_of(endpoint.gid)));

@@ -13,20 +13,20 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::string_view kMark = "connect_bridge claims 5";
-// The words after the side's id: an origin, or one of these and what follows it.
+// Words after the side's id: an origin, or one of these marks and the text that follows it.
 constexpr char kMirror = '=';
 constexpr char kService = '/';
 constexpr char kGoodFor = '~';       // milliseconds
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
 
-// As many as a claim may have.
+// The first entries, as many as a claim may have.
 template <class T>
 std::span<const T> first_of(const std::vector<T>& all, std::size_t count_max) {
   return std::span(all).first(std::min(all.size(), count_max));
 }
 
-// What is beyond the limit is not read, but must be a word all the same (docs/protocol.md section
-// 12).
+// Entries beyond the limit are dropped, but each must still be a valid word (docs/protocol.md
+// section 12).
 bool take(std::string_view hex, std::vector<Gid>& ids, std::size_t before = 0) {
   Gid id;
   if (!from_hex(hex, id.bytes)) return false;
@@ -38,14 +38,14 @@ bool take_time(std::string_view digits, Duration& time) {
   std::int64_t ms = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), ms);
   const bool is_number = error == std::errc{} && end == digits.data() + digits.size();
-  // With a longer time a bridge that is long gone would hold its origins (docs/protocol.md section
+  // A longer time would let a bridge that is long gone hold its origins (docs/protocol.md section
   // 12).
   if (!is_number || ms < 0 || ms > kClaimGoodMax / std::chrono::milliseconds(1)) return false;
   time = std::chrono::milliseconds(ms);
   return true;
 }
 
-// False: the word is none of a claim.
+// Adds one word to the claim. False: the word is not valid in a claim.
 bool take(std::string_view word, Claim& claim) {
   const char kind = word.empty() ? ' ' : word.front();
   if (kind == kMirror) return take(word.substr(1), claim.mirrors);
@@ -60,7 +60,7 @@ std::size_t claim_bytes(const Claim& claim) {
   return 256 + 50 * (claim.mirrors.size() + claim.origins.size() + claim.services.size());
 }
 
-// Claims are long beside peers with thousands of topics, and are made again at each change.
+// Claims are long beside peers with thousands of topics, and every change serializes them again.
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text;
   text.reserve(claim_bytes(claim));
@@ -73,8 +73,8 @@ Payload serialize(const Claim& claim, Stamp stamp) {
     append_hex(id.bytes, text);
   };
   for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax)) add(" =", mirror);
-  // Where there is no room for all, services go first: an origin with two mirrors repeats its
-  // samples, but two servers of one name execute each call twice.
+  // Services come first if there is no room for all. An origin with two mirrors repeats its
+  // samples; two servers of one name execute each call twice.
   const auto services = first_of(claim.services, kClaimOriginsMax);
   for (const Gid& service : services) add(" /", service);
   for (const Gid& origin : first_of(claim.origins, kClaimOriginsMax - services.size()))
@@ -93,8 +93,8 @@ Payload serialize(const Claim& claim, Stamp stamp) {
 
 std::optional<Claim> parse_claim(ByteView cdr) {
   CdrReader reader(cdr);
-  // The stamp and the level do not count. A read that fails makes all later ones fail, so that the
-  // last text is all that needs a look.
+  // Stamp and level do not count. After one failed read all later reads fail, so only the last text
+  // is checked.
   reader.u32();
   reader.u32();
   reader.u8();

@@ -1,4 +1,4 @@
-// A claim as a message: what a bridge publishes for the other bridges of its graph
+// The message in which a bridge publishes its claim for the other bridges of its graph
 // (docs/protocol.md, "Bridges of one graph").
 #pragma once
 
@@ -12,37 +12,37 @@
 
 namespace connect_bridge {
 
-// A claim names no more (origins and services together, and as many mirrors), so that its message
-// is no larger than this.
+// Limits of a claim: so many origins and services together, and as many mirrors. They bound the
+// size of its message.
 inline constexpr std::size_t kClaimOriginsMax = 65536;
 inline constexpr std::size_t kClaimBytesMax = 256 + 100 * kClaimOriginsMax;
 
-// For how long a claim may say that it is good.
+// The longest time that a claim may state for itself.
 inline constexpr Duration kClaimGoodMax = std::chrono::hours(1);
-// Where it does not say so.
+// The time of a claim that states none.
 inline constexpr Duration kClaimGoodUntold = std::chrono::seconds(10);
 
 struct Claim {
   Token128 side;
-  std::vector<Gid> origins = {};  // that have a mirror, or will have one
-  std::vector<Gid> mirrors = {};  // ids in this graph of its own publishers
-  // Services (service_gid) that have a mirror, or will have one. In a list of their own, because
+  std::vector<Gid> origins = {};  // origins that have a mirror, or will have one
+  std::vector<Gid> mirrors = {};  // ids of the bridge's own publishers in this graph
+  // Services (service_gid) that have a mirror, or will have one. They have a list of their own:
   // peers choose the ids of origins, and no such id may stand for a service.
   std::vector<Gid> services = {};
-  // Without another message it is good for so long: whole milliseconds, up to kClaimGoodMax.
-  // Longer: not said (in a message), or for ever.
+  // The claim expires after this time without another message: whole milliseconds, up to
+  // kClaimGoodMax. Longer values mean: not stated (in a message), or never.
   Duration good_for = kForever;
 
   friend bool operator==(const Claim&, const Claim&) = default;
 };
 
-// Its message has no more bytes.
+// Upper bound of the size of the claim's message.
 [[nodiscard]] std::size_t claim_bytes(const Claim& claim);
 
-// The claim as a serialized rcl_interfaces/msg/Log (a type that every ROS 2 has); the text is in
-// `msg`.
+// Serializes the claim as rcl_interfaces/msg/Log, a type of every ROS 2 installation. The text is
+// in `msg`.
 Payload serialize(const Claim& claim, Stamp stamp);
-// nullopt: not a claim of this version.
+// Parses such a message. nullopt: not a claim of this version.
 std::optional<Claim> parse_claim(ByteView cdr);
 
 }  // namespace connect_bridge

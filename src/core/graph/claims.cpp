@@ -10,11 +10,11 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kBridgesMax = 256;
-// How long the graph may show a publisher after its bridge has announced its end.
+// The graph may show a publisher for so long after its bridge has announced its end.
 constexpr Duration kMirrorShown = std::chrono::seconds(30);
-// The same of a server. Other than a publisher it has no id in the claim, so a real one of its name
-// is taken for it: this is short, unless the bridge fell silent, as the graph then shows its server
-// for as long as the middleware takes to miss it.
+// The same time for servers. A server has no id in the claim, so a real server of the same name is
+// taken for it meanwhile: the time is short. After a silent end it is longer, because the
+// middleware shows the server until it notices the loss.
 constexpr Duration kServerShown = std::chrono::seconds(1);
 constexpr Duration kServedTurn = std::chrono::milliseconds(100);
 
@@ -32,8 +32,8 @@ bool Claims::update(const Gid& publisher, Claim claim, TimePoint now) {
   if (claim.side == own_) return false;
   const bool is_last = claim.good_for == Duration::zero();
   const bool is_new = !by_side_.contains(claim.side);
-  // Whoever can publish in the graph can write claims, of as many sides as it likes. The last word
-  // of a bridge that was never heard ends nothing.
+  // Any node of the graph can write claims, for as many sides as it likes. The last claim of an
+  // unknown bridge ends nothing.
   if (is_new && (by_side_.size() >= kBridgesMax || is_last)) return false;
   Bridge& bridge = by_side_[claim.side];
   bridge.publisher = publisher;
@@ -41,8 +41,8 @@ bool Claims::update(const Gid& publisher, Claim claim, TimePoint now) {
   if (claim.good_for <= kClaimGoodMax) bridge.ends = now + claim.good_for;
   bridge.claim.good_for = claim.good_for;
   if (!is_new && !is_last && bridge.claim == claim) return false;
-  // Before the new claim takes the place of the old one: what it does not name any longer has
-  // ended, but the graph may still show it.
+  // end() needs the old claim: entries that the new one omits have ended, but the graph may still
+  // show them.
   end(bridge.claim, claim, false, now);
   if (is_last) {
     by_side_.erase(claim.side);
@@ -53,7 +53,7 @@ bool Claims::update(const Gid& publisher, Claim claim, TimePoint now) {
   return true;
 }
 
-// A bridge whose publisher is not known ends by its last word or by its silence alone.
+// A bridge with an unknown publisher ends only by its last claim or by its silence.
 void Claims::retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& after,
                     TimePoint now) {
   const auto gone = std::erase_if(by_side_, [&](const auto& entry) {
@@ -78,7 +78,7 @@ bool Claims::expire(TimePoint now) {
   if (!served_ends_ || *served_ends_ > now) return silent > 0;
   const auto forgotten =
       std::erase_if(served_, [&](const auto& entry) { return entry.second <= now; });
-  // Those of a tenth of a second together, however many end one by one.
+  // One deadline covers a tenth of a second, however many entries expire one by one.
   served_ends_.reset();
   for (const auto& [gid, until] : served_) served_ends_ = earliest(served_ends_, until);
   if (served_ends_) served_ends_ = std::max(*served_ends_, now + kServedTurn);
@@ -93,10 +93,10 @@ std::optional<TimePoint> Claims::deadline() const {
   return first;
 }
 
-// The graph shows what a bridge has ended for a while longer: its publishers are mirrors until
-// then, its servers no real ones.
+// The graph shows the endpoints of an ended claim for a while longer. Until then its publishers
+// count as mirrors, and its servers are not real.
 void Claims::end(const Claim& claim, const Claim& next, bool silent, TimePoint now) {
-  // A whole second: what ends one by one is not to be forgotten one by one.
+  // Whole seconds: entries that end one by one are forgotten together.
   const TimePoint shown = std::chrono::ceil<std::chrono::seconds>(now + kMirrorShown);
   const std::unordered_set<Gid> kept(next.mirrors.begin(), next.mirrors.end());
   for (const Gid& mirror : claim.mirrors) {
@@ -113,8 +113,8 @@ void Claims::end(const Claim& claim, const Claim& next, bool silent, TimePoint n
   }
 }
 
-// From all claims, as one entry may have come from several bridges. Claims change seldom, and are
-// asked for each origin after each picture of the graph.
+// Rebuilds the tables from all claims, because one entry may come from several bridges. Claims
+// change seldom, but are looked up for each origin after each graph snapshot.
 void Claims::rebuild() {
   origins_.clear();
   services_.clear();

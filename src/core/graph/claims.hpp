@@ -1,6 +1,6 @@
-// Which bridge mirrors what in the local graph, so that two bridges between the same two graphs
-// duplicate nothing: who claims first keeps it while its claim is fresh. Of several that claim at
-// once, before they have heard each other, the one with the smallest side id keeps it.
+// The mirrors of other bridges in the local graph, so that two bridges between the same two graphs
+// duplicate nothing. The bridge that claims first keeps the thing while its claim is fresh. If
+// several bridges claim before they receive each other's claims, the smallest side id keeps it.
 #pragma once
 
 #include <deque>
@@ -19,65 +19,65 @@
 namespace connect_bridge {
 
 // The id of a mirrored service in a claim: 24 bytes that depend on its name alone. Nobody can
-// choose two names with the same id.
+// choose two names with the same id (SHA-256, truncated).
 Gid service_gid(std::string_view service);
 
-// The claims of the other bridges in this graph, by the ids of their sides: nothing here depends on
-// what a middleware shows of a sample's publisher. Single-threaded.
+// The claims of the other bridges in this graph, by side id. The middleware's publisher of a sample
+// does not matter here. Single-threaded.
 class Claims {
  public:
   explicit Claims(Token128 own) : own_(own) {}
 
-  // `publisher`: the gid of the bridge's publisher on the claims topic; all zero: not known. True
-  // if anything has changed; a claim that is only renewed changes nothing. A claim that is good for
-  // no time is the last one of its bridge.
+  // Stores a claim. `publisher`: the gid of the bridge's publisher on the claims topic; all zero:
+  // not known. True if anything has changed; a renewed claim changes nothing. A claim with zero
+  // validity is the last one of its bridge.
   bool update(const Gid& publisher, Claim claim, TimePoint now);
-  // Ends the claims of bridges that were in the graph before and are not there now. (A claim may
-  // arrive before the first graph snapshot that shows its bridge.)
+  // Ends the claims of bridges that were in the graph before and are not there now. A claim may
+  // arrive before the first graph snapshot that shows its bridge; such a bridge stays.
   void retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& after,
               TimePoint now);
-  // Ends the claims of bridges that have been silent for too long, and forgets what the graph does
-  // not show any longer. True if that changes what is claimed or serves() says.
+  // Ends the claims of bridges that were silent for too long, and forgets entries that the graph no
+  // longer shows. True if claims or the answer of serves() may have changed.
   bool expire(TimePoint now);
-  // When expire() is to be called at the latest.
+  // The latest time for the next call of expire().
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
-  // There is another bridge in our graph.
+  // Another bridge is in our graph.
   [[nodiscard]] bool any() const { return !by_side_.empty(); }
   // The bridge of this side id is in our own graph.
   [[nodiscard]] bool is_here(const Token128& side) const { return by_side_.contains(side); }
-  // This origin is another bridge's to mirror. `ours`: this side claims it, too.
+  // Another bridge mirrors this origin. `ours`: this side claims it, too.
   [[nodiscard]] bool taken(const Gid& origin, bool ours) const {
     return is_taken(origins_, origin, ours);
   }
-  // As taken(), for a service (service_gid).
+  // Another bridge mirrors this service (service_gid). `ours`: this side claims it, too.
   [[nodiscard]] bool service_taken(const Gid& service, bool ours) const {
     return is_taken(services_, service, ours);
   }
-  // Whether a server of this service (service_gid) may be another bridge's mirror: a bridge claims
-  // the service, or did until just now, and the graph may show its server for a moment longer.
+  // A server of this service (service_gid) may be another bridge's mirror. True while a bridge
+  // claims the service, and for a moment longer, since the graph may still show the server.
   [[nodiscard]] bool serves(const Gid& service) const {
     return services_.contains(service) || served_.contains(service);
   }
-  // The publishers here that are other bridges' mirrors, as they say. One that a bridge has ended
-  // stays for a moment: the graph may show it longer.
+  // Publishers here that are mirrors of other bridges, by their claims. A mirror stays for a moment
+  // after its end, since the graph may still show it.
   [[nodiscard]] const std::unordered_set<Gid>& mirrors() const { return mirrors_; }
 
  private:
   struct Bridge {
     Claim claim;
     Gid publisher;
-    std::optional<TimePoint> ends;  // without a sign of life; none: never
+    std::optional<TimePoint> ends;  // without a newer claim; none: never
   };
-  using SmallerOf = std::unordered_map<Gid, bool>;  // whether a smaller side than ours claims it
+  using SmallerOf = std::unordered_map<Gid, bool>;  // true: a side smaller than ours claims it
 
   void rebuild();
   [[nodiscard]] static bool is_taken(const SmallerOf& claimed, const Gid& gid, bool ours) {
     const auto it = claimed.find(gid);
     return it != claimed.end() && (!ours || it->second);  // mutant: claims_first
   }
-  // Remembers what the claim named and `next` does not name, because the graph may show it for a
-  // moment longer. `silent`: the bridge has not announced its end.
+  // Remembers entries of `claim` that `next` omits, because the graph may show them for a moment
+  // longer. `silent`: the bridge has not announced its end.
   void end(const Claim& claim, const Claim& next, bool silent, TimePoint now);
 
   Token128 own_;
@@ -85,9 +85,9 @@ class Claims {
   SmallerOf origins_;
   SmallerOf services_;
   std::unordered_set<Gid> mirrors_;
-  std::deque<std::pair<TimePoint, Gid>> ended_;  // mirrors, until when the graph may show them
-  std::unordered_map<Gid, TimePoint> served_;    // services that ended, in the same way
-  std::optional<TimePoint> served_ends_;         // when the first of them is to be forgotten
+  std::deque<std::pair<TimePoint, Gid>> ended_;  // mirrors, and until when the graph may show them
+  std::unordered_map<Gid, TimePoint> served_;    // ended services, in the same way
+  std::optional<TimePoint> served_ends_;         // when the first of them is forgotten
 };
 
 }  // namespace connect_bridge

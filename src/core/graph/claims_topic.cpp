@@ -9,17 +9,18 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::uint32_t kBridgesDepth = 100;  // one sample each of so many bridges
-// A claim is repeated as a sign of life, and ends after kMissingMax missed repetitions. Where no
-// other bridge is known it is repeated for those that come.
+constexpr std::uint32_t kBridgesDepth = 100;  // one sample each of this many bridges
+// Claims are repeated as a sign of life, and expire after kMissingMax missed repetitions. Without
+// another known bridge the repetition serves bridges that start later.
 constexpr Duration kBesideOthers = std::chrono::seconds(1);
 constexpr Duration kAlone = std::chrono::seconds(3);
 constexpr int kMissingMax = 3;
 constexpr Duration kAfterDead = std::chrono::seconds(1);
-// A large claim is repeated less often, so that this is about what it costs per shortest period.
+// Large claims are repeated less often, so that each shortest period costs about so many bytes.
 constexpr std::size_t kPeriodBytes = 50'000;
-// So is the change of a large one: after it the loop has time for others. Beside another bridge it
-// is told before that may have shown its mirror (kClaimNames).
+// Changes of a large claim are paced, too, so that the loop has time for other work. Beside another
+// bridge a change is published within kClaimNames, while that bridge still holds back our new
+// publisher.
 constexpr std::size_t kLargeBytes = 10'000;
 constexpr Duration kRestOfByte = std::chrono::microseconds(1);
 constexpr Duration kRestMax = std::chrono::milliseconds(400);
@@ -42,8 +43,8 @@ ClaimsTopic::ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs)
 }
 
 Duration ClaimsTopic::period_of(std::size_t bytes) const {
-  // When another bridge is heard, repeat_at() takes the shorter period at once: it does not wait
-  // for the end of a long one.
+  // A long period is no obstacle when another bridge appears: repeat_at() then takes the shorter
+  // period at once.
   const Duration shortest = claims_.any() ? kBesideOthers : kAlone;
   return shortest * static_cast<std::int64_t>(1 + bytes / kPeriodBytes);
 }
@@ -54,8 +55,8 @@ bool ClaimsTopic::is_due(const Now& now) const {
 }
 
 bool ClaimsTopic::take_due(const Now& now) {
-  // A change that comes too soon after many others is not lost: `changed_` stays until the pace
-  // allows a claim, which then names all changes (docs/protocol.md section 14, rule 2).
+  // Changes that come too soon after many others are not lost: `changed_` stays until the pace
+  // allows a claim, which then names all of them (docs/protocol.md section 14, rule 2).
   if (!is_due(now) || !pace_.take(now.steady)) return false;
   changed_ = false;
   return true;
@@ -77,7 +78,7 @@ void ClaimsTopic::publish(Claim claim, const Now& now) {
   told_at_ = now.steady;
   told_bytes_ = claim_bytes(claim);
   period_ = period_of(told_bytes_);
-  // A bridge that has fallen silent may still serve calls until its peer notices.
+  // A silent bridge may still serve calls until its peer notices the loss.
   const Duration good = std::max<Duration>(kMissingMax * period_, dead_after_ + kAfterDead);
   good_for_ = std::min(good, kClaimGoodMax);
   claim.good_for = std::chrono::ceil<std::chrono::milliseconds>(good_for_);

@@ -10,7 +10,7 @@ namespace connect_bridge {
 namespace {
 
 std::string full_name(const std::string& ns, const std::string& name) {
-  // The name that middlewares report for a node of which they know only an endpoint
+  // "_NODE_NAME_UNKNOWN_" is the middlewares' name for a node of which they know only an endpoint
   // (rmw_dds_common).
   if (name.empty() || name == "_NODE_NAME_UNKNOWN_") return {};
   return (ns.empty() || ns == "/" ? std::string("/") : ns + "/") + name;
@@ -48,7 +48,7 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
     TopicKey key{topic.name, topic.type};
     topics_.emplace(std::move(key), std::move(topic));
   }
-  // A bridge's server that shows neither by name nor by id is known by its claim (Claims::serves).
+  // A bridge's server that neither name nor id reveals is known by its claim (Claims::serves).
   for (auto& service : graph.services) {
     std::erase_if(service.servers, [&](const Server& s) { return bridges.own(s); });
     if (service.servers.empty()) continue;
@@ -81,7 +81,7 @@ GraphDifference GraphView::since(const GraphView& before) const {
 
 void GraphView::add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors) {
   for (TopicState& added : publishers) {
-    // Also the id: a peer that offers this publisher to this side makes a circle (is_local).
+    // The id counts, too: a peer that offers this publisher to this side makes a circle (is_local).
     publishers_.insert(added.publishers.front().gid);
     const auto [it, is_new] = topics_.try_emplace({added.name, added.type}, added);
     if (!is_new) it->second.publishers.push_back(std::move(added.publishers.front()));
@@ -89,8 +89,8 @@ void GraphView::add(std::vector<TopicState> publishers, const std::unordered_set
   hide(mirrors);
 }
 
-// Beside what the graph shows: a mirror under a proxy node has another node's name, and with some
-// middlewares an id that does not tell its process.
+// Claims reveal mirrors that the graph does not: a mirror under a proxy node has another node's
+// name, and some middlewares' ids do not identify the process.
 bool GraphView::hide(const std::unordered_set<Gid>& mirrors) {
   const bool any = std::any_of(mirrors.begin(), mirrors.end(),
                                [&](const Gid& gid) { return publishers_.contains(gid); });
@@ -161,8 +161,8 @@ IncompatibleSubscribers incompatible_subscribers(const TopicState& topic, const 
     const std::string policy = incompatible_policy(offered, subscriber.qos);
     if (policy.empty()) continue;
     const std::string name = node_of(subscriber);
-    // A line with both names is worth waiting for: it is written once for each pair, and a second
-    // one with the name would be another line.
+    // A line is logged once for each pair of names, so it waits for both: a second line with a name
+    // would be a different line.
     if (patient && (name.empty() || node.empty())) {
       found.unnamed = true;
       continue;

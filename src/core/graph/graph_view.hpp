@@ -1,4 +1,4 @@
-// The local graph as rules and demand see it: real publishers and subscribers, without any bridge's
+// The local graph as rules and demand see it: real publishers and subscribers, without the bridges'
 // own.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace connect_bridge {
 
-// Every bridge publishes what it mirrors on this hidden topic; a node that does so is a bridge.
+// Every bridge publishes its claims on this hidden topic; a node that publishes there is a bridge.
 inline constexpr char kClaimsTopic[] = "/_connect_bridge/claims";
 inline constexpr char kClaimsType[] = "rcl_interfaces/msg/Log";
 
@@ -22,7 +22,7 @@ using TopicKey = std::pair<std::string, std::string>;  // name, type
 using ServiceKey = std::pair<std::string, std::string>;
 
 std::string node_of(const Server& server);
-std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not known (yet)
+std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not (yet) known
 
 // Where two views differ: for those who would otherwise look at all that peers have told, whenever
 // a node starts.
@@ -37,7 +37,7 @@ struct GraphDifference {
 class GraphView {
  public:
   GraphView() = default;
-  // `mirrors`: as hide() takes them.
+  // `mirrors` has the same meaning as in hide().
   explicit GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors = {});
 
   // What differs from an earlier view, but for publishers that are gone.
@@ -46,28 +46,27 @@ class GraphView {
   // Publishers that were held back (LocalGraph), as topics with one publisher each; `mirrors` as
   // above.
   void add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors);
-  // It is a publisher of this graph, though not shown by topics() yet.
+  // Marks a publisher as local, though topics() does not show it yet.
   void add_local(const Gid& publisher) { publishers_.insert(publisher); }
-  // These publishers are other bridges' (Claims::mirrors): they are no publishers of nodes from now
-  // on, whatever their nodes and ids look like. True if one of them was.
+  // Hides publishers that are other bridges' mirrors (Claims::mirrors). They are no real publishers
+  // from now on, whatever their nodes and ids look like. True if one of them was.
   bool hide(const std::unordered_set<Gid>& mirrors);
-  // These publishers are not in the graph any longer.
+  // Removes publishers that have left the graph.
   void remove(const std::unordered_set<Gid>& publishers);
 
   // Topics with at least one real endpoint.
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }
   [[nodiscard]] const TopicState* find(const TopicKey& key) const;
   [[nodiscard]] bool has_reliable_subscriber(const TopicKey& key) const;
-  // The type of this topic cannot be taken here.
+  // The type of this topic cannot be taken here (TypeLack).
   [[nodiscard]] bool lacks_type_of(const TopicKey& key) const {
     const TopicState* topic = find(key);
     return topic && topic->lack;
   }
-  // Services with at least one real server, without mirrors of bridges as far as the graph shows
-  // them.
+  // Services with at least one real server. Mirrors of other bridges are left out as far as the
+  // graph shows them.
   [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }
-  // Services that somebody here has a client of and that have no server here, as far as the graph
-  // shows them.
+  // Services that have a client here and no server, as far as the graph shows them.
   [[nodiscard]] const std::vector<CalledService>& called() const { return called_; }
   // A real server of this name exists here, whatever its type.
   [[nodiscard]] bool has_server(const std::string& service) const {
@@ -80,7 +79,7 @@ class GraphView {
   [[nodiscard]] const std::unordered_set<Gid>& bridge_publishers() const {
     return bridge_publishers_;
   }
-  // Another bridge publishes this topic: it brings it from another graph.
+  // Another bridge publishes this topic, and so brings it from another graph.
   [[nodiscard]] bool is_brought(const TopicKey& key) const { return brought_.contains(key); }
   // Publishers of the claims topic: the other bridges in this graph.
   [[nodiscard]] const std::unordered_set<Gid>& bridges() const { return bridges_; }
@@ -95,21 +94,21 @@ class GraphView {
   std::unordered_set<Gid> bridges_;
 };
 
-// Whether a publisher with `offered` cannot serve a subscriber with `requested`; names the policy
-// ("reliability", "durability", "deadline", "liveliness"), or empty when they fit (DDS 1.4
+// The policy that keeps a publisher with `offered` from serving a subscriber with `requested`:
+// "reliability", "durability", "deadline" or "liveliness". Empty: they are compatible (DDS 1.4
 // section 2.2.3).
 std::string incompatible_policy(const Qos& offered, const Qos& requested);
 
-// What some subscriber requests that none of these publishers offers; empty: nothing, or there are
-// no publishers.
+// The policy that some subscriber requests and none of these publishers offers. Empty: there is
+// none, or there are no publishers.
 std::string unmet_policy(const TopicState& topic, const std::vector<Qos>& offered);
 
-// The subscribers that can get nothing from a publisher of this QoS at this node.
+// The subscribers that receive nothing from a publisher of this QoS at this node.
 struct IncompatibleSubscribers {
-  std::vector<std::string> lines;  // for people, one for each
-  bool unnamed = false;            // of others the name, or the publisher's, is not known yet
+  std::vector<std::string> lines;  // for people, one for each subscriber
+  bool unnamed = false;            // the name of another one, or the publisher's, is not known yet
 };
-// `patient`: a name that is not known yet is waited for.
+// `patient`: an unknown name is waited for, and its line is left out until then.
 IncompatibleSubscribers incompatible_subscribers(const TopicState& topic, const Qos& offered,
                                                  const std::string& node, bool patient);
 

@@ -11,8 +11,8 @@
 namespace connect_bridge {
 namespace {
 
-// Whether ids begin alike in a process: then a bridge's mirrors are known by that. The nodes and
-// bridges of a graph have several endpoints each, so that it shows.
+// True if endpoints of one process have ids with a common beginning: then ids reveal a bridge's
+// mirrors. Nodes and bridges have several endpoints each, so a snapshot shows this.
 bool ids_show_process(const GraphChanged& graph) {
   std::set<BridgeNodes::Participant> seen;
   const auto is_known = [&](const Endpoint& endpoint) {
@@ -24,7 +24,7 @@ bool ids_show_process(const GraphChanged& graph) {
   });
 }
 
-// For how long it is held.
+// The time for which a new publisher is held back.
 Duration time_of(const Endpoint& publisher) {
   return node_of(publisher).empty() ? kNodeNames : kClaimNames;
 }
@@ -48,7 +48,7 @@ void LocalGraph::hold(GraphChanged& graph, const Now& now) {
   const bool watches = !bridges.empty() && !ids_show_process(graph);
   const auto before = std::exchange(seen_, {});
   auto held_before = std::exchange(held_, {});
-  // When one that does not count yet was seen first.
+  // The time when a publisher that does not count yet was first seen; none: it counts.
   const auto first_seen = [&](const Endpoint& publisher) {
     const auto known = before.find(publisher.gid);
     auto first = watches ? std::optional(now.steady) : std::nullopt;
@@ -59,8 +59,8 @@ void LocalGraph::hold(GraphChanged& graph, const Now& now) {
     if (topic.name == kClaimsTopic) continue;
     std::vector<Endpoint> counting;
     for (Endpoint& publisher : topic.publishers) {
-      // Without a time it counts. One that counted in the last picture goes on to count, also if
-      // the first other bridge has come since: it was here before.
+      // A publisher without a time counts. A publisher of the last snapshot continues to count,
+      // even if the first other bridge has come since: it was here before.
       auto& first = seen_[publisher.gid] = first_seen(publisher);
       const TimePoint until = first ? *first + time_of(publisher) : now.steady;
       if (until > now.steady) {
@@ -79,8 +79,8 @@ void LocalGraph::hold(GraphChanged& graph, const Now& now) {
     }
     topic.publishers = std::move(counting);
   }
-  // `ros2 topic pub --once` may be gone before it counts. What it said is parked, and crosses when
-  // its time has come.
+  // `ros2 topic pub --once` may leave before its publisher counts. The samples are parked, and are
+  // forwarded when the time is over.
   for (Held& held : held_before) {
     if (seen_.contains(held.gid())) continue;
     held.left = true;
@@ -89,8 +89,8 @@ void LocalGraph::hold(GraphChanged& graph, const Now& now) {
 }
 
 bool LocalGraph::release(const Now& now) {
-  // A publisher that was held back and has left meanwhile is in the view once, so that what it has
-  // published can be forwarded, and out of it with the next call.
+  // A publisher that has left while it was held back is in the view once, so that its samples can
+  // be forwarded. The next call removes it.
   if (!left_.empty()) {
     view.remove(left_);
     left_.clear();

@@ -1,4 +1,4 @@
-// The local graph and what other bridges in it claim, kept in step with each other.
+// The local graph and the claims of other bridges in it, kept in step with each other.
 #pragma once
 
 #include <optional>
@@ -12,15 +12,15 @@
 namespace connect_bridge {
 
 // A publisher may be another bridge's mirror under another node's name, and the graph may show it
-// before its bridge's claim names it. If it were exported until then, what it publishes would come
-// back to where it was published. So beside another bridge a publisher counts only a moment after
-// it was seen first; what it publishes meanwhile is parked (core/topics/local_topic.hpp). Where
-// ids show which process an endpoint belongs to, nothing waits.
+// before that bridge's claim names it. Samples of that mirror would then return to their own graph.
+// So beside another bridge, a publisher counts only a moment after it was first seen; its samples
+// are parked meanwhile (core/topics/local_topic.hpp). Nothing waits if ids reveal the process of an
+// endpoint.
 //
 // Single-threaded; owned by the side.
 class LocalGraph {
  public:
-  // `own` is our side's id.
+  // `own` is the id of our side.
   explicit LocalGraph(Token128 own) : claims(own) {}
 
   GraphDifference update(GraphChanged picture, const Now& now);
@@ -36,21 +36,22 @@ class LocalGraph {
   Claims claims;
 
  private:
-  // One that leaves meanwhile is held all the same: what it has published is still to cross.
+  // A publisher that is held back. One that leaves meanwhile stays in the list: its samples are
+  // still to be forwarded.
   struct Held {
     TimePoint until;
-    TopicState topic;  // with this publisher alone
+    TopicState topic;  // with this publisher only
     bool left = false;
     [[nodiscard]] const Gid& gid() const { return topic.publishers.front().gid; }
   };
 
-  // Takes those that are too new out of the picture.
+  // Takes publishers that are too new out of the snapshot.
   void hold(GraphChanged& graph, const Now& now);
 
-  // The publishers of the last picture, and when one that does not count yet was seen first.
+  // Publishers of the last snapshot, with the time when one that does not count yet was first seen.
   std::unordered_map<Gid, std::optional<TimePoint>> seen_;
   std::vector<Held> held_;
-  std::unordered_set<Gid> left_;  // in the view, though they are not in the graph
+  std::unordered_set<Gid> left_;  // in the view, but no longer in the graph
 };
 
 }  // namespace connect_bridge

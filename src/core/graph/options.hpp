@@ -1,4 +1,4 @@
-// How this side appears in its graph.
+// Options for the appearance of a side in its graph.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace connect_bridge {
 
-// How what is imported appears in the local graph.
+// Options for the appearance of imported topics and services in the local graph.
 struct GraphOptions {
-  bool proxy_nodes = false;  // mirrors belong to a node named as their origin's, not to our own
-  bool qos_must_fit = true;  // else a subscriber gets messages whatever QoS it requests
+  bool proxy_nodes = false;  // mirrors belong to a node with their origin's name, not to our own
+  bool qos_must_fit = true;  // false: a subscriber receives messages whatever QoS it requests
 
-  // The local node that is to own the mirror of an endpoint of the peer's `node` (a name on the
-  // wire). Empty: our own node.
+  // The local node that owns the mirror of an endpoint of the peer's `node` (a name on the wire).
+  // Empty: our own node.
   [[nodiscard]] std::string owner_of(const std::string& node, const NameMap& names) const {
     return proxy_nodes && is_canonical_name(node) ? names.to_local(node) : std::string();
   }

@@ -22,7 +22,7 @@ struct SideView {
   Jobs& jobs;
   Outputs& outputs;
 
-  // Whether another bridge is known to be in this graph.
+  // Another bridge is known to be in this graph.
   [[nodiscard]] bool beside_bridges() const { return claims.any() || !graph.bridges().empty(); }
 };
 

@@ -11,8 +11,8 @@ Answer answer_of(bool accepted) {
   return accepted ? Answer::kYes : Answer::kNotAccepted;  // mutant: accepted
 }
 
-// The topic is one channel for all nodes, and is offered to whoever takes the parameters of some;
-// each origin is judged by its node (docs/protocol.md section 9.12, rule 2).
+// /parameter_events is one channel for all nodes. A peer that takes the parameters of any node gets
+// the offer; each origin is then judged by its node (docs/protocol.md section 9.12, rule 2).
 ExportRight right_to_events(const SideView& side, const Link& link, const std::string& type) {
   auto decision =
       side.policy.decide_parameter_events(Direction::kExport, type, link.login.identity());
@@ -31,7 +31,7 @@ ExportRight export_right(const SideView& side, const Link& link, const Interface
   return {answer_of(link.accepts->takes(what)), *std::move(decision)};
 }
 
-// Rules speak of names as the wire has them, so that one rule serves robots under any prefix.
+// Rules use the names of the wire, so that one rule serves robots under any prefix.
 ExportRight export_right(const SideView& side, const Link& link, const LocalInterface& what) {
   const auto& [name, type] = what.key;
   const auto wire_name = link.names.to_wire(name);

@@ -40,21 +40,21 @@ std::optional<Import> judge(const SideView& side, Link& link, const ChannelOffer
     decline(side, link, offer, code, reason);
     return std::nullopt;
   };
-  // Nothing else may be read of a kind that is not known: it may be one of a later version
-  // (docs/protocol.md section 15).
+  // Offers of an unknown kind are declined before any other field is read: a later version may have
+  // defined it (docs/protocol.md section 15).
   const bool is_topic = offer.kind == InterfaceKind::kTopic;
   if (!is_topic && offer.kind != InterfaceKind::kService)
     return no("unsupported", "such channels are not forwarded");
-  // Names and types go into rules, logs and the local graph, so they are checked before anything
-  // else looks at them.
+  // Names and types reach rules, logs and the local graph, so they are checked before any other
+  // use.
   if (!is_canonical_name(offer.name) ||
       !(is_topic ? is_topic_type(offer.type) : is_service_type(offer.type)))
     return no("not_permitted", "the name or type is not canonical");
   const Interface what{offer.kind, offer.name, offer.type, offer.action_type};
   auto decision = right_by_name(side, link, what);  // mutant: import_right
   if (!decision) return no("not_permitted", "no rule allows importing " + offer.name);
-  // Through `remap` two names on the wire may come to one name here: they would share a mirror,
-  // though the rules judge each by its own name.
+  // `remap` may give two names of the wire the same name here. They would share a mirror, though
+  // the rules judge each by its own name.
   Key key{link.names.to_local(offer.name), offer.type};
   if (link.names.to_wire(key.first) != offer.name)
     return no("not_permitted", "another name is mapped to its name here");

@@ -1,4 +1,4 @@
-// Whether what a peer offers may exist here, for topics and services alike.
+// Whether an offer of a peer may exist here, for topics and services alike.
 #pragma once
 
 #include <optional>
@@ -12,12 +12,12 @@
 
 namespace connect_bridge {
 
-// The decision of the rules here; nullopt: none allows it. The rights of imports are decided here;
-// the search for why a name is missing (MissingNames) asks the rules itself.
+// The decision of the rules here; nullopt: no rule allows it. All rights of imports are decided
+// here; only the search for the cause of a missing name (MissingNames) asks the rules itself.
 [[nodiscard]] std::optional<Decision> import_right(const SideView& side, const Link& link,
                                                    const Interface& what);
-// As above, by the local name. For /parameter_events: whether the events of any node are allowed
-// (withholds_events() says which).
+// The same by the local name. For /parameter_events: whether the events of any node are allowed;
+// withholds_events() judges each node.
 [[nodiscard]] std::optional<Decision> import_right(const SideView& side, const Link& link,
                                                    InterfaceKind kind,
                                                    const std::pair<std::string, std::string>& key,
@@ -26,25 +26,26 @@ namespace connect_bridge {
 [[nodiscard]] bool withholds_events(const SideView& side, const Link& link,
                                     const std::string& node);
 
-// What a peer offers and may have here.
+// An offer of a peer that may exist here.
 struct Import {
   std::pair<std::string, std::string> key;  // local name, type
   Decision decision;
 };
-// nullopt: it may not, and is declined.
+// Judges an offer. nullopt: it is not permitted, and was declined.
 [[nodiscard]] std::optional<Import> judge(const SideView& side, Link& link,
                                           const ChannelOffer& offer);
-// What comes on a declined channel is dropped: it stays without an owner until it is withdrawn.
+// Declines an offer. Messages on its channel are dropped: the channel has no owner until it is
+// withdrawn.
 void decline(const SideView& side, Link& link, const ChannelOffer& offer, const std::string& code,
              const std::string& reason);
 
-// Lines of the audit log: the channel is imported, by this rule; and its end.
+// Writes lines of the audit log: the channel is imported by this rule, or its import ends.
 void note_import(const SideView& side, const Link& link, const ChannelOffer& offer,
                  const std::string& rule);
 void note_import_end(const SideView& side, const Link& link, InterfaceKind kind,
                      const std::pair<std::string, std::string>& key, const std::string& rule,
                      const Ending& why);
-// Why it ends when rules have changed.
+// The reason for an import that ends because rules have changed.
 inline Ending no_longer_permitted() {
   return {"no rule allows importing it any longer", "not_permitted"};
 }

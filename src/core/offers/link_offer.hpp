@@ -13,18 +13,18 @@
 
 namespace connect_bridge {
 
-// Knows whether the peer may have the interface and takes it, its channel, what the peer has
-// declined, and what the audit log says about that; for topics and services alike. It decides, and
-// its owner obeys. Single-threaded.
+// Knows the peer's right to the interface, its channel, and the peer's decline; writes the lines of
+// the audit log. Topics and services use it alike. This class decides, and its owner acts.
+// Single-threaded.
 class LinkOffer {
  public:
-  // What other terms of the rules mean.
+  // The effect of a review that brings other terms of the rules.
   enum class Terms : std::uint8_t {
-    kFixed,    // it is offered again under them
-    kFollowed  // they hold from the review on
+    kFixed,    // the interface is offered again under the new terms
+    kFollowed  // the new terms apply from the review on
   };
 
-  // `side` and `link` outlive it.
+  // `side` and `link` must outlive this object.
   LinkOffer(const SideView& side, Link& link, std::shared_ptr<const LocalInterface> what,
             Terms terms)
       : side_(side), link_(link), what_(std::move(what)), terms_(terms) {}
@@ -32,40 +32,40 @@ class LinkOffer {
   LinkOffer& operator=(const LinkOffer&) = delete;
   ~LinkOffer();
 
-  // Neither open nor refused since the last review: open() is to be called.
+  // Neither open nor refused since the last review: the owner calls open().
   [[nodiscard]] bool is_due() const { return !number_ && !asked_; }
-  // Opens a channel and returns what every offer says of it; nullopt: the peer may not have it now.
-  // Only if it is due.
+  // Opens a channel and returns the offer's common fields; nullopt: the peer may not have it now.
+  // Call it only if is_due().
   [[nodiscard]] std::optional<ChannelOffer> open(OutgoingChannel& channel);
 
-  // What follows from changed rules, `accepts` or actions: why it ends, or is offered again under a
-  // new channel; nullopt: it stays, and what is not open is due. `used`: it is demanded, or the
-  // peer is attached. Then it has not been forgotten.
+  // Applies changed rules, `accepts` or actions. Returns the reason why the offer ends, or is made
+  // again on a new channel; nullopt: it stays, and is due if it is not open. `used`: the peer
+  // demands it or is attached, so it has not forgotten it.
   [[nodiscard]] std::optional<Ending> review(bool used);
-  // Why what the peer may still have ends.
+  // The reason for the end of an offer that is made again.
   [[nodiscard]] static Ending offered_again() { return {"it is to be offered again"}; }
 
   // Ends the channel and sends `withdraw`. The offer is not due again before a review.
   void close(const Ending& why);
-  // The connection is gone, and the channel with it.
+  // The connection is lost, and the channel with it.
   void lose();
 
   void on_decline(const Decline& decline, const Now& now);
-  // The peer demands it, or attaches.
+  // The peer demands the topic, or attaches to the service.
   void on_taken() { declined_under_.reset(); }
   [[nodiscard]] bool is_declined() const { return declined_under_.has_value(); }
-  // The reason that the peer gave last; empty: none, it has not declined.
+  // The peer's last reason for a decline; empty: it has not declined.
   [[nodiscard]] const std::string& declined() const { return declined_; }
 
-  // A line of the audit log.
+  // Writes a line of the audit log.
   void note(AuditEvent event, const Ending& why = {}) const;
 
   [[nodiscard]] ChannelId number() const { return number_; }
   [[nodiscard]] bool is_open() const { return bool(number_); }
   [[nodiscard]] Link& link() const { return link_; }
-  // Its name at the peer; if the peer does not see it, its name here.
+  // The name at the peer; the local name if the peer does not see it.
   [[nodiscard]] std::string wire_name() const { return link_.names.wire_name(what_->key.first); }
-  // The terms under which it was opened, or which a review has brought since.
+  // The terms under which it was opened, or which a later review brought.
   [[nodiscard]] const Decision& decision() const { return decision_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
 
@@ -74,11 +74,11 @@ class LinkOffer {
   Link& link_;
   std::shared_ptr<const LocalInterface> what_;
   Terms terms_;
-  ChannelId number_;  // none: the peer does not have it
+  ChannelId number_;  // none: not open on this link
   bool asked_ = false;
   Decision decision_;
-  // A peer may forget what it declined under a list that it has replaced, so it is offered that
-  // again (docs/protocol.md, "decline").
+  // The peer's list of `accepts` under which it declined. A peer may forget declines when it
+  // replaces that list, so it then receives the offer again (docs/protocol.md, "decline").
   std::optional<std::uint64_t> declined_under_;
   std::string declined_;
 };

@@ -8,9 +8,8 @@
 namespace connect_bridge {
 namespace {
 
-// How long a server may give no answer before it is presumed to have taken the requests that it was
-// given: for services, and for actions' results, whose requests are taken at once and answered when
-// the goal ends.
+// The longest silence of a server before its requests are presumed taken. The second limit is for
+// results of actions, whose requests are taken at once and answered when the goal ends.
 constexpr Duration kSilenceMax = std::chrono::seconds(5);
 constexpr Duration kResultSilenceMax = std::chrono::seconds(1);
 
@@ -56,8 +55,8 @@ void CallGate::preparing(LinkId caller, CallId call) {
   ++preparing_;
 }
 
-// The room that was reserved for a prepared call is taken by its request from now on. The next call
-// of the caller may begin only now: a worker may be slow, and calls are handed over in their order.
+// Room that was reserved for a prepared call now belongs to its request. The caller's next call
+// begins only now: a worker may be slow, and calls are handed over in their order.
 void CallGate::handed_over(LinkId caller, CallId call, InvocationId request, TimePoint now) {
   Caller* const state = find(caller);
   if (!state) return;
@@ -67,7 +66,7 @@ void CallGate::handed_over(LinkId caller, CallId call, InvocationId request, Tim
   line_up(caller, *state);
 }
 
-// What was handed over stays in the server's queue: nobody can take it out again.
+// Requests that were handed over stay in the server's queue: nobody can take them out again.
 void CallGate::leave(LinkId caller, CallId call) {
   Caller* const state = find(caller);
   if (!state || state->waiting.erase(call) > 0) return;
@@ -90,8 +89,8 @@ void CallGate::line_up(LinkId id, Caller& caller) {
   turns_.push_back(id);
 }
 
-// Without room it is looked at again when the server answers, or when it has been silent for so
-// long that its requests count as taken (deadline).
+// Turns without room wait until the server answers, or until it was silent for so long that its
+// requests count as taken (deadline).
 std::optional<CallGate::Next> CallGate::next(TimePoint now) {
   if (gone_) return std::nullopt;
   for (auto turn = turns_.begin(); turn != turns_.end();) {
@@ -126,8 +125,8 @@ bool CallGate::has_place(const Caller& caller) const {
   return !caller.preparing && caller.taken < (results_ ? kResultCallsMax : caller.terms.places);
 }
 
-// For the limit of calls that wait: one that has a place is not refused because of the many of its
-// link that have none.
+// The limit of waiting calls uses this answer: a call with a place is not refused because its link
+// has many calls without one.
 bool CallGate::would_wait(LinkId caller) const {
   const auto at = callers_.find(caller);
   return at == callers_.end() || !at->second.waiting.empty() || !has_place(at->second);

@@ -1,4 +1,4 @@
-// Decides which call a real server gets next.
+// Chooses the call that a real server gets next.
 #pragma once
 
 #include <cstdint>
@@ -13,92 +13,90 @@
 
 namespace connect_bridge {
 
-// The scheduler of the calls that peers make at one service. It knows calls by their ids only; a
-// call waits until next() gives it out to be handed over to the server, and takes one of its
-// caller's places until it leaves. A caller is a link.
+// The scheduler of the calls that peers make at one service. Calls are known only by their ids. A
+// call waits until next() returns it for the hand-over to the server, and takes one of its caller's
+// places until it leaves. A caller is a link.
 //
 // Callers with a call that may begin take turns, one call each time, so that a link with a thousand
-// calls holds up no other. The server's queue is short and shared by them: none begins without room
-// in it. The calls of one caller begin in the order of their numbers; while one of them is prepared
-// (decompressed by a worker), those behind it wait. A call for the result of an action lasts as
-// long as its goal does, so such callers have more places.
+// calls delays no other. They share the server's short queue: a call begins only if the queue has
+// room. The calls of one caller begin in the order of their numbers; while a worker prepares
+// (decompresses) one, the later ones wait. A call for the result of an action lasts as long as its
+// goal, so its callers have more places.
 //
-// After every change that may let a call begin, and at the deadline, call next() until it returns
-// nothing. Pure: no outputs, no links. Single-threaded.
+// Call next() until it returns nothing, after every change that may let a call begin and at the
+// deadline. Pure: no outputs, no links. Single-threaded.
 class CallGate {
  public:
   struct Next {
     LinkId caller;
     CallId call;
   };
-  // What a rule grants a caller.
+  // The terms that a rule grants a caller.
   struct Terms {
     std::uint32_t places = 1;
-    std::uint32_t queue_depth = 10;  // of the server's queue; 0: no limit
+    std::uint32_t queue_depth = 10;  // depth of the server's queue; 0: no limit
   };
 
   // `results`: calls for results of actions.
   explicit CallGate(bool results);
 
   // ---- the server and callers
-  // The server is gone: what was in its queue is lost, and no call begins any more.
+  // The server is gone: requests in its queue are lost, and no call begins any more.
   void server_gone();
-  // A new caller, or other terms for one that is known.
+  // Adds a caller, or changes the terms of a known one.
   void admit(LinkId caller, const Terms& terms);
   // All calls of the caller leave.
   void dismiss(LinkId caller);
 
   // ---- calls
-  // A new call, which waits. Numbers rise per caller.
+  // Adds a new call, which waits. Numbers rise per caller.
   void add(LinkId caller, CallId call);
-  // The call that next() returned is prepared by a worker; room in the server's queue is reserved
-  // for it.
+  // A worker prepares the call that next() returned. Room in the server's queue is reserved for it.
   void preparing(LinkId caller, CallId call);
-  // The call that next() returned was handed over to the server.
+  // The server has received the call that next() returned.
   void handed_over(LinkId caller, CallId call, InvocationId request, TimePoint now);
-  // The server has answered, whether anybody still waits for the answer or not. leave() is called
-  // separately.
+  // The server has answered, whether anybody still waits or not. leave() is a separate call.
   void answered(InvocationId request, TimePoint now) { queue_.answered(request, now); }
-  // The server never got the request, or its answer cannot be used.
+  // The server never received the request, or its answer cannot be used.
   void failed(InvocationId request) { queue_.failed(request); }
-  // The call was answered or given up, in whatever state: its place becomes free.
+  // The call was answered or given up, in any state: its place becomes free.
   void leave(LinkId caller, CallId call);
 
   // ---- what is next
   [[nodiscard]] std::optional<Next> next(TimePoint now);
-  // After next() has returned nothing: when a server that has not answered for long is presumed to
-  // have room again for those that wait.
+  // The time when a silent server is presumed to have room again for waiting calls. Valid after
+  // next() has returned nothing.
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     return turns_.empty() ? std::nullopt : queue_.deadline();
   }
 
   // ---- what there is
-  // Whether a further call would have to wait for a place.
+  // A further call would have to wait for a place.
   [[nodiscard]] bool would_wait(LinkId caller) const;
-  // Calls that have not begun.
+  // Number of calls that have not begun.
   [[nodiscard]] std::size_t waiting(LinkId caller) const;
 
  private:
   struct Caller {
     Terms terms;
     std::set<CallId> waiting;
-    CallId preparing;         // one at most, so that order is kept
-    std::uint32_t taken = 0;  // places
+    CallId preparing;         // at most one, so that the order is kept
+    std::uint32_t taken = 0;  // places in use
     bool in_turns = false;
   };
 
   [[nodiscard]] Caller* find(LinkId caller);
   [[nodiscard]] bool has_place(const Caller& caller) const;
-  // It may have a call that may begin now: it has its turn behind those that had one before.
+  // Gives a caller whose next call may begin a turn, behind the turns that exist.
   void line_up(LinkId id, Caller& caller);
   void end_preparing(Caller& caller);
 
   bool results_;
   bool gone_ = false;
   ServerQueue queue_;
-  std::uint32_t preparing_ = 0;  // of all callers: they have room in the queue
+  std::uint32_t preparing_ = 0;  // calls of all callers with reserved room in the queue
   std::map<LinkId, Caller> callers_;
-  std::deque<LinkId> turns_;  // of callers whose next call may begin when there is room
+  std::deque<LinkId> turns_;  // callers whose next call may begin when there is room
 };
 
 }  // namespace connect_bridge

@@ -1,4 +1,4 @@
-// What calls have in common, whether they are served here or made here.
+// Limits and budgets of calls, for served calls and made calls alike.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@
 
 namespace connect_bridge {
 
-// Calls of all services that one peer may have without an answer, whatever the rules say.
+// Unanswered calls of all services that one peer may have, whatever the rules grant.
 inline constexpr std::uint32_t kPeerCallsMax = 8192;
-// Such calls at one service that gives the results of actions.
+// Unanswered calls of one peer at one service that returns results of actions.
 inline constexpr std::uint32_t kResultCallsMax = 1000;
-// Call numbers end here; an exporter begins a new epoch long before.
+// The upper limit of call numbers; an exporter begins a new epoch long before.
 inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
 
 // Bytes of requests and answers together that may wait in a link's outbox, including those of calls
@@ -34,9 +34,9 @@ struct CallLoad {
   explicit CallLoad(Budget& memory) : request_bytes(&memory), answer_bytes(&memory) {}
 
   Budget calls;
-  Budget waiting;        // served here: calls that wait for their turn
-  Budget request_bytes;  // that wait for their turn; made here: not known to have arrived
-  Budget answer_bytes;   // not known to have arrived; made here: a worker decompresses them
+  Budget waiting;        // served calls that wait for their turn
+  Budget request_bytes;  // served: requests that wait; made: requests not known to have arrived
+  Budget answer_bytes;   // served: answers not known to have arrived; made: in decompression
 };
 using CallLoads = std::map<LinkId, CallLoad>;
 
@@ -47,12 +47,12 @@ using CallLoads = std::map<LinkId, CallLoad>;
   return bytes;
 }
 
-// Whether a service returns an action's results: such calls last as long as the goal does.
+// True for a service that returns an action's results: such calls last as long as the goal.
 [[nodiscard]] inline bool is_result_service(const std::string& name) {
   return name.ends_with("/_action/get_result");
 }
 
-// Queue options for requests and answers: none of them may be dropped.
+// Queue options for requests and answers: none may be dropped.
 [[nodiscard]] inline QueueOptions queue_of_calls(const Decision& decision) {
   QueueOptions queue;
   queue.priority = decision.treatment.priority.value_or(Priority::kHigh);

@@ -18,8 +18,8 @@ LocalService::LocalService(ServiceKey key, LocalServices& exports)
 // ---- the graph
 
 void LocalService::update_servers(const ServiceState& state, const Now& now) {
-  // Ids that come first may belong to servers that have been here all the time, as the graph has
-  // them only while there is a client. Whoever appears later cannot have got what was sent before
+  // The first ids may belong to servers that were here all the time, since the graph has ids only
+  // while there is a client. A server that appears later cannot have received earlier requests
   // (end_lost).
   std::map<Gid, TimePoint> servers;
   const auto first_seen = servers_.empty() ? TimePoint::min() : now.steady;
@@ -41,17 +41,17 @@ void LocalService::update_servers(const ServiceState& state, const Now& now) {
   // A server that replaces the old one does not know the calls that were made.
   const bool replaced = !servers.empty() && !servers_.empty() &&
                         std::none_of(servers_.begin(), servers_.end(), stays);
-  // The graph has the servers' ids for some services only, and only while there is a client.
+  // The graph has ids of servers only for some services, and only while there is a client.
   if (servers.empty() || servers == servers_) return;
   if (std::exchange(failed_, false)) forget_ended();
   servers_ = std::move(servers);
   if (!replaced) return end_lost(now);  // mutant: server_replaced
   end(now);
-  exports_.outputs.follow_up(FollowUp::kOffers);  // as a new channel
+  exports_.outputs.follow_up(FollowUp::kOffers);  // offered on a new channel
 }
 
 void LocalService::end(const Now& now) {
-  // First: while the attachments end one by one no call of another one may begin.
+  // The gate comes first: no call may begin while the service offers end one by one.
   gate_.server_gone();
   for (auto& [id, service_offer] : service_offers_)
     service_offer.end({"it has no server any longer"}, now);
@@ -59,7 +59,7 @@ void LocalService::end(const Now& now) {
   release_client();
 }
 
-// The service is offered again to those whose attachment was ended.
+// Links whose service offer has ended receive the offer again.
 void LocalService::forget_ended() {
   const auto ended = std::erase_if(service_offers_, [](const auto& entry) {
     return !entry.second.is_offered() && entry.second.is_idle();
@@ -68,8 +68,8 @@ void LocalService::forget_ended() {
 }
 
 void LocalService::end_lost(const Now& now) {
-  // Each call goes to all servers that are there. So what was handed over since the oldest of those
-  // that are left appeared may still be answered, and only what is older is lost.
+  // Each call goes to all servers that exist at that time. Requests since the appearance of the
+  // oldest remaining server may still be answered; only older ones are lost.
   TimePoint since = TimePoint::max();
   for (const auto& [gid, seen] : servers_) since = std::min(since, seen);
   for (auto& [link, service_offer] : service_offers_) service_offer.end_lost(since, now);
@@ -91,7 +91,7 @@ std::optional<ChannelOffer> LocalService::offer(Link& link, const Now& now) {
 void LocalService::review(Link& link, const Now& now) {
   const auto it = service_offers_.find(link.id);
   if (it == service_offers_.end()) return;
-  // What is to be offered again is collected afterwards by whoever asks for the review.
+  // The caller of the review collects new offers afterwards.
   if (const auto why = it->second.review()) remove(it, *why, now);
 }
 
@@ -114,8 +114,8 @@ void LocalService::remove(ServiceOffers::iterator service_offer, const Ending& w
   release_client();
 }
 
-// The new attachment draws another epoch, so numbers of the old one mean nothing any more. Others
-// keep theirs: a peer that uses up its numbers ends no calls but its own.
+// The new service offer draws another epoch, so old numbers mean nothing any more. Other links keep
+// theirs: a peer that uses up its numbers ends only its own calls.
 void LocalService::renew(LinkId link, const Now& now) {
   on_link_dead(link, now);
   exports_.outputs.follow_up(FollowUp::kOffers);
@@ -126,8 +126,7 @@ void LocalService::renew(LinkId link, const Now& now) {
 void LocalService::use_client() {
   if (client_) return;
   failed_ = false;
-  // While there was no client the graph had no ids: the known ones may belong to servers that are
-  // gone.
+  // Without a client the graph had no ids: the known ones may belong to servers that are gone.
   servers_.clear();
   if (const auto it = exports_.graph.services().find(key()); it != exports_.graph.services().end())
     for (const auto& server : it->second.servers)
@@ -151,8 +150,8 @@ void LocalService::release_client() {
   note_action_use(false);
 }
 
-// A peer that is attached to the goals can send one at any time: feedback and status stay
-// subscribed as long as that (LocalTopics::hold_action).
+// A peer that is attached to the goals can send one at any time. Feedback and status stay
+// subscribed that long (LocalTopics::hold_action).
 void LocalService::note_action_use(bool on) {
   const auto part = part_of_action(InterfaceKind::kService, key().first, key().second);
   if (!part || part->part != ActionPart::kSendGoal) return;
@@ -162,9 +161,9 @@ void LocalService::note_action_use(bool on) {
 
 void LocalService::on(const ServiceReady& ready, const Now& now) {
   if (ready_ == ready.ready) return;
-  // The middleware cannot reach the server, though the graph may still show it. Nobody answers the
-  // calls under way. Who attaches to the new offer waits until it can be called (docs/protocol.md,
-  // 9.2).
+  // The middleware cannot reach the server, though the graph may still show it. Calls under way get
+  // no answer. A peer that attaches to the new offer waits until the service can be called
+  // (docs/protocol.md section 9.2).
   if (!ready.ready) {
     end(now);
     exports_.outputs.follow_up(FollowUp::kOffers);
@@ -173,13 +172,13 @@ void LocalService::on(const ServiceReady& ready, const Now& now) {
   ready_ = true;
   type_hash_ = ready.type_hash;
   for (auto& [id, service_offer] : service_offers_) service_offer.on_ready(now);
-  forget_ended();  // of a client that could not be made
+  forget_ended();  // service offers of a client that could not be made
 }
 
 void LocalService::on(const ServiceClientFailed& failed, const Now& now) {
-  // The attachments end but stay. So the links that had them are not offered the service at once
-  // and again without end, but when its servers change, or a client can be made after all
-  // (forget_ended).
+  // The service offers end but stay in the table, so that links do not receive the offer again at
+  // once, over and over. They receive it when servers change, or when a client can be made after
+  // all (forget_ended).
   exports_.by_client.erase(client_);
   const std::string what = shown(InterfaceKind::kService, key().first, key().second);
   exports_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
@@ -215,7 +214,7 @@ ServedCall* LocalService::take_invocation(InvocationId invocation) {
 }
 
 void LocalService::on(ResponseTaken& response, const Now& now) {
-  // Also if nobody waits for it any longer: it shows that the server takes its requests.
+  // An answer counts even if nobody waits for it: it shows that the server takes its requests.
   gate_.answered(response.invocation, now.steady);
   if (ServedCall* call = take_invocation(response.invocation))
     call->on_response(std::move(response.payload), now);
@@ -223,7 +222,7 @@ void LocalService::on(ResponseTaken& response, const Now& now) {
 }
 
 void LocalService::on(const InvocationFailed& failed, const Now& now) {
-  // Also if nobody waits for it any longer: the server's queue has room again.
+  // A failure counts even if nobody waits: the server's queue has room again.
   gate_.failed(failed.invocation);
   if (ServedCall* call = take_invocation(failed.invocation))
     call->attachment().on_failed(*call, failed.reason, now);
@@ -232,12 +231,10 @@ void LocalService::on(const InvocationFailed& failed, const Now& now) {
 
 void LocalService::begin_calls(const Now& now) {
   if (exports_.held) return;
-  // One at a time: to begin a call may end it, and so may free places or end others that would have
-  // been next.
+  // One call at a time: a call that begins may end, and so may free places or end the next calls.
   while (const auto next = gate_.next(now.steady))
     service_offers_.at(next->caller).begin(next->call, now);
-  // An answer that makes the deadline later leaves the timer as it is; it then fires once without
-  // effect.
+  // A later deadline leaves the timer as it is; the timer then fires once without effect.
   const auto deadline = gate_.deadline();
   if (deadline && (!room_ || room_.at() <= now.steady))
     room_ = exports_.timers.set(*deadline, {this});

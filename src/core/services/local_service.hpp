@@ -13,9 +13,9 @@
 
 namespace connect_bridge {
 
-// Owns what is known of its servers from the graph, the one client that calls them, and the
-// attachments of the links it is offered to. There is a client while some link is attached. When
-// the server goes or is replaced, all calls end: a new server does not know them.
+// Owns the knowledge about its servers from the graph, the one client that calls them, and one
+// service offer for each link. The client exists while some link is attached. All calls end when
+// the server goes or is replaced: a new server does not know them.
 class LocalService {
  public:
   LocalService(ServiceKey key, LocalServices& exports);
@@ -24,14 +24,14 @@ class LocalService {
 
   // ---- the graph
   void update_servers(const ServiceState& state, const Now& now);
-  // All attachments end, and the client.
+  // Ends all service offers and the client.
   void end(const Now& now);
 
   // ---- links
-  // The offer for the link, if it is to be offered and is not yet. What cannot be called is not.
+  // Returns the offer for the link, if it is due. A service that cannot be called is not offered.
   [[nodiscard]] std::optional<ChannelOffer> offer(Link& link, const Now& now);
-  // Rules, `accepts` or actions have changed: ends what the link may not have any longer, and
-  // applies the new rules to the rest.
+  // Applies changed rules, `accepts` or actions: ends an offer that the link may not have any
+  // longer, or applies the new rules to it.
   void review(Link& link, const Now& now);
   void on_link_lost(LinkId link);
   void on_link_dead(LinkId link, const Now& now);
@@ -41,25 +41,25 @@ class LocalService {
   void on(ResponseTaken& response, const Now& now);
   void on(const InvocationFailed& failed, const Now& now);
   void on(const ServiceClientFailed& failed, const Now& now);
-  // Begins the calls whose turn it is. To be called after everything that may free a place.
+  // Begins the calls whose turn it is. Call it after everything that may free a place.
   void begin_calls(const Now& now);
 
-  // ---- for its attachments and their calls
+  // ---- for its service offers and their calls
   void use_client();
-  // Destroys the client, unless another attachment holds it.
+  // Destroys the client, unless another service offer holds it.
   void release_client();
-  // Ends and destroys the attachment of this link; the service is offered to it again.
+  // Ends and destroys the service offer of this link; the link receives a new offer.
   void renew(LinkId link, const Now& now);
-  // Gives the request to the server.
+  // Hands the request over to the server.
   InvocationId invoke(ServedCall& call, Payload request, const Now& now);
-  // The answer is not wanted any more, if one can still come.
+  // Drops the answer, if one can still come.
   void drop(InvocationId invocation);
 
   [[nodiscard]] const ServiceKey& key() const { return what_->key; }
   [[nodiscard]] const std::shared_ptr<const LocalInterface>& what() const { return what_; }
   [[nodiscard]] const std::string& node() const { return node_; }
-  // Whether it returns results of goals: answers come when a goal has ended, so there is no timeout
-  // and a separate limit.
+  // True for a service that returns results of goals. Answers come when a goal has ended, so there
+  // is no timeout, and a separate limit.
   [[nodiscard]] bool gives_results() const { return gives_results_; }
   [[nodiscard]] ServiceClientId client() const { return client_; }
   [[nodiscard]] CallGate& gate() { return gate_; }
@@ -72,7 +72,7 @@ class LocalService {
   using ServiceOffers = std::map<LinkId, ServiceOffer>;
 
   [[nodiscard]] bool lacks_type() const;
-  // It ends, and the client if no other one holds it.
+  // Ends the service offer, and the client if no other offer holds it.
   void remove(ServiceOffers::iterator service_offer, const Ending& why, const Now& now);
   void forget_ended();
   void end_lost(const Now& now);
@@ -83,12 +83,12 @@ class LocalService {
   std::shared_ptr<const LocalInterface> what_;
   bool gives_results_;
   std::string node_;
-  std::map<Gid, TimePoint> servers_;  // and since when each is known
+  std::map<Gid, TimePoint> servers_;  // ids, with the time since when each is known
   bool warned_several_ = false;
   ServiceClientId client_;  // none: no link is attached
   bool ready_ = false;
-  // The client could not be made. It is tried again when servers change, or for a link that
-  // attaches later.
+  // The client could not be made. The next try follows when servers change, or when a link
+  // attaches.
   bool failed_ = false;
   std::string type_hash_;
   CallGate gate_;

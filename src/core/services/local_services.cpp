@@ -5,8 +5,7 @@ namespace connect_bridge {
 void LocalServices::on_graph(const Now& now) {
   const auto& all = graph.services();
   const auto is_real = [&](const ServiceKey& key) {
-    // A service that another bridge mirrors has its server elsewhere, whatever the name of its
-    // node.
+    // A service that another bridge mirrors has its server elsewhere, whatever its node's name.
     return all.contains(key) && !claims.serves(service_gid(key.first));
   };
   for (auto it = services_.begin(); it != services_.end();) {

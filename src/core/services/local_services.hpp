@@ -17,16 +17,15 @@
 
 namespace connect_bridge {
 
-// Peers can send goals to this action from now on, or can no longer.
+// A change of use: peers can send goals to this action from now on, or no longer.
 struct ActionUse {
   std::string action;  // local name
   bool on = false;
 };
 
-// A service is exported while it has a real server. Finds or creates the object that an input
-// concerns; the handling is in these types (LocalService, ServiceOffer, ServedCall), which also use
-// what they share of it. Links dispatch what arrives on channels. Single-threaded; owned by the
-// side.
+// A service is exported while it has a real server. This table finds or creates the object that an
+// input concerns; LocalService, ServiceOffer and ServedCall handle it, and share its members. Links
+// dispatch messages of channels. Single-threaded; owned by the side.
 class LocalServices final : public SideView {
  public:
   LocalServices(const SideView& side, const ServiceOptions& of_services, Random& random_numbers)
@@ -34,16 +33,16 @@ class LocalServices final : public SideView {
   LocalServices(const LocalServices&) = delete;
   LocalServices& operator=(const LocalServices&) = delete;
 
-  // Servers, or what other bridges claim, have changed.
+  // Servers, or the claims of other bridges, have changed.
   void on_graph(const Now& now);
-  // Withdraws what the link may not have any longer, and applies the present rules to the rest.
-  // Between hold() and go_on() no call begins: its right may not have been checked yet.
+  // Withdraws services that the link may not have any longer, and applies the present rules to the
+  // rest. Between hold() and go_on() no call begins: its right may not have been checked yet.
   void review(Link& link, const Now& now);
   void hold() { held = true; }
   void go_on(const Now& now);
-  // Adds the services that are to be offered to the link and are not yet.
+  // Adds the offers that are due for the link.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
-  // Which actions peers use since this was called last, or do not any longer.
+  // Changes of action use since the last call.
   std::vector<ActionUse> take_action_uses() { return std::exchange(action_uses, {}); }
 
   // The connection is gone: calls go on, answers wait for the link's return.
@@ -51,7 +50,7 @@ class LocalServices final : public SideView {
   // The link is declared dead: its calls end.
   void on_link_dead(LinkId link, const Now& now);
 
-  // What concerns a client here; it may be gone.
+  // Inputs about a client here; the client may be gone.
   template <class Input>
   void on(Input& input, const Now& now) {
     on(input.client, input, now);

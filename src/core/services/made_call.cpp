@@ -6,9 +6,9 @@
 namespace connect_bridge {
 namespace {
 
-// The exporter gives a call up first, so that its refusal says why.
+// The exporter gives up a call first, so that its refusal names the reason.
 constexpr Duration kTimeoutMargin = std::chrono::seconds(1);
-constexpr std::uint64_t kDecodingBytesMax = 64 << 20;  // of answers of one peer
+constexpr std::uint64_t kDecodingBytesMax = 64 << 20;  // limit for the answers of one peer
 
 }  // namespace
 
@@ -32,14 +32,14 @@ void MadeCall::keep(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
   message_.codec = codec;
   message_.raw_bytes = raw_bytes;
   message_.body = body;
-  // What waits, perhaps to be sent again, is the compressed request.
+  // The compressed request is kept, perhaps to be sent again.
   request_bytes_.resize(body.size());
 }
 
 void MadeCall::on_delivered() {
   state_ = State::kDelivered;
-  // The exporter has it, and drops whatever comes again under its number: it need not be kept for
-  // another connection (docs/protocol.md section 9.7).
+  // The exporter has the request and drops repetitions of its number, so no other connection needs
+  // it (docs/protocol.md section 9.7).
   message_.body = {};
   request_bytes_.release();
 }

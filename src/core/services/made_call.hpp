@@ -17,16 +17,16 @@ class PeerService;
 // Lives from the request until there is an answer or nobody waits for one. The request is kept
 // until the peer is known to have it, because another connection may have to carry it again. A call
 // whose caller is gone is kept while its request is on its way: control messages overtake requests,
-// so `forget` may be sent only when the peer has the request. Owned by its feed.
+// so `forget` may be sent only when the peer has the request. Owned by its peer service.
 class MadeCall final : public JobOwner {
  public:
   enum class State : std::uint8_t {
-    kEncoding,  // the request is compressed
-    kKept,      // it can be sent, or is on its way
+    kEncoding,  // a worker compresses the request
+    kKept,      // the request can be sent, or is on its way
     kDelivered  // the peer has it
   };
 
-  // `bytes`: of the request.
+  // `bytes`: size of the request.
   MadeCall(PeerService& peer_service, CallId id, RequestId request, std::uint64_t bytes,
            const Now& now);
   MadeCall(const MadeCall&) = delete;
@@ -38,7 +38,7 @@ class MadeCall final : public JobOwner {
   [[nodiscard]] RequestId request() const { return request_; }
   [[nodiscard]] bool is_kept() const { return state_ == State::kKept; }
   [[nodiscard]] bool is_delivered() const { return state_ == State::kDelivered; }
-  // Its answer has come and is decompressed by a worker.
+  // The answer has arrived, and a worker decompresses it.
   [[nodiscard]] bool has_answer() const { return static_cast<bool>(job_); }
   // The request to send; empty before kKept and in kDelivered.
   [[nodiscard]] const OutMessage& message() const { return message_; }
@@ -46,8 +46,8 @@ class MadeCall final : public JobOwner {
   void keep(Codec codec, std::uint32_t raw_bytes, const Payload& body);
   void on_delivered();
   void forget_caller() { request_ = {}; }
-  // A worker decompresses its answer; the result goes to PeerService::on_decoded(). False: there is
-  // no room for the bytes.
+  // Lets a worker decompress the answer; the result goes to PeerService::on_decoded(). False: there
+  // is no room for the bytes.
   [[nodiscard]] bool decode(const InMessage& answer);
   void on_job(std::optional<Payload> result, const Now& now) override;
 

@@ -40,7 +40,7 @@ void PeerService::on_withdraw(const Withdraw& why, const Now& now) {
   const auto& [name, type] = service_.key();
   log_withdrawn(imports_.outputs, link_, shown(InterfaceKind::kService, name, type), why);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
-  PeerServices& imports = imports_;  // it outlives this, and so may the service
+  PeerServices& imports = imports_;  // outlives this object, and so may the service
   ServiceMirror& service = service_;
   service.remove_feed(link_.id);
   imports.update(service, now);
@@ -50,7 +50,7 @@ void PeerService::note_end(const Ending& why) const {
   note_import_end(imports_, link_, InterfaceKind::kService, service_.key(), decision_.rule, why);
 }
 
-// ---- the attachment
+// ---- attach and detach
 
 void PeerService::attach() {
   requests_ = link_.open_channel(*this);
@@ -67,7 +67,7 @@ void PeerService::detach() {
 }
 
 Result<Nothing> PeerService::on_attached(const Attached& attached, const Now& now) {
-  // The answer to an attachment that has ended meanwhile.
+  // An answer to an earlier `attach`, which has ended meanwhile, is ignored.
   if (requests_ != attached.requests) return Nothing{};
   if (attached_) return Error{CloseCode::kIllegal, "attached twice"};
   if (attached.seen.value >= kCallNumbersMax)
@@ -82,13 +82,15 @@ Result<Nothing> PeerService::on_attached(const Attached& attached, const Now& no
 void PeerService::reconcile(const Attached& attached, const Now& now) {
   const std::set<CallId> open(attached.calls.begin(), attached.calls.end());
   std::vector<CallId> forget;
-  // Nobody here waits for these any longer: without `forget` they would be executed for nobody.
+  // Nobody here waits for these calls any longer; without `forget` the server would execute them in
+  // vain.
   for (const CallId id : open)
     if (id <= attached.seen && !calls_.contains(id)) forget.push_back(id);
   for (auto it = calls_.begin(); it != calls_.end();) {
     MadeCall& call = (it++)->second;
     if (call.id() > attached.seen) {
-      // Nobody waits: it is never executed, and its number is left out (docs/protocol.md 9.6).
+      // Without a caller the call is never executed, and its number is skipped (docs/protocol.md
+      // section 9.6).
       if (!call.request()) {
         erase(call);
       } else if (call.is_kept() || call.is_delivered()) {
@@ -96,7 +98,7 @@ void PeerService::reconcile(const Attached& attached, const Now& now) {
       }
     } else if (!open.contains(call.id())) {
       if (call.has_answer()) continue;
-      // Refused, forgotten or too large on the lost connection.
+      // The call was refused, forgotten or too large on the lost connection.
       ++counts_.lost;
       give_up(call);
     } else {
@@ -106,7 +108,7 @@ void PeerService::reconcile(const Attached& attached, const Now& now) {
       erase(call);
     }
   }
-  // A feed may be newer than the epoch: its numbers begin behind those of the one before it.
+  // A peer service may be newer than the epoch: its numbers begin behind its predecessor's.
   last_ = std::max(last_, attached.seen);
   std::sort(forget.begin(), forget.end());
   say_forget(std::move(forget));
@@ -131,7 +133,7 @@ void PeerService::on_request(RequestId request, Payload payload, const Now& now)
   ++counts_.calls;
   counts_.request_bytes += size;
   if (!encoder_) return on_encoded(id, Codec::kNone, payload, payload, now);
-  // Nothing is dropped: no_room() limits what is pushed here.
+  // The encoder drops nothing: no_room() limits its input.
   (void)encoder_->push({id, now.system, 0, std::move(payload), {}});
   send_encoded(now);
 }
@@ -159,7 +161,7 @@ void PeerService::start_encoder() {
   Encoder::Options options;
   options.how = decision_.treatment.compression;
   if (options.how.codec == Codec::kNone) return;
-  options.queue_bytes_max = UINT64_MAX;  // no_room() limits what is pushed here
+  options.queue_bytes_max = UINT64_MAX;  // no_room() limits its input
   encoder_.emplace(options, imports_.jobs, *this);
 }
 
@@ -182,7 +184,7 @@ void PeerService::on_encoded(CallId id, Codec codec, const Payload& raw, const P
 }
 
 // The request is kept until the peer has it, in case another connection must carry it. A request
-// that was taken while there was no connection is checked against the peer's limit only now.
+// from a time without connection is checked against the peer's limit only now.
 void PeerService::push(MadeCall& call, const Now& now) {
   if (call.message().raw_bytes <= link_.peer_message_bytes_max())
     return link_.sending().push(requests_, call.message(), now);
@@ -208,7 +210,7 @@ Result<Nothing> PeerService::on_message(InMessage message, const Now& now) {
     return Nothing{};
   }
   MadeCall& call = at->second;
-  // Large ones are nothing for the loop.
+  // Large answers are decompressed by a worker, not on the loop.
   const bool large = message.codec != Codec::kNone && imports_.jobs.is_large(message.raw_bytes);
   std::string why = message.kept ? "" : kNoMemoryOf + link_.label();
   if (why.empty() && !link_.may_inflate(message, now))
@@ -224,7 +226,7 @@ Result<Nothing> PeerService::on_message(InMessage message, const Now& now) {
     return Nothing{};
   }
   auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
-  if (!raw) {  // not to be sent again on the next connection
+  if (!raw) {  // the request must not be sent again on the next connection
     give_up(call);
     return raw.error();
   }
@@ -276,7 +278,7 @@ void PeerService::on_callers_gone(const std::vector<RequestId>& requests) {
 }
 
 void PeerService::on_timeout(MadeCall& call, const Now& now) {
-  if (!call.request()) return;  // its caller went away before
+  if (!call.request()) return;  // its caller is gone already
   ++counts_.timed_out;
   log_calls(imports_.outputs, link_.account->calls_made.timeouts, "not answered in time",
             service_.key(), {}, now);
@@ -290,8 +292,9 @@ void PeerService::abandon(MadeCall& call, std::vector<CallId>& forget) {
   by_request_.erase(call.request());
   call.forget_caller();
   if (attached_ && call.is_delivered() && !call.has_answer()) forget.push_back(call.id());
-  // What nobody waits for is not executed if that can be helped. Otherwise it waits while the
-  // request is still on its way; on a new connection the exporter lists the calls that it has.
+  // A call without a caller is not executed if the request can be taken back. Otherwise the call
+  // waits while the request is on its way; on a new connection the exporter lists the calls that it
+  // has.
   if (attached_ && call.is_kept() && !link_.sending().take_back(requests_, call.id())) return;
   erase(call);
 }

@@ -1,4 +1,4 @@
-// A peer's service as one link offers it.
+// A service of a peer, as one link offers it.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +21,19 @@ namespace connect_bridge {
 class ServiceMirror;
 class PeerServices;
 
-// The peer offers the service on a channel of its own, on which its answers come; when this side
-// attaches, requests go out on a channel of ours. The feed outlives its connections: without a
-// channel the link is lost, or has not offered the service again yet (docs/protocol.md, "Services
-// and actions").
+// The peer offers the service on a channel of its own, which carries its answers. When this side
+// attaches, requests go out on a channel of ours. The peer service outlives its connections:
+// without a channel the link is lost, or has not offered the service again yet (docs/protocol.md,
+// "Services and actions").
 //
-// After a reconnect each side knows only a part of the state. `attached` says up to which number
+// After a reconnect each side knows only a part of the state. `attached` states up to which number
 // requests have arrived, and which of these calls the peer still has. Requests that it has not seen
-// are sent again. Calls that it has seen and does not have were answered, refused or forgotten on
-// the lost connection, and that answer will not come again: the caller's request is dropped. Calls
-// that it has and that nobody here waits for are sent in `forget`. So each call is executed at most
-// once, and ends on both sides.
+// are sent again. Calls that it has seen and no longer has were answered, refused or forgotten on
+// the lost connection, and no answer will come: the caller's request is dropped. Calls that it has
+// and that nobody here waits for are sent in `forget`. So each call is executed at most once, and
+// ends on both sides.
 //
-// Owned by its mirrored service.
+// Owned by its service mirror.
 class PeerService final : public IncomingChannel, public OutgoingChannel, public JobOwner {
  public:
   PeerService(ServiceMirror& service, Link& link, PeerServices& imports);
@@ -42,54 +42,54 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   PeerService& operator=(const PeerService&) = delete;
 
   // ---- what is offered
-  // A rule allows it. The caller has checked that it is not offered already.
+  // Takes an offer that a rule allows. The caller has checked that there is no other offer.
   void on_offer(const ChannelOffer& offer, Decision decision);
-  // The rules have changed, and still allow it.
+  // Takes the decision of changed rules, which still allow it.
   void on_decision(Decision decision) {
     decision_ = std::move(decision);
     if (requests_) link_.sending().add_channel(requests_, queue_of_calls(decision_));
   }
-  // The connection is gone: calls wait for the link's return.
+  // The connection is lost: calls wait for the link's return.
   void on_link_lost();
-  // For the audit log: the channel is about to end.
+  // Writes the line of the audit log about the end of the channel.
   void note_end(const Ending& why) const;
   [[nodiscard]] bool is_offered() const { return static_cast<bool>(offer_.channel); }
-  // The last offer; without a channel while there is none.
+  // The last offer; its channel is empty while there is none.
   [[nodiscard]] const ChannelOffer& offer() const { return offer_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] bool any_definition() const { return decision_.treatment.allow_type_mismatch; }
-  // Whether no mirror can be made of its type, as the rules are.
+  // No mirror can be made of its type under the present rules.
   [[nodiscard]] bool is_unfit() const { return unfit_; }
   void set_unfit(bool unfit) { unfit_ = unfit; }
   [[nodiscard]] Link& link() const { return link_; }
 
-  // ---- the attachment
-  // Sends `attach`. Only if it is offered and not attached.
+  // ---- attach and detach
+  // Sends `attach`. Call it only if the service is offered and not attached.
   void attach();
   [[nodiscard]] bool asked_to_attach() const { return static_cast<bool>(requests_); }
   [[nodiscard]] bool is_attached() const { return attached_; }
-  // Ends it, if there is one.
+  // Withdraws our channel for requests, if it is open.
   void detach();
   // Gives up all calls, because their mirror is destroyed.
   void end_calls();
 
-  // ---- what the peer says. Errors end the connection
+  // ---- messages of the peer; errors close the connection
   Result<Nothing> on_message(InMessage message, const Now& now) override;
-  // Destroys the feed, and maybe its service.
+  // Destroys this object, and maybe its service mirror.
   void on_withdraw(const Withdraw& why, const Now& now) override;
   Result<Nothing> on_attached(const Attached& attached, const Now& now) override;
   Result<Nothing> on_refuse(const Refuse& refuse, const Now& now) override;
   void on_delivered(CallId call, const Now& now) override;
 
-  // ---- what callers here do
+  // ---- inputs from callers here
   void on_request(RequestId request, Payload payload, const Now& now);
   void on_callers_gone(const std::vector<RequestId>& requests);
   void on_timeout(MadeCall& call, const Now& now);
 
   // ---- for its calls
-  // The answer of a call; nullopt: its bytes do not decompress. Destroys the call.
+  // Takes the answer of a call; nullopt: its bytes do not decompress. Destroys the call.
   void on_decoded(MadeCall& call, std::optional<Payload> answer);
-  // A request has been compressed.
+  // A worker has compressed a request.
   void on_job(std::optional<Payload> result, const Now& now) override;
   [[nodiscard]] Duration call_timeout() const;
   [[nodiscard]] PeerServices& imports() { return imports_; }
@@ -107,7 +107,7 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   void push(MadeCall& call, const Now& now);
   void reconcile(const Attached& attached, const Now& now);
   void respond(MadeCall& call, const Payload& answer);
-  // There will be no answer: drops the caller's request and destroys the call.
+  // Drops the caller's request and destroys the call: there will be no answer.
   void give_up(MadeCall& call);
   void drop_request(RequestId request);
   // Nobody waits for this call any longer: `forget` is sent now, or when the peer has the request.
@@ -121,7 +121,7 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   PeerServices& imports_;
   CallLoad& load_;
   ChannelOffer offer_;
-  ChannelId requests_;  // none: not attached, and not asked to be
+  ChannelId requests_;  // none: `attach` was not sent
   bool attached_ = false;
   std::string type_hash_;
   bool unfit_ = false;

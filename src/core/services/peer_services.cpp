@@ -8,8 +8,8 @@
 namespace connect_bridge {
 namespace {
 
-// Types with which an identity may offer a service of one name. A real one has one type, or for a
-// moment two; the services of an action are looked at together, each with all its types.
+// Types with which an identity may offer a service of one name. A real service has one type, or two
+// for a moment. The services of an action are checked together, each with all its types.
 constexpr std::size_t kTypesOfServiceMax = 4;
 // Thousands may be without a place, and look again together: the others' turns are in between.
 constexpr int kServicesAtOnce = 64;
@@ -33,9 +33,9 @@ bool has_too_many_types(const PeerServices& imports, const Link& link, const Ser
 // ---- updates
 
 void PeerServices::update(ServiceMirror& service, const Now& now) {
-  // With the link that the goals of an action go to, its cancels and results move too: a cancel
-  // that goes to another robot stops nothing. This ends, because only a service of goals begins it,
-  // and only when it moves. The name is asked for before the service may be destroyed.
+  // Cancels and results of an action move together with its goals to another link: a cancel that
+  // goes to another robot stops nothing. The recursion ends, because only a service of goals starts
+  // it, and only when it moves. The name is read before the service may be destroyed.
   const LinkId before = service.feeder();
   const bool stays = service.update(now);
   const std::string moved = stays && service.feeder() == before ? "" : service.goals_of();
@@ -67,7 +67,7 @@ void PeerServices::on_offer(Link& link, const ChannelOffer& offer, const Now& no
   auto import = judge(*this, link, offer);
   if (!import) return;
   const ServiceKey& key = import->key;
-  // Before an entry is made: a peer could offer one name with types without end.
+  // The check precedes the new entry: a peer could offer one name with types without end.
   if (has_too_many_types(*this, link, key))
     return decline(*this, link, offer, "limit", "its name is offered with too many types");
   ServiceMirror& service = services.try_emplace(key, key, *this).first->second;
@@ -89,13 +89,13 @@ void PeerServices::forget_orphans(LinkId link, const Now& now) {
 }
 
 void PeerServices::on_link_lost(LinkId link, const Now& now) {
-  // What has no mirror yet is claimed no longer: another bridge may have it.
+  // Services without a mirror give up their claim: another bridge may take them.
   update_each([&](ServiceMirror& service) { return service.on_link_lost(link); }, now);
 }
 
 void PeerServices::on_link_dead(LinkId link, const Now& now) {
   update_each([&](ServiceMirror& service) { return service.remove_feed(link); }, now);
-  // Last: the calls that have ended now gave back to it.
+  // Last: the calls that have ended now gave their bytes back to it.
   loads.erase(link);
 }
 
@@ -130,7 +130,7 @@ void PeerServices::on_policy(const Now& now) {
       now);
 }
 
-// The mirror may have been destroyed just now.
+// Null: the mirror may have been destroyed just now.
 ServiceMirror* PeerServices::find(ServiceMirrorId mirror) const {
   const auto it = by_mirror.find(mirror);
   return it == by_mirror.end() ? nullptr : it->second;

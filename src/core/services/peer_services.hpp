@@ -15,9 +15,9 @@
 
 namespace connect_bridge {
 
-// Finds or creates the object that an input concerns; the handling is in these types
-// (ServiceMirror, PeerService, MadeCall), which also use what they share of it. Links dispatch what
-// arrives on channels. Single-threaded; owned by the side.
+// Finds or creates the object that an input concerns; ServiceMirror, PeerService and MadeCall
+// handle it, and share its members. Links dispatch messages of channels. Single-threaded; owned by
+// the side.
 class PeerServices final : public SideView {
  public:
   PeerServices(const SideView& side, const ServiceOptions& of_services, const std::string& node)
@@ -25,14 +25,15 @@ class PeerServices final : public SideView {
   PeerServices(const PeerServices&) = delete;
   PeerServices& operator=(const PeerServices&) = delete;
 
-  // The caller has found the number unused and expects data on it.
+  // Takes an offer. The caller has checked that the channel number is unused, and expects data on
+  // it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
-  // The first round of offers is over: ends what the link has not offered again.
+  // The first round of offers is over: ends the services that the link has not offered again.
   void forget_orphans(LinkId link, const Now& now);
 
-  // The connection is gone: the mirror and its calls wait for the link's return.
+  // The connection is lost: mirrors and their calls wait for the link's return.
   void on_link_lost(LinkId link, const Now& now);
-  // The link is declared dead: its mirrors vanish, and their calls with them.
+  // The link is declared dead: its mirrors and their calls end.
   void on_link_dead(LinkId link, const Now& now);
   // Servers here changed.
   void on_graph(const Now& now, const GraphDifference& difference = {});
@@ -50,29 +51,29 @@ class PeerServices final : public SideView {
   void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   void on_time(const Now& now);
 
-  // The entries of our own claim for the services mirrored here.
+  // Adds the services that are mirrored here to our claim.
   void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     return earliest(timers.deadline(), looks.deadline());
   }
-  // Whether a service of some peer is mirrored here.
+  // A service of some peer is mirrored here.
   [[nodiscard]] bool has_mirror(const ServiceKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
 
   // ---- for the services
-  // Updates the service (ServiceMirror::update); one that nobody offers any longer is destroyed.
-  // With the link that an action's goals go to, its other services change.
+  // Updates the service (ServiceMirror::update) and destroys it if nobody offers it any longer. The
+  // other services of an action follow the link of its goals.
   void update(ServiceMirror& service, const Now& now);
 
   const ServiceOptions& options;
   const std::string& own_node;
   Timers<MadeCall*> timers{};
-  Timers<ServiceMirror*> looks{};  // when those without a mirror are to be updated
+  Timers<ServiceMirror*> looks{};  // services without a mirror, at their next update
   CallLoads loads{};
   std::unordered_map<ServiceMirrorId, ServiceMirror*> by_mirror{};
-  std::optional<TimePoint> graph_since{};  // of the first graph; no mirror right after it
+  std::optional<TimePoint> graph_since{};  // first graph; no mirror is made right after it
   std::map<ServiceKey, ServiceMirror> services{};
 
  private:

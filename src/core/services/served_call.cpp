@@ -16,8 +16,8 @@ ServedCall::ServedCall(ServiceOffer& service_offer, CallId id, InMessage request
       waiting_(service_offer.load().waiting.hold(1)),
       request_bytes_(service_offer.load().request_bytes.hold(request.body.size())),
       request_(std::move(request)) {
-  // From the arrival of the request, so that the time at the gate counts (docs/protocol.md section
-  // 9.5, rule 8). A result comes when its goal ends.
+  // The time counts from the arrival of the request, so it includes the wait at the gate
+  // (docs/protocol.md section 9.5, rule 8). Results have no limit: they come when the goal ends.
   const Duration timeout = service_offer.treatment().call_timeout;
   if (!service_offer.service().gives_results() && timeout != kForever)
     timer_ =
@@ -42,8 +42,8 @@ void ServedCall::leave() {
 }
 
 void ServedCall::set_state(State next) {
-  // The order of the states counts: up to kHandedOver the gate knows the call, which takes its
-  // places there; from kAnswered on no time limit applies, as the server has done its part.
+  // The order of the states counts. Up to kHandedOver the gate knows the call, which holds a place
+  // there. From kAnswered on no time limit applies: the server has done its part.
   CallGate& gate = service_offer_.service().gate();
   const bool was_at_gate = state_ <= State::kHandedOver;
   leave();
@@ -61,7 +61,7 @@ void ServedCall::keep_copy() {
 void ServedCall::begin(const Now& now) {
   const bool waits = request_.codec != Codec::kNone && exports_.jobs.is_large(request_.raw_bytes);
   if (waits) keep_copy();  // for a worker
-  // Taken out first: with the state it would be forgotten (leave).
+  // The request is moved out first: leave() would release it with the state.
   const InMessage request = std::move(request_);
   if (request.codec == Codec::kNone) return hand_over(request.body, now);
   if (waits) {
@@ -85,14 +85,14 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   set_state(State::kEncoding);
   const std::size_t size = answer.size();
   answer_.body = std::move(answer);
-  // Counted before it is judged: the answer is here, whatever the limits say.
+  // The bytes count before the limits are checked: the answer is in memory in any case.
   answer_bytes_ = service_offer_.load().answer_bytes.hold(size);
   if (const std::string why = service_offer_.no_room_for_answer(size); !why.empty())
     return service_offer_.withhold(*this, why, now);
   const Compression how = service_offer_.compression_of(size);
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
   if (exports_.jobs.is_large(size)) {
-    answer_.codec = how.codec;  // used if the body shrinks
+    answer_.codec = how.codec;  // used if the body becomes smaller
     job_ = exports_.jobs.compress(*this, how, answer_.body, service_offer_.link());
     return;
   }
@@ -112,11 +112,11 @@ void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
   } else {
     service_offer_.on_malformed(*this);
   }
-  // Malformed or not, the room that was reserved for it at the server is free or used now.
+  // Malformed or not, the room that was reserved at the server is free or used now.
   service.begin_calls(now);
 }
 
-// Without a codec the call keeps the body that it has.
+// kNone: the call keeps the body that it has.
 void ServedCall::keep_answer(Codec codec, Payload body, const Now& now) {
   set_state(State::kAnswered);
   answer_.subject = id_;

@@ -1,4 +1,4 @@
-// One call of a peer at a real server here.
+// One call of a peer at a local service.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ class LocalService;
 class ServedCall;
 class LocalServices;
 
-// A deadline of a call; if `call` is not set, of an attachment that the peer has not attached
-// again; without both of a service, whose server may have room again.
+// A deadline of a call. Without `call`: of a service offer, whose peer has not attached again.
+// Without both: of a service, whose server may have room again.
 struct CallDue {
   LocalService* service = nullptr;
   ServiceOffer* service_offer = nullptr;
@@ -27,8 +27,8 @@ struct CallDue {
 
 // Lives from the arrival of the request until the peer has the answer or does not want it. The call
 // holds its shares of the link's budgets, its places at the gate, its job, its timer and its
-// invocation: set_state() and the destructors give each of them back, however the call ends. Owned
-// by its attachment.
+// invocation. set_state() and the destructors give back each of them, however the call ends. Owned
+// by its service offer.
 class ServedCall final : public JobOwner {
  public:
   enum class State : std::uint8_t {
@@ -40,7 +40,7 @@ class ServedCall final : public JobOwner {
     kEnded
   };
 
-  // A new call; it waits.
+  // A new call, which waits.
   ServedCall(ServiceOffer& service_offer, CallId id, InMessage request, const Now& now);
   ServedCall(const ServedCall&) = delete;
   ServedCall& operator=(const ServedCall&) = delete;
@@ -49,24 +49,25 @@ class ServedCall final : public JobOwner {
   [[nodiscard]] CallId id() const { return id_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] const OutMessage& answer() const { return answer_; }
-  // Whether the server has it, since before that time.
+  // The server has had the request since before this time.
   [[nodiscard]] bool handed_over_before(TimePoint time) const {
     return state_ == State::kHandedOver && handed_over_at_ < time;
   }
 
-  // The request waits: it must not keep its packet.
+  // Copies the request, because it waits and must not keep its packet in memory.
   void keep_copy();
-  // It is the call's turn. The attachment may have destroyed the call when this returns.
+  // Hands the request to a worker or to the server. The service offer may have destroyed the call
+  // when this returns.
   void begin(const Now& now);
-  // The server has answered. The call may have been destroyed when this returns.
+  // Takes the server's answer. The call may have been destroyed when this returns.
   void on_response(Payload answer, const Now& now);
   void on_job(std::optional<Payload> result, const Now& now) override;
-  // Nobody wants the answer any longer, or there will be none.
+  // Ends the call: nobody wants the answer any longer, or there will be none.
   void end() { set_state(State::kEnded); }
 
  private:
-  // The only place where the state changes, with all that belongs to leaving the old state and
-  // entering the new one.
+  // Changes the state; the only place that does. Leaves the old state and enters the new one, with
+  // all that belongs to both.
   void set_state(State next);
   void leave();
   void hand_over(Payload request, const Now& now);
@@ -76,7 +77,7 @@ class ServedCall final : public JobOwner {
   LocalServices& exports_;
   CallId id_;
   State state_ = State::kWaiting;
-  Budget::Hold call_, waiting_;  // one of the calls of its link, and of those that wait
+  Budget::Hold call_, waiting_;  // its share of the link's calls, and of the waiting ones
   Budget::Hold request_bytes_, answer_bytes_;
   Timers<CallDue>::Timer timer_;
   InMessage request_;

@@ -14,7 +14,7 @@ bool ServerQueue::has_room(std::size_t depth, std::size_t coming, TimePoint now)
   return depth == 0 || untaken_.size() + coming < depth;  // mutant: server_queue
 }
 
-// The answer to a request that is known to be taken proves nothing about later ones: a server with
+// An answer to a request that is known to be taken proves nothing about later ones: a server with
 // several threads may answer while no thread reads its queue.
 void ServerQueue::answered(InvocationId request, TimePoint now) {
   const auto at = std::find_if(untaken_.begin(), untaken_.end(),
@@ -24,8 +24,8 @@ void ServerQueue::answered(InvocationId request, TimePoint now) {
   progress_ = now;
 }
 
-// That a request never left, and that its answer cannot be used, look alike here: so unlike an
-// answer this proves nothing about the requests before it.
+// A failure may mean that the request never left, or that its answer cannot be used. So unlike an
+// answer it proves nothing about earlier requests.
 void ServerQueue::failed(InvocationId request) {
   std::erase_if(untaken_, [&](const Entry& entry) { return entry.request == request; });
 }
@@ -40,8 +40,8 @@ void ServerQueue::clear() {
 }
 
 std::optional<TimePoint> ServerQueue::deadline() const {
-  // An answer shows that the server goes on to those behind only now, so their time is counted from
-  // then. Else what waits behind long calls would count as taken while it still fills the server's
+  // The time of later requests counts from the last answer: only then the server continues with
+  // them. Otherwise requests behind long calls would count as taken while they still fill the
   // queue.
   if (untaken_.empty()) return std::nullopt;
   return std::max(untaken_.front().handed_over, progress_) + silence_max_;

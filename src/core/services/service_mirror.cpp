@@ -12,13 +12,13 @@
 namespace connect_bridge {
 namespace {
 
-// A service without a place asks again after this time: places become free rarely.
+// Services without a place try again after this time: places become free rarely.
 constexpr Duration kPlacePacing = std::chrono::seconds(2);
-// A claim is no more than this without an answer from the peer: another bridge may reach the
+// Claims last no longer than this without an answer from the peer: another bridge may reach the
 // server.
 constexpr Duration kAttachMax = std::chrono::seconds(10);
 
-// All of them look again together.
+// The next common time, so that all services try again together.
 TimePoint next_look(const Now& now) {
   return now.steady - now.steady.time_since_epoch() % kPlacePacing + kPlacePacing;
 }
@@ -76,8 +76,7 @@ bool ServiceMirror::update(const Now& now) {
 }
 
 bool ServiceMirror::may_be_claimed(const PeerService& peer_service, const Now& now) {
-  if (!peer_service.is_offered())
-    return false;  // there are no calls that wait for the link's return
+  if (!peer_service.is_offered()) return false;  // no calls wait for the link
   if (!peer_service.is_attached() && attaches_until_ <= now.steady) return false;
   Account& account = *peer_service.link().account;
   if (account.service_places.room() > 0) return true;
@@ -125,14 +124,14 @@ LinkId ServiceMirror::next_feeder() const {
         });
     return found == peer_services_.end() ? LinkId{} : found->first;
   };
-  // The feeder stays as long as it can be one.
+  // The feeder stays as long as it can.
   auto fed = peer_services_.find(feeder_);
   if (fed == peer_services_.end() || fed->second.is_unfit()) {
     if (const LinkId fit = first_fit([](const Link&) { return true; }))
       fed = peer_services_.find(fit);
     if (fed == peer_services_.end()) fed = peer_services_.begin();
   }
-  // A client that was restarted while its old connection seems alive: nobody answers on that.
+  // A restarted client may have an old connection that seems alive: nobody answers on it.
   const LinkId successor =
       first_fit([&](const Link& link) { return is_successor(link, fed->second.link()); });
   return successor ? successor : fed->first;
@@ -161,12 +160,12 @@ bool ServiceMirror::may_exist(const PeerService& peer_service) {
   if (imports_.claims.service_taken(service_gid(key_.first), claiming_.holds())) return false;
   // Our own services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == imports_.own_node) return false;
-  // Both ends are in one graph: what the peer exports is here already.
+  // Both ends are in one graph: the peer's exports are here already.
   const Link& link = peer_service.link();
   if (link.connection() && imports_.claims.is_here(link.connection()->peer().side)) return false;
   if (!imports_.graph.has_server(key_.first)) return true;
-  // It is another bridge's, which is about to give way to ours, or has just ended. Ours stays, and
-  // is not made as long as the graph shows the other one.
+  // The server is another bridge's, which will give way to ours or has just ended. Our mirror
+  // stays, but none is made while the graph shows the other one.
   if (is_served_by_bridge()) return bool(mirror_);
   imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
                             key_.first + " has a server here and one behind " + link.label() +
@@ -272,7 +271,7 @@ void ServiceMirror::on_callers_gone(const CallersGone& gone) {
 void ServiceMirror::on_mirror_failed(const ServiceMirrorFailed& failed) {
   PeerService* peer_service = feeding();
   const bool of_type = failed.code == "type_mismatch";
-  // The rules may allow it since it was begun.
+  // Changed rules may allow the type since the mirror was begun.
   const bool again = of_type && peer_service && peer_service->any_definition() && !any_definition_;
   if (!failed.hash_here.empty() && !again) log_difference(failed.hash_here, false);
   forget_mirror();
@@ -300,7 +299,7 @@ void ServiceMirror::on_type_differs(const ServiceTypeDiffers& differs) {
   const PeerService* peer_service = feeding();
   differs_ = true;
   log_difference(differs.hash_here, true);
-  // The rules may have changed since it was begun.
+  // Changed rules may forbid the type since the mirror was begun.
   if (peer_service && !peer_service->any_definition()) close();
 }
 

@@ -1,4 +1,4 @@
-// A service of peers that exists here as a mirror.
+// The mirror of a service that peers offer.
 #pragma once
 
 #include <map>
@@ -15,82 +15,83 @@ namespace connect_bridge {
 
 class PeerServices;
 
-// One mirror (a local service server), fed by one of the links that offer the service; the others
-// stand by. The state of its calls lives as long as the mirror.
+// A local service server, fed by one of the links that offer the service; the others stand by. The
+// state of its calls lives as long as the mirror.
 //
-// When a mirror may exist. Two servers of one name would both execute each call, and a mirror of a
+// Conditions for a mirror. Two servers of one name would both execute each call, and a mirror of a
 // service that exists here would make a loop. So there is no mirror while a real server of the name
-// is here, while another bridge claims it, or while the peer is a bridge in this same graph. It is
-// claimed when its feed is asked to attach, and made when others' claims would have arrived
-// (Claiming). It stays while its link is lost and not yet dead, so that callers do not notice a
-// short loss.
+// is here, or another bridge claims the name. There is none either while the peer is a bridge in
+// this same graph. The service is claimed when its feeder is asked to attach, and the mirror is
+// made when others' claims would have arrived (Claiming). The mirror stays while its link is lost
+// and not yet dead, so that callers do not notice a short loss.
 //
-// The services of one action are fed by the link that its goals go to, or not at all: where several
-// robots offer an action of one name, a cancel that goes to another robot stops nothing.
+// All services of one action are fed by the link of its goals, or not at all. If several robots
+// offer an action of one name, a cancel that goes to another robot stops nothing.
 //
-// Owned by the table of mirrored services.
+// Owned by PeerServices.
 class ServiceMirror final : private Appearing::Waiting {
  public:
   ServiceMirror(ServiceKey key, PeerServices& imports);
   ServiceMirror(const ServiceMirror&) = delete;
   ServiceMirror& operator=(const ServiceMirror&) = delete;
 
-  // Brings the mirror into the state that follows from all that is known now. False: nobody offers
-  // the service, and this is to be destroyed.
+  // Brings the mirror into the state that follows from all present knowledge. False: nobody offers
+  // the service, and the caller destroys this object.
   [[nodiscard]] bool update(const Now& now);
 
-  // ---- links. The caller updates it afterwards
-  // False: the link offers it already.
+  // ---- links; the caller updates the mirror afterwards
+  // False: the link offers the service already.
   [[nodiscard]] bool on_offer(Link& link, const ChannelOffer& offer, Decision decision);
   [[nodiscard]] const std::map<LinkId, PeerService>& feeds() const { return peer_services_; }
-  // Asks the rules again; a feed that they do not allow any longer ends.
+  // Asks the rules again; a peer service that they no longer allow ends.
   void on_policy();
-  // Whether the link has a feed.
+  // The connection is lost. True if the link has a peer service.
   [[nodiscard]] bool on_link_lost(LinkId link);
-  // Whether there was one.
+  // Destroys the peer service of the link. True if there was one.
   bool remove_feed(LinkId link);
-  // The attachment of the feeding link ends, and the mirror. They begin again with an update, if
-  // they may.
+  // Detaches from the feeding link and ends the mirror. The next update begins both again, if it
+  // may.
   void close();
 
   // ---- the mirror
   void on_request(RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone);
-  // The caller updates it after these two.
+  // The caller updates the mirror after these two.
   void on_mirror_failed(const ServiceMirrorFailed& failed);
   void on_type_differs(const ServiceTypeDiffers& differs);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
-  // Whether it is claimed, for a mirror that exists or will exist.
+  // True if the service is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const ServiceKey& key() const { return key_; }
   [[nodiscard]] bool gives_results() const { return gives_results_; }
-  // The action (local name) whose goals arrive here; empty if this is not such a service.
+  // The action (local name) whose goals arrive here; empty: this is not a service for goals.
   [[nodiscard]] const std::string& goals_of() const { return goals_of_; }
-  // The link that feeds it, or is to; none: it follows goals that go to a link without a feed.
+  // The link that feeds the mirror, or will; none: it follows goals of a link that does not offer
+  // it.
   [[nodiscard]] LinkId feeder() const { return feeder_; }
 
   void add_status(const Link& link, LinkStatus& status) const;
 
  private:
   [[nodiscard]] PeerService* feeding();
-  // The link that the goals of its action go to; none: it is not such a service, or no link has
-  // them.
+  // The link of its action's goals; none: it has no such action, or no link has the goals.
   [[nodiscard]] LinkId link_of_goals() const;
   [[nodiscard]] LinkId next_feeder() const;
   [[nodiscard]] bool may_exist(const PeerService& peer_service);
-  // Another bridge has a server of its name, or may have one as long as it claims it.
+  // Another bridge has a server of this name, or may have one while it claims the name.
   [[nodiscard]] bool is_served_by_bridge() const;
-  // Whether its mirror could be made, but for the claims of others: else it would keep out a bridge
-  // that can make one.
+  // True if the mirror could be made but for the claims of others. A claim without this would keep
+  // out a bridge that can make one.
   [[nodiscard]] bool may_be_claimed(const PeerService& peer_service, const Now& now);
-  // When its mirror may be made, as other bridges may claim it; it is claimed as soon as it may.
+  // Claims the service. Returns the time when the mirror may be made, as other bridges may claim
+  // it, too.
   TimePoint claim(const Now& now);
   void give_up_claim();
-  // Whether its identity may have one more mirror at this moment. It is counted then.
+  // True if its identity may have one more mirror now; the mirror is then counted.
   [[nodiscard]] bool may_appear(const PeerService& peer_service, const Now& now);
   void appear(const Now& now) override;
   void look_again(TimePoint at);
-  // It is counted once, however long it waits.
+  // Counts the wait once, however long it lasts.
   void note_waiting(const PeerService& peer_service) {
     if (!std::exchange(waits_, true)) peer_service.link().mirrors.note_wait();
   }
@@ -102,20 +103,20 @@ class ServiceMirror final : private Appearing::Waiting {
   PeerServices& imports_;
   ServiceKey key_;
   bool gives_results_;
-  std::string action_;  // that it is a part of (local name); empty: of none
+  std::string action_;  // its action (local name); empty: none
   std::string goals_of_;
   std::map<LinkId, PeerService> peer_services_;
-  LinkId feeder_;  // the link that is attached
+  LinkId feeder_;  // the link that we attach to
   ServiceMirrorId mirror_;
-  std::string type_hash_;        // of the mirror
-  bool any_definition_ = false;  // the rules allowed that when it was made
-  bool differs_ = false;         // and it has another one than the peer
-  Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
+  std::string type_hash_;        // hash of the mirror's type
+  bool any_definition_ = false;  // the rules allowed any definition when the mirror was made
+  bool differs_ = false;         // the mirror has another definition than the peer
+  Budget::Hold place_;           // its place among the mirrors of the feeding link's identity
   Claiming claiming_;
-  TimePoint attaches_until_{};          // the peer is to have answered by then
-  Timers<ServiceMirror*>::Timer look_;  // without a mirror: when one may be made, or waits again
-  bool waits_ = false;                  // it is late because its identity makes too many
-  bool failed_ = false;                 // until it is offered again
+  TimePoint attaches_until_{};          // the peer's deadline for its answer to `attach`
+  Timers<ServiceMirror*>::Timer look_;  // without a mirror: the next try
+  bool waits_ = false;                  // delayed, because its identity makes too many mirrors
+  bool failed_ = false;                 // until the next offer
 };
 
 }  // namespace connect_bridge

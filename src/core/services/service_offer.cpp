@@ -8,7 +8,7 @@
 namespace connect_bridge {
 namespace {
 
-// After a reconnect the peer has this long to attach again to what it had been attached to.
+// After a reconnect the peer has this long to attach again.
 constexpr Duration kAttachTime = std::chrono::seconds(30);
 constexpr char kNoMemory[] = "no memory is left in this peer's share";
 constexpr char kTooLarge[] = "the answer is larger than this peer accepts";
@@ -28,7 +28,7 @@ std::optional<ChannelOffer> ServiceOffer::offer(const Now& now) {
   if (!offer_.is_due()) return std::nullopt;
   auto offer = offer_.open(*this);
   if (!offer) {
-    if (held_) detach(now);  // a rule was changed while the link was lost
+    if (held_) detach(now);  // a rule has changed while the link was lost
     return std::nullopt;
   }
   if (held_) {
@@ -44,9 +44,9 @@ std::optional<ChannelOffer> ServiceOffer::offer(const Now& now) {
   return offer;
 }
 
-// The link's queue compresses small answers. Large answers are few, so no gain is measured for
-// them: with their usual ratio and a worker's usual rate, compression pays below this rate of the
-// path.
+// Small answers are compressed by the link's queue. Large answers are few, so no gain is measured
+// for them. At their usual ratio and a worker's usual speed, compression pays below this rate of
+// the path.
 Compression ServiceOffer::compression_of(std::size_t bytes) const {
   constexpr double kCompressedRateMax = 20e6;
   Compression how = offer_.decision().treatment.compression;
@@ -79,7 +79,7 @@ void ServiceOffer::on_link_lost() {
 
 void ServiceOffer::end(const Ending& why, const Now& now) {
   end_calls(now);
-  // Requests may be on their way: they are accepted until the peer says that no more follow.
+  // Requests may be on their way: they are accepted until the peer announces that no more follow.
   if (requests_) link_.let_go(requests_);
   offer_.close(why);
   requests_ = {};
@@ -111,7 +111,7 @@ void ServiceOffer::send_attached(const Now& now) {
   Attached attached{offer_.number(), requests_, seen_, {}, service_.type_hash()};
   for (const auto& [id, call] : calls_) attached.calls.push_back(id);
   link_.send(attached);
-  // Behind the list: without it the peer takes no answers (docs/protocol.md section 9.7).
+  // Answers follow the list: before it the peer takes none (docs/protocol.md section 9.7).
   for (auto it = calls_.begin(); it != calls_.end();) {
     ServedCall& call = (it++)->second;
     if (call.state() == ServedCall::State::kAnswered) push(call, now);  // mutant: answers_again
@@ -120,7 +120,7 @@ void ServiceOffer::send_attached(const Now& now) {
 
 // ---- for the audit log
 
-// A goal is logged under the name of its action.
+// Goals are logged under the name of their action.
 std::optional<Audit> ServiceOffer::line_of_call(AuditEvent event, const std::string& why) const {
   if (!exports_.outputs.audits()) return std::nullopt;
   const LocalInterface& what = *service_.what();
@@ -138,7 +138,7 @@ std::optional<Audit> ServiceOffer::line_of_call(AuditEvent event, const std::str
   return line;
 }
 
-// ---- what the peer says
+// ---- messages of the peer
 
 void ServiceOffer::on_decline(const Decline& decline, const Now& now) {
   offer_.on_decline(decline, now);
@@ -147,7 +147,7 @@ void ServiceOffer::on_decline(const Decline& decline, const Now& now) {
 Result<Nothing> ServiceOffer::on_attach(const Attach& attach, const Now& now) {
   if (requests_)
     return Error{CloseCode::kIllegal, "attached to a service twice"};  // mutant: attached_twice
-  // A client takes the middleware about a millisecond, in which the loop does nothing else.
+  // Making a client takes the middleware about a millisecond, in which the loop does nothing else.
   if (!service_.client() && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
   link_.expect(attach.requests, *this);
@@ -158,7 +158,7 @@ Result<Nothing> ServiceOffer::on_attach(const Attach& attach, const Now& now) {
   service_.use_client();
   admit();
   if (service_.is_ready()) send_attached(now);
-  service_.begin_calls(now);  // those that wait since the last connection
+  service_.begin_calls(now);  // calls that wait since the last connection
   return Nothing{};
 }
 
@@ -189,7 +189,7 @@ Result<Nothing> ServiceOffer::on_message(InMessage message, const Now& now) {
     return Error{CloseCode::kIllegal,
                  "a request before the service attached"};  // mutant: requests_attached
   const CallId id = message.subject.call();
-  // Sent again after a reconnect, but it had arrived before.
+  // The request was sent again after a reconnect, but had arrived before.
   if (id <= seen_) {  // mutant: requests_seen
     ++counts_.duplicates;
     return Nothing{};
@@ -197,10 +197,11 @@ Result<Nothing> ServiceOffer::on_message(InMessage message, const Now& now) {
   const bool used_up = id.value >= kCallNumbersMax;
   if (used_up && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "call numbers are used up too often"};
-  // Whatever becomes of it: what is sent again is not executed (docs/protocol.md section 9.5).
+  // Every request counts as seen, whatever its end: a repetition is not executed (docs/protocol.md
+  // section 9.5).
   seen_ = id;
   take(std::move(message), now);
-  // The peer has used up its call numbers; the calls of others go on.
+  // The peer has used up its call numbers; the calls of others continue.
   if (used_up) service_.renew(link_.id, now);
   return Nothing{};
 }
@@ -244,7 +245,7 @@ std::string ServiceOffer::no_room_for_answer(std::size_t bytes) const {
   if (load_.answer_bytes.used() > bytes_max ||
       (link_.connection() && link_.outbox().kept_bytes() > kept_bytes_max(bytes_max)))
     return "too many bytes of answers wait for this peer";
-  // It is held already.
+  // The answer itself is counted in the link's memory already.
   return link_.memory.room() == 0 ? kNoMemory : "";
 }
 
@@ -260,7 +261,7 @@ void ServiceOffer::on_answer(ServedCall& call, const Now& now) {
 }
 
 // The answer is kept until the peer has it, in case another connection must carry it. An answer
-// that was given while there was no connection is checked against the peer's limit only now.
+// from a time without connection is checked against the peer's limit only now.
 void ServiceOffer::push(ServedCall& call, const Now& now) {
   if (!link_.open()) return;
   if (call.answer().raw_bytes > link_.peer_message_bytes_max())
@@ -310,8 +311,8 @@ void ServiceOffer::note_refusal(const std::string& what, const std::string& why,
             "of " + link_.owner() + " " + what, service_.key(), why, now);
 }
 
-// If a refusal is lost with its connection, the peer learns of it when it attaches again: the call
-// is then missing in `attached`.
+// A refusal may be lost with its connection. The peer then learns of it when it attaches again: the
+// call is missing in `attached`.
 void ServiceOffer::refuse(CallId call, const std::string& code, const std::string& reason) {
   if (attached_)
     link_.send(Refuse{offer_.number(), {call}, code, reason.substr(0, kReasonBytesMax)});
