@@ -1,4 +1,4 @@
-// The side that dials.
+// The program of the side that connects.
 #include "run/program.hpp"
 
 int main(int argc, char** argv) {

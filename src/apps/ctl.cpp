@@ -1,4 +1,4 @@
-// The operator's tool, in addition to the two programs.
+// The operator's tool beside the two programs.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -33,7 +33,7 @@ int write_tables(const std::string& manual) {
   return 0;
 }
 
-// CLI11 says only that a subcommand is required, whatever stands in its place.
+// CLI11 only reports that a subcommand is required, whatever word is in its place.
 std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
   const auto unknown = app.remaining();
   if (unknown.empty() || !app.get_subcommands().empty()) return wrong.what();

@@ -1,4 +1,5 @@
-// Joins robots and operators that nobody can dial, on a machine with an address; without ROS.
+// Joins robots and operators that cannot connect directly, on a machine that both can reach. Runs
+// without ROS.
 #include <fmt/chrono.h>
 #include <unistd.h>
 
@@ -127,7 +128,7 @@ int start(const std::string& name, bool only_checks) {
   return run(std::move(setup), read.config->status);
 }
 
-// `file`: empty: the relay's own, which is made if it is missing.
+// `file`: empty means the relay's own file, which is created if it is missing.
 int print_robot_line(const std::string& file, const std::string& robot) {
   const auto url = syntax::parse_url("wss://" + robot + "/");
   if (!url || url->robot.empty())

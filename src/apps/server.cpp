@@ -1,4 +1,4 @@
-// The side that listens.
+// The program of the side that listens.
 #include "run/program.hpp"
 
 int main(int argc, char** argv) {

@@ -22,10 +22,11 @@
 namespace connect_bridge {
 namespace {
 
-// On one machine it takes some milliseconds; on a busy machine, and with other RMWs, longer.
+// Matching takes some milliseconds on one machine; longer on a busy machine and with other RMWs.
 constexpr Duration kMatching = std::chrono::milliseconds(60);
 
-// Connections without a login, beside those that the core keeps: refusals and ends under way.
+// Unauthenticated connections beyond those that the core keeps: refused ones, and ones that are
+// closing.
 constexpr std::size_t kStrangersSpare = 64;
 
 std::uint64_t secret_random() {
@@ -36,7 +37,7 @@ std::uint64_t secret_random() {
 
 SocketOptions socket_options(const Config& config) {
   SocketOptions sockets = config.socket;
-  // What the kernel gives up must not end a connection before `dead_after` does.
+  // The kernel's timeout must not end a connection before `dead_after` does.
   const auto dead_after =
       std::chrono::duration_cast<std::chrono::milliseconds>(config.limits.dead_after);
   sockets.user_timeout = std::max(sockets.user_timeout, dead_after + std::chrono::seconds(5));
@@ -67,7 +68,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   parts.certificate_login = config.auth.method == kCertificateLogin;
   if (!parts.certificate_login) assemble_login(config, start, parts, assembly);
   parts.listen = config.listen;
-  // The core counts links after login; strangers must not take the place of those.
+  // The core counts links after login; unauthenticated connections must not take their places.
   parts.listen.pending_max = config.limits.strangers_max + kStrangersSpare;
   parts.listen.connections_max = config.limits.links_max + parts.listen.pending_max;
   const std::string too_many =
@@ -93,7 +94,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
 
 void assemble_client(const Config& config, const Start& start, BridgeParts& parts,
                      Assembly& assembly) {
-  // TLS has verified the certificate before the login.
+  // TLS verifies the certificate before the login.
   const std::string secret = config.auth.method == kCertificateLogin ? "none" : config.auth.method;
   const CredentialOptions options{secret, config.auth.token, config.auth.token_file,
                                   config.auth.strict_modes};

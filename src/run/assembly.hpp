@@ -1,4 +1,4 @@
-// From a Config to the parts of a bridge: files and the environment are read here.
+// Makes the parts of a bridge from a Config: reads files and the environment.
 #pragma once
 
 #include <optional>
@@ -11,16 +11,15 @@ namespace connect_bridge {
 
 struct Assembly {
   std::optional<BridgeParts> parts;   // present exactly if there are no problems
-  std::vector<std::string> problems;  // sentences, each naming key or file
+  std::vector<std::string> problems;  // sentences, each with its key or file
   std::vector<std::string> warnings;
 };
 
-// `node`: the fully qualified name of ours.
-// The pairing in `start` is part of the login.
+// `node`: the fully qualified name of our node. The pairing in `start` is part of the login.
 Assembly assemble(const Config& config, const std::string& node, const Start& start = {});
 
-// The sockets that systemd passes to this process, if the server listens on these. What is wrong,
-// or nothing.
+// Takes the sockets that systemd passes to this process, if the server listens on these. Returns
+// the problem; empty: none.
 [[nodiscard]] std::string take_sockets(BridgeParts& parts);
 
 // Overwrites the token in the environment, which core dumps and child processes would have.

@@ -22,7 +22,7 @@ namespace {
 
 constexpr char kNotRecorded[] = "the call cannot be recorded, and audit.required is set";
 
-// A loop that is held up longer is worth a line: half a second, or less where links end soon.
+// The lag from which a line is logged: half a second, or less if links expire soon.
 double lag_worth_a_line_ms(Duration dead_after) {
   return std::min(kLagMsWorthTelling, milliseconds_of(dead_after) / 3);
 }
@@ -62,7 +62,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       seconds_(io_),
       stop_(io_, [this] { stop(); }),
       hangup_(io_, [this] { parameters_.reload(); }),
-      // Two, so that a job of seconds (a high level of zstd) does not delay jobs of milliseconds.
+      // Two threads: a job of seconds (a high level of zstd) does not delay jobs of milliseconds.
       workers_(2,
                [this](JobDone done) {
                  boost::asio::post(io_, [this, done = std::move(done)]() mutable {
@@ -109,7 +109,7 @@ std::string Bridge::open_audit_log() {
   return {};
 }
 
-// What differs from the configuration before is only what may change while this runs.
+// Only keys that may change at run time differ from the previous configuration.
 void Bridge::apply(const Config& now) {
   loop_.feed(PolicyChanged{now.policy});
   loop_.feed(LimitsChanged{now.limits.outbox.bytes_per_second_max, now.limits.resume_for,
@@ -162,8 +162,8 @@ void Bridge::run() {
     node_.log(LogLevel::kWarn, problem);
 }
 
-// Each counts as a move of the loop: with a middleware that waits a second for every entity that it
-// ends, one step may take longer than the guard allows.
+// Each action counts as a move of the loop. A middleware may wait a second for every entity that it
+// destroys, so one step may take longer than the guard allows.
 bool Bridge::carry_out(Action&& action) {
   guard_.moved();
   bool in_middleware = false;
@@ -184,7 +184,7 @@ bool Bridge::carry_out(Action&& action) {
                    if (audit_log_) audit_log_->add(std::move(a));
                  },
                  [&](Stopped&) { network_.stop(); },
-                 [&](const auto& a) {  // all others are for ROS
+                 [&](const auto& a) {  // all other actions are for ROS
                    in_middleware = true;
                    gateway_.apply(a);
                  },
@@ -193,7 +193,7 @@ bool Bridge::carry_out(Action&& action) {
   return in_middleware;
 }
 
-// What a peer calls is recorded before.
+// Calls of a peer are recorded before they are sent.
 void Bridge::send_request(SendRequest&& request) {
   if (request.line && audit_log_) {
     const bool required = parameters_.config().audit.required;
@@ -216,7 +216,7 @@ void Bridge::open_gate(const OpenGate& gate) {
   loop_.feed(CredentialChanged{std::move(joining.token), "token"});
 }
 
-// A login whose connection is gone takes no other's time.
+// Logins of closed connections take no time from other logins.
 void Bridge::on_network(Input&& input) {
   if (const auto* const closed = std::get_if<ConnectionClosed>(&input)) {
     login_desk_.cancel(closed->connection);
@@ -227,8 +227,8 @@ void Bridge::on_network(Input&& input) {
   loop_.feed(std::move(input));
 }
 
-// The core would show the same code again, and each time costs a try that the server counts; and
-// where another server answers, somebody has to look. SIGTERM is the way in which everything ends.
+// The core would send the same code again, and each try counts at the server; a different server
+// key needs a person. SIGTERM starts the one orderly way to stop.
 bool Bridge::ends_by(const std::string& problem) {
   if (problem.empty()) return false;
   node_.log(LogLevel::kError, problem);
@@ -237,7 +237,7 @@ bool Bridge::ends_by(const std::string& problem) {
   return true;
 }
 
-// The network reports the end only when the peer has answered, which may take its time.
+// The network reports the end only after the peer's answer, which may take long.
 void Bridge::close_connection(const CloseConnection& end) {
   login_desk_.cancel(end.connection);
   network_.close(end.connection, end.code, end.reason);

@@ -1,4 +1,4 @@
-// A side: where the core, ROS, the network, login and workers meet.
+// A side of the bridge: connects the core, ROS, the network, login and workers.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -32,21 +32,20 @@
 
 namespace connect_bridge {
 
-// Everything but the callbacks of the middleware, the workers and the login desk, which only post,
-// runs on the thread that calls run().
+// Everything runs on the thread that calls run(), except callbacks of the middleware, the workers
+// and the login desk; these only post.
 class Bridge {
  public:
   Bridge(ros::Node& node, BridgeParts parts);
 
-  // Opens the listener. Returns what is wrong (the port is in use, ...), empty if nothing.
+  // Opens the listener. Returns the problem (the port is in use, ...); empty: none.
   [[nodiscard]] std::string open();
-  // Until SIGINT or SIGTERM, or until the server refuses the invitation that this client was
-  // started with, or another server answers; returns after an orderly end, at most a second later.
+  // Runs until SIGINT or SIGTERM; a client with an invitation also until the server refuses it, or
+  // another server answers. Returns after an orderly stop, at most a second later.
   void run();
-  // Server: where it listens, once it is open.
+  // Server: the port of the listener, once it is open.
   [[nodiscard]] std::uint16_t port() const { return network_.listen_port(); }
-  // After run(): that of the program, kExitConfiguration where the invitation cannot be
-  // used.
+  // The exit code of the program, after run(); kExitConfiguration if the invitation cannot be used.
   [[nodiscard]] int exit_code() const { return exit_code_; }
 
  private:
@@ -54,28 +53,28 @@ class Bridge {
   [[nodiscard]] std::string listen();
   void apply(const Config& now);
   void note(AuditEvent event, std::string reason = {});
-  // From threads of others: done by the loop's.
+  // Functions for other threads: the loop's thread logs or feeds later.
   void log_later(LogLevel level, std::string text);
   void feed_later(Input&& input);
-  // Whether that was in the middleware.
+  // True if the action was one for the middleware.
   bool carry_out(Action&& action);
   void send_request(SendRequest&& request);
   void open_gate(const OpenGate& gate);
   void on_network(Input&& input);
-  // Whether this client ends because of that: it was started with an invitation, which cannot be
-  // used. Empty: no problem.
+  // Stops this client because its invitation cannot be used. False, and nothing happens, if
+  // `problem` is empty.
   [[nodiscard]] bool ends_by(const std::string& problem);
   void close_connection(const CloseConnection& end);
   void authenticate(Authenticate&& request);
   void judge_certificate(const Authenticate& request);
   void send();
   void on_wake();
-  // Calls every_second(), and again in a second. The timer waits in the same queue as everything
-  // else, so its delay is the loop's.
+  // Calls every_second(), and again after a second. The timer waits in the same queue as all other
+  // work, so its delay is the loop's.
   void tick();
   void every_second(double lag_ms);
   [[nodiscard]] RunStatus run_status(double lag_ms, bool running);
-  // The status is taken now, link by link in turns, and then written.
+  // Takes the status, link by link in turns, and then writes it.
   void take_status(double lag_ms);
   void take_status_of_next();
   void publish_diagnostics(const StatusPicture& picture);
@@ -93,8 +92,8 @@ class Bridge {
   Network network_;
   std::optional<AuditLog> audit_log_;
   StatusFile status_file_;
-  // The status picture that is being taken, link by link. `left`: the links that are still missing;
-  // the last one is next.
+  // The status picture that is being taken. `left`: links that are still missing; the last one is
+  // next.
   struct Taking {
     std::shared_ptr<StatusPicture> picture;
     std::vector<LinkId> left;
@@ -109,9 +108,9 @@ class Bridge {
   Stop stop_;
   Hangup hangup_;
   Workers workers_;
-  LoginDesk login_desk_;    // its threads end before what they use
+  LoginDesk login_desk_;    // its threads end before the members that they use
   StatusSite status_site_;  // the same
-  LoopGuard guard_;         // last: it watches no destructor, LastSteps does
+  LoopGuard guard_;         // last: it does not watch the destructors, LastSteps does
 };
 
 }  // namespace connect_bridge

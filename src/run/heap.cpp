@@ -6,8 +6,8 @@ namespace connect_bridge {
 namespace {
 
 // Buffers of large messages are allocated and freed many times a second. By default each is mapped
-// and unmapped, and the kernel zeroes each page again; so they stay in the heap, which shrinks when
-// much is free at its end, and when no message has been moved for some seconds.
+// and unmapped, and the kernel zeroes each page again. So they stay in the heap, which shrinks when
+// much of its end is free, and when no message has moved for some seconds.
 constexpr int kMappedFrom = 8 << 20;
 constexpr int kFreeAtEndMax = 16 << 20;
 constexpr int kArenasMax = 2;
@@ -18,7 +18,7 @@ constexpr unsigned kQuietSeconds = 5;
 void tune_heap() {
   mallopt(M_MMAP_THRESHOLD, kMappedFrom);
   mallopt(M_TRIM_THRESHOLD, kFreeAtEndMax);
-  // The middleware's threads have little to do at a time; a heap for each of them only grows.
+  // The middleware's threads allocate little; a heap for each of them would only grow.
   mallopt(M_ARENA_MAX, kArenasMax);
 }
 

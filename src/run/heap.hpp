@@ -5,12 +5,12 @@
 
 namespace connect_bridge {
 
-// Once, before there are threads.
+// Sets the limits of the heap. Call it once, before there are threads.
 void tune_heap();
 
 class HeapTrim {
  public:
-  // Call once a second with a count that grows with whatever needs memory.
+  // Call it once a second, with a count that grows with every use of memory.
   void every_second(std::uint64_t moved);
 
  private:

@@ -39,7 +39,7 @@ std::string joined(const List& list) {
                               : text + "; and " + std::to_string(list.size() - kTold) + " more";
 }
 
-// Not of a pipe. A file that is missing may come.
+// True for a regular file, and for a missing one, which may appear later; false for a pipe.
 bool can_be_read_again(const FileWatch& watch) {
   std::error_code failed;
   return std::filesystem::is_regular_file(watch.file(), failed) ||
@@ -70,7 +70,7 @@ LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Con
   for (const auto& file : node_.facts().parameter_files) files_.emplace_back(file);
   for (const auto& [key, value] : config_.given)
     if (!node_.facts().parameter_overrides.contains(key)) added_.emplace(key, value);
-  // They were read seconds ago: only who reads them once more sees a change since then.
+  // The files were read seconds ago, so only a second reading finds a change since then.
   if (std::all_of(files_.begin(), files_.end(), can_be_read_again))
     for (auto& file : files_) static_cast<void>(file.failed({}));
 }
@@ -122,7 +122,7 @@ void LiveParameters::check_files() {
   if (changed) reload(true);
 }
 
-// Before the pairing has written its file, what it will write counts.
+// The pairing's parameters count even before it has written its file.
 ParameterMap LiveParameters::read_again(std::string& problem) const {
   const auto given = node_.read_overrides_again();
   problem = given.problem;
@@ -130,8 +130,8 @@ ParameterMap LiveParameters::read_again(std::string& problem) const {
   return filled(given.parameters, stored ? folder_->parameters(problem) : added_);
 }
 
-// On a full disk, or while it is copied, a file may be empty, which is valid for rcl; without its
-// rules a client would have the default ones.
+// A file may be empty on a full disk, or while it is copied. rcl accepts that, and a client would
+// then use the default rules in place of its own.
 std::string LiveParameters::emptied_file(const ParameterMap& again) const {
   const bool lost = std::any_of(config_.given.begin(), config_.given.end(),
                                 [&](const auto& entry) { return !again.contains(entry.first); });
@@ -143,7 +143,7 @@ std::string LiveParameters::emptied_file(const ParameterMap& again) const {
   return {};
 }
 
-// What is no regular file cannot be read without taking something from it: that counts as one.
+// Pipes cannot be read twice, so they are assumed to still have parameters for us.
 std::vector<std::string> LiveParameters::speaking_files() const {
   std::vector<std::string> speaking = node_.facts().parameter_files;
   std::erase_if(speaking, [&](const auto& file) {
@@ -178,7 +178,7 @@ void LiveParameters::reload(bool changed) {
     return news ? refuse(unread) : void();
   }
   Surroundings around = surroundings();
-  // Not checked: files of keys that need a restart.
+  // Files of keys that need a restart are not checked.
   around.unreadable = {};
   around.distrusted = {};
   FileChanges found = file_changes(config_, again, around);

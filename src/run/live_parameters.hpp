@@ -16,24 +16,25 @@
 
 namespace connect_bridge {
 
-// Thread: that of the io_context.
+// Runs on the thread of the io_context.
 class LiveParameters {
  public:
   struct Changes {
-    // The configuration in use is another one: of keys that may change.
+    // Called when keys that may change at run time have changed.
     std::function<void(const Config& now)> config;
     std::function<void(bool on)> use_sim_time;
-    // For the audit log: what was changed, or a change was refused.
+    // Called for the audit log: the change, or the reason of its refusal.
     std::function<void(AuditEvent event, const std::string& what)> audit;
   };
 
-  // `folder`: where a pairing keeps parameters that are not given; its file is read again, too.
+  // `folder`: the pairing's folder, whose file of parameters is read again, too.
   LiveParameters(boost::asio::io_context& io, ros::Node& node, Config config,
                  std::optional<PairingFolder> folder, Changes changes);
 
   [[nodiscard]] const Config& config() const { return config_; }
-  // Reads the parameter files again if one of them has changed and is not being written, and once
-  // after the start, quietly if they are as they were then. Blocks as long as the disk does.
+  // Reads the parameter files again if one has changed and is not being written. The first check
+  // after the start always reads, and logs nothing if nothing has changed. Blocks as long as the
+  // disk does.
   void check_files();
   // Whether they have changed, and descriptors or memory to read them are lacking.
   [[nodiscard]] bool lacks_means() const { return lacks_means_; }
@@ -43,17 +44,18 @@ class LiveParameters {
 
  private:
   [[nodiscard]] ros::ParameterServerOptions server_options();
-  // Reads the files again. `changed`: because they have changed; then a problem is logged once.
+  // Reads the files again. `changed`: the files have changed; a problem is then logged once.
   void reload(bool changed);
   ros::SetResult set(const std::vector<Parameter>& parameters);
   void answer();
   void refuse(const std::string& why);
-  // The parameters of the node's files and arguments, and of the pairing. `problem`: why they
-  // cannot be read.
+  // The parameters of the node's files and arguments, and of the pairing. `problem`: the reason if
+  // they cannot be read.
   [[nodiscard]] ParameterMap read_again(std::string& problem) const;
-  // Says which file has nothing for this node any longer, if keys in use are gone.
+  // Reports a file that no longer has parameters for this node, if keys in use are gone; empty:
+  // none.
   [[nodiscard]] std::string emptied_file(const ParameterMap& again) const;
-  // The files of --params-file that have something for this node.
+  // The files of --params-file that have parameters for this node.
   [[nodiscard]] std::vector<std::string> speaking_files() const;
 
   boost::asio::io_context& io_;
@@ -63,8 +65,8 @@ class LiveParameters {
   ros::ParameterServer server_;
   const std::optional<PairingFolder> folder_;
   std::vector<FileWatch> files_;
-  ParameterMap added_;  // what the pairing has added at the start to files and -p
-  // The files that had something for this node when they were last used; at first all files.
+  ParameterMap added_;  // parameters that the pairing added at the start to files and -p
+  // The files with parameters for this node at their last use; at first all files.
   std::vector<std::string> speaking_;
   bool lacks_means_ = false;
   bool has_looked_ = false;  // whether a change since the program read them was looked for

@@ -32,8 +32,8 @@ std::string joined(const std::vector<std::string>& problems) {
 LoginDesk::LoginDesk(Options options, Ports ports)
     : options_(std::move(options)), ports_(std::move(ports)) {
   if (!options_.authenticator && !options_.credential_file) return;
-  // The first one also does the periodic refresh, so that with one thread no other thread uses the
-  // method.
+  // The first thread also does the periodic refresh: with one thread, no other thread uses the
+  // login method.
   threads_.emplace_back([this] { work(true); });
   const unsigned threads = options_.authenticator ? options_.authenticator->threads() : 1;
   for (unsigned i = 1; i < threads; ++i) threads_.emplace_back([this] { work(false); });
@@ -130,7 +130,7 @@ void LoginDesk::judge(Waiting next) {
   Authenticate& request = next.request;
   if (refuses_new_ && !request.renewal) return refuse(request.connection, kInTheDark);
   Authenticated answer{request.connection, std::nullopt, "the login method was too slow", false};
-  // After the time limit the connection is closed already: later logins must not wait for its
+  // The connection is already closed after the time limit: later logins must not wait for this
   // answer.
   if (Clock::now() - next.since < options_.time_limit) {
     Attempt attempt{std::move(request.method), std::move(request.credential),

@@ -1,4 +1,4 @@
-// Judges logins on threads of its own, because that may block and the loop must not.
+// Judges logins on its own threads, because a login method may block and the loop must not.
 #pragma once
 
 #include <atomic>
@@ -17,28 +17,30 @@
 
 namespace connect_bridge {
 
-// Server: judges logins, and follows changes of the login method for open links. Client: follows
-// the file of its credential. Strangers can make logins as fast as they like, and a method may take
-// long for each: so open links renew theirs first, and customers take turns, as do the identities
-// that renew. Results come in a valid order: a login that was judged before its token was withdrawn
-// is reported before the withdrawal. Where a file that decides has changed, and descriptors or
-// memory to read it are lacking for kRefreshesInTheDark refreshes, strangers are refused until it
-// is read: a withdrawal may stand there. The results are given to the ports, which are called from
-// the desk's threads.
+// Server: judges logins, and reports changes of the login method for open links. Client: reports
+// changes of its credential file.
+//
+// Unauthenticated connections can send logins as fast as they like, and a method may take long
+// for each. So renewals of open links come first. New logins take turns by customer, renewals by
+// identity (Authenticate::turn).
+//
+// Results come in a valid order: a login that was judged before its token was withdrawn is
+// reported before the withdrawal. The desk's threads call the ports.
 class LoginDesk {
  public:
-  // Strangers, and renewals as well: more than the core keeps, which forgets those that leave.
+  // Limit of logins that wait, and of renewals: more than the core keeps, which forgets closed
+  // connections.
   static constexpr std::size_t kWaitingMax = 1024;
-  // Renewals in a row while strangers wait: clients with a token do not keep them out either.
+  // Renewals in a row while other logins wait: clients with a token do not block new logins.
   static constexpr int kRenewalsInARow = 3;
   static constexpr int kRefreshesInTheDark = 10;
 
   struct Options {
-    Authenticator* authenticator = nullptr;  // null: no logins are judged here; outlives the desk
+    Authenticator* authenticator = nullptr;  // null: this desk judges no logins; outlives the desk
     std::optional<CredentialFile> credential_file;
-    Duration time_limit{};  // a login that has waited so long is refused without being judged
-    // Logins of one customer that may wait: as many as an address of the loopback may have
-    // connections without a login.
+    Duration time_limit{};  // older logins are refused without being judged
+    // Waiting logins with one turn: as many as a loopback address may have unauthenticated
+    // connections.
     std::size_t of_one_max = 128;
     Duration refresh_period = std::chrono::seconds(1);
   };
@@ -48,14 +50,14 @@ class LoginDesk {
   };
 
   LoginDesk(Options options, Ports ports);
-  // Waits for logins that are being judged, forgets those that wait.
+  // Waits for logins that are being judged, and forgets the waiting ones.
   ~LoginDesk();
   LoginDesk(const LoginDesk&) = delete;
   LoginDesk& operator=(const LoginDesk&) = delete;
 
-  // The result comes as an Authenticated, also where too many wait. Any thread.
+  // The result is an Authenticated input, also if too many logins wait. Any thread.
   void ask(Authenticate request);
-  // Its connection is gone: it is not judged, if that has not begun. Any thread.
+  // Drops the login of a closed connection, if it is not being judged yet. Any thread.
   void cancel(ConnectionId connection);
   // Whether files that decide beside the login method's cannot be read now, since descriptors or
   // memory are lacking. Any thread.
@@ -69,7 +71,7 @@ class LoginDesk {
 
   [[nodiscard]] bool anybody_waits() const { return !renewals_.empty() || !strangers_.empty(); }
   [[nodiscard]] std::optional<Waiting> take_next();
-  // A thread: judges who waits. `refreshes`: it also does the periodic refresh.
+  // The body of a thread: judges waiting logins. `refreshes`: it also does the periodic refresh.
   void work(bool refreshes);
   void judge(Waiting next);
   void refuse(ConnectionId connection, const std::string& why);

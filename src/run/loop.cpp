@@ -6,14 +6,16 @@
 namespace connect_bridge {
 namespace {
 
-// If a deadline is noticed so much too late, the loop has stood still; the time to read what the
-// sockets have; and how often that is done at most, for a loop that is always late.
+// Limits of a stall: a deadline that is noticed so late shows that the loop stood still; the time
+// to read the sockets after it; the shortest time between two such readings, for a loop that is
+// always late.
 constexpr Duration kLate = std::chrono::milliseconds(100);
 constexpr Duration kReadTime = std::chrono::milliseconds(20);
 constexpr Duration kReadPause = std::chrono::seconds(1);
 
-// After a longer step others may have come meanwhile. To get a packet out of its socket takes some
-// looks at the sockets, between which steps of that length would add up.
+// After a step longer than this, the loop polls the sockets so many times before the next packet
+// has its turn. A packet needs some polls to leave its socket, and long steps between them would
+// add up.
 constexpr Duration kLongStep = std::chrono::microseconds(200);
 constexpr int kLooks = 8;
 
@@ -83,8 +85,8 @@ void Loop::look(int times) {
   });
 }
 
-// Where no input came there is nothing new to send: the middleware woke the loop for what an
-// earlier step has taken.
+// A step without input has nothing new to send: the middleware woke the loop for events that an
+// earlier step has handled.
 void Loop::end_step() {
   while (!waiting_.empty()) {
     Input input = std::move(waiting_.front());
@@ -92,7 +94,7 @@ void Loop::end_step() {
     handle(std::move(input));
   }
   stepping_ = false;
-  const auto began = began_;  // a failed write may be the input of another step
+  const auto began = began_;  // a failed write may start another step
   if (handled_) {
     sending_ = true;
     ports_.send();
@@ -103,7 +105,7 @@ void Loop::end_step() {
   longest_ = std::max(longest_, step_took_);
 }
 
-// A timer that is set too early is left as it is: deadlines move with every packet, and setting the
+// A timer that fires too early is left as it is. Deadlines move with every packet, and setting the
 // timer costs more than the few times that it fires without effect.
 void Loop::set_timer() {
   if (timer_at_ && *timer_at_ == reads_until_) return;
@@ -119,7 +121,7 @@ void Loop::wait_until(TimePoint when) {
     if (error) return;
     timer_at_.reset();
     const auto due = side_.next_deadline();
-    // After a stall the sockets are read first, otherwise peers would be wrongly taken for silent.
+    // The sockets are read first after a stall; otherwise peers would wrongly count as silent.
     const TimePoint at = now().steady;
     if (due && at - *due > kLate && at - reads_until_ > kReadPause) {
       reads_until_ = at + kReadTime;

@@ -16,19 +16,19 @@
 
 namespace connect_bridge {
 
-// Everything that reaches the core goes through step(). Thread: that of the io_context.
+// All inputs of the core go through step(). Runs on the thread of the io_context.
 class Loop {
  public:
   struct Ports {
-    std::function<bool(Action&&)> carry_out;  // whether that was in the middleware
-    std::function<void(ConnectionId)> read;   // the packet that has come there is to be fed
-    std::function<void()> send;               // what connections have to send (Side::take_ready)
+    std::function<bool(Action&&)> carry_out;  // true: it was one for the middleware
+    std::function<void(ConnectionId)> read;   // feeds the packet that has arrived there
+    std::function<void()> send;               // sends the data of connections (Side::take_ready)
   };
 
   Loop(boost::asio::io_context& io, const ros::Node& node, Side& side, Ports ports)
       : io_(io), node_(node), side_(side), ports_(std::move(ports)), timer_(io) {}
 
-  // The longest step since this was last asked.
+  // The longest step since the last call.
   [[nodiscard]] Duration take_longest() { return std::exchange(longest_, Duration::zero()); }
   // The time of an input that arrives now.
   [[nodiscard]] Now now() const;
@@ -37,16 +37,16 @@ class Loop {
   // this step has handled the earlier inputs.
   void feed(Input&& input);
 
-  // A packet has come there: it is read when it is its turn (Side::take_turn). Between two of them
-  // the sockets are looked at, so that who has used less comes first.
+  // Takes note of an arrived packet, which is read when its turn comes (Side::take_turn). The loop
+  // polls the sockets between two packets, so that links with less use come first.
   void arrived(ConnectionId connection);
 
-  // The next packet of a connection that can take one; nullopt: none now. What is held back because
-  // of the link's rate is pulled again when its time has come.
+  // The next packet for a connection that can take one; nullopt: none now. Data that waits for the
+  // link's rate is pulled again at its time.
   std::optional<Packet> next_packet(ConnectionId connection, const Repairs& repairs);
 
-  // One step with all the inputs that `source` gives to the function that it gets, so that messages
-  // that were ready together are packed together. Returns what `source` returns.
+  // One step with all inputs that `source` passes to its argument, so that messages that were ready
+  // together are packed together. Returns the result of `source`.
   template <class Source>
   auto step(Source&& source) {
     begin_step();
@@ -62,7 +62,7 @@ class Loop {
   void set_timer();
   void wait_until(TimePoint when);
   void plan_turn();
-  // At the sockets, so many times, before the next packet has its turn.
+  // Polls the sockets so many times before the next packet has its turn.
   void look(int times);
 
   boost::asio::io_context& io_;
@@ -71,15 +71,15 @@ class Loop {
   const Ports ports_;
   boost::asio::steady_timer timer_;  // the core's next deadline
   std::optional<TimePoint> timer_at_;
-  TimePoint reads_until_{};  // sockets are read first, before the timer does its work
+  TimePoint reads_until_{};  // until then the timer waits, and sockets are read
   std::deque<Input> waiting_;
-  std::chrono::steady_clock::time_point began_{};  // the step
+  std::chrono::steady_clock::time_point began_{};  // of the current step
   bool stepping_ = false;
-  bool handled_ = false;  // an input, in this step
-  bool sending_ = false;  // as the end of a step, which sets the timer itself
+  bool handled_ = false;  // this step has had an input
+  bool sending_ = false;  // at the end of a step, which sets the timer itself
   bool turn_planned_ = false;
   StepCost cost_;
-  Duration step_took_{};  // the last one
+  Duration step_took_{};  // the last step
   Duration longest_{};
 };
 

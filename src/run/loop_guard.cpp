@@ -14,11 +14,11 @@
 namespace connect_bridge {
 namespace {
 
-// For the line to the standard error, which may be what the loop waits for: a pipe that nobody
-// reads, or a terminal that is held.
+// Time limit for the line to the standard error. The loop may wait for the same output: a pipe that
+// nobody reads, or a terminal that is stopped.
 constexpr auto kTimeToSay = std::chrono::seconds(1);
 
-// Not by the log: the loop may hold its mutex.
+// Writes directly, not to the log: the loop may hold the log's mutex.
 [[noreturn]] void say_and_end(const std::string& line) {
   end_within(kTimeToSay);
   const ssize_t ignored = ::write(STDERR_FILENO, line.data(), line.size());
@@ -26,7 +26,7 @@ constexpr auto kTimeToSay = std::chrono::seconds(1);
   ::_exit(kExitFailed);
 }
 
-// The line is made now, because in the end memory may be what the loop holds.
+// The line is made at the start, because at the end the loop may hold the lock of the heap.
 LoopGuard::Ends ends_of(std::string_view program, const LoopGuard::Limits& limits) {
   const auto seconds = limits.tick * limits.ticks_max / std::chrono::seconds(1);
   std::string line = fmt::format(
@@ -76,8 +76,8 @@ void LoopGuard::wait_for_signal() {
   });
 }
 
-// Each tick begins when the one before it has ended: after a pause of the whole process there is
-// one, not as many as have been missed.
+// Each tick begins when the previous one has ended. After a pause of the whole process there is one
+// tick, not as many as were missed.
 void LoopGuard::wait_for_tick() {
   if (stops_) return;
   timer_.expires_after(tick_);

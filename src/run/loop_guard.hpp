@@ -1,4 +1,4 @@
-// What ends a process whose loop stands still.
+// Stops a process whose loop stands still.
 #pragma once
 
 #include <atomic>
@@ -13,14 +13,13 @@
 
 namespace connect_bridge {
 
-// Counts for how many ticks a loop has not moved. It does not measure the time: while a machine is
-// suspended or a process is stopped, a clock goes on, but there are no ticks.
+// Counts the ticks during which a loop has not moved. Ticks, not time: while a machine is suspended
+// or a process is stopped, the clock goes on, but there are no ticks.
 class Standstill {
  public:
   explicit Standstill(unsigned ticks_max) : ticks_max_(ticks_max) {}
 
-  // `moves`: how often the loop has moved until now. True: it has not during the last `ticks_max`
-  // ticks.
+  // `moves`: the number of moves until now. True: there was none during the last `ticks_max` ticks.
   [[nodiscard]] bool tick(std::uint64_t moves);
 
  private:
@@ -29,34 +28,33 @@ class Standstill {
   unsigned ticks_ = 0;
 };
 
-// A call into the middleware may never return (docs/troubles.md), and the loop with
-// it. Then nothing that waits for the loop happens: no link, no status, and no signal. So this is a
-// thread that waits for its own signals and its own timer alone, and touches nothing that another
-// thread may hold. With the first SIGINT or SIGTERM it sets the deadline by which the process ends,
-// which stays what it was for a loop that moves. Without one it ends a process whose loop has stood
-// still for 30 s.
+// A call into the middleware may never return (docs/troubles.md), and then the loop stands still:
+// no link, no status and no signal is handled. So this thread waits only for its own signals and
+// its own timer, and touches nothing that another thread may hold. The first SIGINT or SIGTERM sets
+// the deadline by which the process exits; the deadline is the same for a loop that moves. Without
+// a signal the thread stops a process whose loop has stood still for 30 s.
 class LoopGuard {
  public:
   struct Limits {
     std::chrono::milliseconds tick{1000};
     unsigned ticks_max = 30;
   };
-  // Called by the thread, each at most once, the second not after the first.
+  // Called by the thread, each at most once; `stand_still` never follows `stop`.
   struct Ends {
     std::function<void()> stop;         // at the first signal
-    std::function<void()> stand_still;  // instead of a further tick
+    std::function<void()> stand_still;  // in place of the next tick
   };
 
-  // `program`: "server" or "client", for the line that says why it ends (exit code kExitFailed).
+  // `program`: "server" or "client", for the line with the reason of the exit (code kExitFailed).
   explicit LoopGuard(std::string_view program);
   LoopGuard(Limits limits, Ends ends);
   ~LoopGuard();
   LoopGuard(const LoopGuard&) = delete;
   LoopGuard& operator=(const LoopGuard&) = delete;
 
-  // From now on the loop has to move. Any thread; once.
+  // Starts to watch: the loop has to move from now on. Any thread; once.
   void watch();
-  // The loop is alive: at least once in the time of all ticks. Any thread.
+  // Reports that the loop is alive. Call it at least once in the time of all ticks. Any thread.
   void moved() { moves_.fetch_add(1, std::memory_order_relaxed); }
 
  private:
@@ -71,7 +69,7 @@ class LoopGuard {
   boost::asio::signal_set signals_;
   boost::asio::steady_timer timer_;
   bool stops_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::thread thread_;  // last: it uses the other members
 };
 
 }  // namespace connect_bridge

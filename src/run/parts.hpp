@@ -14,19 +14,19 @@
 
 namespace connect_bridge {
 
-// The parts of a bridge; checked before anything is opened.
+// The parts of a bridge, which are checked before anything is opened.
 struct BridgeParts {
   Config config;
   SideOptions side;
   std::unique_ptr<Authenticator> authenticator;   // server
-  bool certificate_login = false;                 // server: in place of an authenticator
-  std::optional<CredentialFile> credential_file;  // client whose token is in a file
+  bool certificate_login = false;                 // server: used in place of an authenticator
+  std::optional<CredentialFile> credential_file;  // client with its token in a file
   DialOptions dial;                               // client
-  std::optional<Joining> joining;                 // client that pairs
-  std::optional<PairingFolder> folder;            // of a pairing
+  std::optional<Joining> joining;                 // client during a pairing
+  std::optional<PairingFolder> folder;            // the pairing's files
   ListenOptions listen;                           // server
   SocketOptions sockets;
-  std::string notify_socket;  // of the supervisor; or empty
+  std::string notify_socket;  // the supervisor's socket; empty: none
 };
 
 }  // namespace connect_bridge

@@ -49,14 +49,14 @@ int refuse(const std::vector<std::string>& problems, const char* hint = "") {
   return kExitConfiguration;
 }
 
-// A node with another name finds no parameters in a file that is written for the default name.
+// A renamed node finds no parameters in a file that is written for the default name.
 bool has_default_section(const ros::NodeFacts& facts, Role role) {
   const auto& others = facts.others_with_parameters;
   return std::any_of(others.begin(), others.end(),
                      [&](const auto& other) { return other.ends_with(default_name(role)); });
 }
 
-// All of them: one may be ours, with a misspelt name.
+// All other sections are named: one may be ours, with a misspelt name.
 std::string other_sections(const ros::NodeFacts& facts) {
   return fmt::format("the parameter file has nothing for {0}, only for {1}: write {0} or /** there",
                      facts.full_name, fmt::join(facts.others_with_parameters, ", "));
@@ -76,12 +76,12 @@ std::optional<Config> read_config(const ros::Node& node, Role role, const Parame
   const bool is_for_others = is_empty && !facts.others_with_parameters.empty();
   if (has_default ? is_empty || is_wrong : is_for_others && is_wrong)
     problems.push_back(other_sections(facts));
-  if (has_default && is_empty) return std::nullopt;  // what is missing is in that section
+  if (has_default && is_empty) return std::nullopt;  // the missing parameters are in that section
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   return problems.empty() ? std::move(parsed.config) : std::nullopt;
 }
 
-// Looks only at arguments that are not for ROS.
+// Finds one of `words` among the arguments that are not for ROS.
 bool has_argument(int argc, char** argv, std::initializer_list<std::string_view> words) {
   bool for_ros = false;
   for (int i = 1; i < argc; ++i) {
@@ -95,8 +95,9 @@ bool has_argument(int argc, char** argv, std::initializer_list<std::string_view>
   return false;
 }
 
-// Empty: no supervisor waits for word from this process. Systemd names the process that it has
-// started: another one, such as `ros2 launch`, speaks for itself.
+// The socket of the supervisor. Empty: no supervisor waits for this process. Systemd names the
+// process that it has started; if that is another one, such as `ros2 launch`, it reports for
+// itself.
 std::string notify_socket() {
   const char* const socket = std::getenv("NOTIFY_SOCKET");
   const char* const whose = std::getenv("SYSTEMD_EXEC_PID");
@@ -104,14 +105,15 @@ std::string notify_socket() {
   return socket;
 }
 
-// Made after the bridge, it begins the last steps before the bridge's destructor, whatever the end
-// comes from: that destructor waits for threads, which a plugin or the middleware may hold up.
+// Begins the last steps before the destructor of the bridge, which was made earlier. The bridge's
+// destructor waits for threads, which a plugin or the middleware may block.
 struct BeginsLastSteps {
   LastSteps& last_steps;
   ~BeginsLastSteps() { last_steps.begin(); }
 };
 
-// Not to the log: it holds a secret. Returns what is wrong, or nothing.
+// Prints the invitation to the standard output, not to the log: it holds a secret. Returns the
+// problem; empty: none.
 std::string print_invitation(const Start& start, std::uint16_t port) {
   std::string problem;
   const std::string text =
@@ -212,7 +214,7 @@ int run_program(Role role, int given_count, char** given) {
     options.argv = argv;
     options.publishes_images = [role](const ros::NodeFacts& known) {
       return robot_end(known.parameter_overrides, read_arguments(known.arguments, role),
-                       known.full_name) != role;  // the robot's images, at the operator
+                       known.full_name) != role;  // published at the operator
     };
     auto slow = says_if_slow(kSlowStartPatience, [] { std::fputs(kSlowStartText, stderr); });
     ros::Node node(options);

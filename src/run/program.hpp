@@ -1,4 +1,4 @@
-// The programs `server` and `client`: they differ in the role alone.
+// The programs `server` and `client`, which differ only in their role.
 #pragma once
 
 #include "core/ports/net_options.hpp"

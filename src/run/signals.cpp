@@ -40,8 +40,8 @@ void Stop::wait_for_signal() {
 
 namespace {
 
-// The terminal counts that sends SIGHUP when it is closed, which need not be the standard input:
-// under `ros2 launch` that is a pipe. Only a process that has one can open its name.
+// Checks the terminal, which sends SIGHUP when it is closed. The standard input may be a pipe
+// (under `ros2 launch`); only a process with a terminal can open /dev/tty.
 bool has_terminal() {
   const int terminal = ::open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
   if (terminal >= 0) ::close(terminal);
@@ -75,8 +75,8 @@ void LastSteps::begin() {
   end_within(kLastStepsTime);
 }
 
-// After this only the libraries' own destructors follow. For a moment no handler exists, so the
-// only remaining thread blocks the signals.
+// Only destructors of libraries follow. For a moment no handler exists, so the only remaining
+// thread blocks the signals.
 LastSteps::~LastSteps() {
   sigset_t stops;
   sigemptyset(&stops);

@@ -1,4 +1,4 @@
-// What signals do.
+// Signals: orderly stop, reload, and the last steps of the process.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -9,20 +9,19 @@
 
 namespace connect_bridge {
 
-// From the first SIGINT or SIGTERM to the end of the process, whatever holds it up: `ros2 launch`
-// waits for 5 s.
+// The limit from the first SIGINT or SIGTERM to the exit of the process, whatever blocks it: `ros2
+// launch` waits for 5 s.
 inline constexpr std::chrono::milliseconds kEndTime{4800};
 
-// SIGALRM ends the process after this time. The first call counts, further ones change nothing. Any
-// thread.
+// Lets SIGALRM end the process after this time. Only the first call counts. Any thread.
 void end_within(std::chrono::milliseconds time);
 
-// SIGINT or SIGTERM asks for an orderly stop that has a deadline. Further ones change nothing: one
-// Ctrl-C reaches a program twice, from the terminal and from `ros2 launch`. Thread: that of the
-// io_context.
+// SIGINT or SIGTERM starts an orderly stop with a deadline. Further signals change nothing: one
+// Ctrl-C reaches a program twice, from the terminal and from `ros2 launch`. Runs on the thread of
+// the io_context.
 class Stop {
  public:
-  // `begin` is called with the first signal.
+  // `begin` is called at the first signal.
   Stop(boost::asio::io_context& io, std::function<void()> begin);
 
   void wait_for_signal();
@@ -38,18 +37,18 @@ class Stop {
   bool begun_ = false;
 };
 
-// To be called at the start of a program: until there is a Hangup, SIGHUP does not end a process
-// without a terminal, for which it never means more than to read a file again. It still ends one
-// whose terminal is closed.
+// Call it at the start of a program. Until there is a Hangup, SIGHUP does not end a process without
+// a terminal, for which it only means to read a file again. SIGHUP still ends a process whose
+// terminal is closed.
 void ignore_early_hangup();
 
-// SIGHUP: read the parameter file again, as for any program that runs in the background. Thread:
-// that of the io_context.
+// SIGHUP reads the parameter file again, as in any program that runs in the background. Runs on the
+// thread of the io_context.
 class Hangup {
  public:
   Hangup(boost::asio::io_context& io, std::function<void()> reload);
 
-  // Handles the signal from now on. If the program's terminal was closed, the signal has its
+  // Handles the signal from now on. If the program's terminal was closed, the signal keeps its
   // original meaning: it is passed on as SIGTERM.
   void wait_for_signal();
 
@@ -59,8 +58,8 @@ class Hangup {
   const bool in_terminal_;
 };
 
-// Active from the end of the loop, or from an error that ends the bridge, to the end of the
-// process, while threads are waited for and the middleware shuts down: signals have no further
+// Active from the end of the loop, or from an error that ends the bridge, to the exit of the
+// process. Meanwhile threads are joined and the middleware shuts down. Signals have no further
 // effect, and SIGALRM ends a process that hangs: kEndTime after the signal, or a little earlier
 // after an error.
 class LastSteps {
@@ -70,7 +69,7 @@ class LastSteps {
   LastSteps& operator=(const LastSteps&) = delete;
   ~LastSteps();
 
-  // To be called before the previous signal handling ends.
+  // Call it before the previous signal handling ends.
   void begin();
 
  private:

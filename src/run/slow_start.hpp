@@ -1,4 +1,4 @@
-// Says it if the middleware does not start.
+// Reports a middleware that does not start.
 #pragma once
 
 #include <chrono>
@@ -7,14 +7,13 @@
 
 namespace connect_bridge {
 
-// Fast DDS waits without end for shared memory that a process did not finish before it was killed;
-// the user would not know what holds up the start. The thread calls `say` once, unless it is ended
-// within `patience`.
+// Fast DDS waits forever for shared memory that a killed process did not finish, and the user would
+// not know the cause. The thread calls `say` once, unless it is stopped within `patience`.
 [[nodiscard]] std::jthread says_if_slow(std::chrono::milliseconds patience,
                                         std::function<void()> say);
 
 inline constexpr std::chrono::seconds kSlowStartPatience{10};
-// What a user can do, for the file descriptor 2.
+// Advice for the user, written to file descriptor 2.
 extern const char kSlowStartText[];
 
 }  // namespace connect_bridge

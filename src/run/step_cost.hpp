@@ -1,4 +1,4 @@
-// What parts of a step take of the loop.
+// The loop time that parts of a step cost.
 #pragma once
 
 #include <sys/resource.h>
@@ -12,10 +12,10 @@
 
 namespace connect_bridge {
 
-// Wall time, but of our own code at most the processor time of this thread: on a busy machine it
-// costs nobody what others take from the process. Inside the middleware wall time counts if the
-// thread waited there, since a lock that another thread holds is held up by what was asked of it.
-// Thread: that of the loop.
+// Measures wall time, but for our own code at most this thread's processor time: on a busy machine
+// no link pays for the time that others take from the process. Inside the middleware wall time
+// counts if the thread waited there, because the request may hold up a lock of another thread. Runs
+// on the loop's thread.
 class StepCost {
  public:
   // A part begins.
@@ -23,17 +23,17 @@ class StepCost {
     wall_ = read(CLOCK_MONOTONIC);
     if (looked_long_ago()) look();
   }
-  // What our own code took since the last call.
+  // Cost of our own code since the last call.
   Duration own() { return part(false); }
-  // What the middleware took since the last call.
+  // Cost of the middleware since the last call.
   Duration inside() { return part(true); }
 
-  // As of the last call.
+  // The time of the last call.
   [[nodiscard]] TimePoint now() const { return TimePoint(Duration(wall_)); }
 
  private:
-  // To ask for the processor time and the waits takes longer than a short part does: that is done
-  // once in this time at most, and so much a part may pay for what was before it.
+  // Reading the processor time and the waits takes longer than a short part. So it is done at most
+  // once in this time, and a part pays at most so much for earlier parts.
   static constexpr Duration kShort = std::chrono::microseconds(100);
 
   Duration part(bool waits_count) {
@@ -46,14 +46,14 @@ class StepCost {
     return std::min(wall, computed);
   }
   [[nodiscard]] bool looked_long_ago() const { return Duration(wall_ - looked_at_) >= kShort; }
-  // What this thread has computed since the last look.
+  // Processor time of this thread since the last look.
   Duration look() {
     looked_at_ = wall_;
     waits_ = waits();
     const std::int64_t now = read(CLOCK_THREAD_CPUTIME_ID);
     return Duration(now - std::exchange(processor_, now));
   }
-  // How often this thread gave the processor up.
+  // The number of times that this thread gave up the processor.
   static long waits() {
     rusage used{};
     getrusage(RUSAGE_THREAD, &used);
@@ -67,7 +67,7 @@ class StepCost {
   }
 
   std::int64_t wall_ = 0;
-  // As of the last look:
+  // Values of the last look:
   std::int64_t looked_at_ = 0;
   std::int64_t processor_ = 0;
   long waits_ = 0;

@@ -9,7 +9,7 @@
 namespace connect_bridge {
 namespace {
 
-// One less than fits: a path ends with a zero.
+// One byte less than the field: a path ends with a zero.
 constexpr std::size_t kAddressSizeMax = sizeof(sockaddr_un::sun_path) - 1;
 
 constexpr int kFirstSocket = 3;
@@ -25,7 +25,7 @@ std::optional<int> whole_number(const std::string& text) {
 }  // namespace
 
 PassedSockets passed_sockets(int pid, const std::string& sockets_for, const std::string& count) {
-  // Sockets of another process (a parent or ancestor) are not ours.
+  // Sockets for another process (a parent or ancestor) are not ours.
   if (whole_number(sockets_for) != pid)
     return {{}, "listen.address: systemd has passed no socket to this process (LISTEN_PID)"};
   const int sockets = whole_number(count).value_or(0);
@@ -47,9 +47,8 @@ Supervisor::Supervisor(boost::asio::io_context& io, std::string address) : socke
   socket_.non_blocking(true, ignored);
 }
 
-// The word about the start is repeated until it has been taken: the queue of systemd may be full
-// while a machine boots, and without that word it would end the service. A lost word for the
-// watchdog is only followed by the next one.
+// READY is repeated until it has been taken: the queue of systemd may be full while a machine
+// boots, and without READY it would stop the service. A lost WATCHDOG is followed by the next one.
 void Supervisor::every_second() {
   const bool taken = tell(knows_start_ ? "WATCHDOG=1" : "READY=1\nWATCHDOG=1");
   knows_start_ = knows_start_ || taken;

@@ -10,33 +10,33 @@
 
 namespace connect_bridge {
 
-// Sockets that it has opened for this process.
+// Sockets that the service manager has opened for this process.
 struct PassedSockets {
   std::vector<int> sockets;
-  std::string problem;  // empty: there is at least one
+  std::string problem;  // empty: there is at least one socket
 };
 
-// `pid`: of this process; `sockets_for` and `count`: LISTEN_PID and LISTEN_FDS, which may be empty.
-// At most 8.
+// `pid`: this process; `sockets_for` and `count`: LISTEN_PID and LISTEN_FDS, which may be empty. At
+// most 8 sockets.
 [[nodiscard]] PassedSockets passed_sockets(int pid, const std::string& sockets_for,
                                            const std::string& count);
 
-// systemd, or what speaks like it. Nothing here blocks, and nobody learns of a failure: the bridge
-// runs the same without a supervisor. Thread: that of the io_context.
+// systemd, or a service manager with the same protocol. Nothing here blocks, and failures are not
+// reported: the bridge runs the same without a supervisor. Runs on the thread of the io_context.
 class Supervisor {
  public:
   // `address`: NOTIFY_SOCKET, the path of a socket, or @ and an abstract name. Nothing is sent if
-  // it is empty, of another kind, or longer than the address of a socket may be.
+  // it is empty, of another kind, or longer than a socket address may be.
   Supervisor(boost::asio::io_context& io, std::string address);
 
-  // Once a second while the loop moves, the first time when the bridge is open: says that, once,
-  // and that the watchdog need not bite.
+  // Call it once a second while the loop moves, and first when the bridge is open. Sends READY
+  // until the supervisor has taken it, and WATCHDOG each time.
   void every_second();
-  // An orderly end has begun.
+  // Reports that an orderly stop has begun.
   void stopping();
 
  private:
-  // Whether the text is in the queue of the supervisor.
+  // True if the supervisor's queue took the text.
   bool tell(std::string_view text);
 
   boost::asio::local::datagram_protocol::socket socket_;

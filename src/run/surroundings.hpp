@@ -1,4 +1,4 @@
-// What this machine says when a configuration is checked: environment, files, installed types.
+// Facts of this machine for the check of a configuration: environment, files, installed types.
 #pragma once
 
 #include "config/config.hpp"
@@ -8,8 +8,8 @@ namespace connect_bridge {
 // The variables of this process.
 [[nodiscard]] Variable environment();
 
-// The information about this machine that a configuration is checked against. It reads files when
-// it is asked, and makes none. Thread: any, one at a time.
+// The facts that a configuration is checked against. Reads files at each call, and creates none.
+// Thread: any, one at a time.
 [[nodiscard]] Surroundings surroundings();
 
 }  // namespace connect_bridge

@@ -78,7 +78,7 @@ void Workers::run() {
     JobDone done{std::visit([](const auto& j) { return j.job; }, job), std::nullopt};
     try {
       done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
-    } catch (const std::bad_alloc&) {  // as what is malformed, or does not shrink
+    } catch (const std::bad_alloc&) {  // handled like malformed data, or data that does not shrink
     }
     lock.lock();
     unhandled_bytes_ += bytes_of(done);

@@ -15,15 +15,15 @@
 
 namespace connect_bridge {
 
-// Jobs are pure; their results come back through `done`, called from a worker's thread. Links take
-// turns. The core limits the number of jobs (one per channel at a time) and cancels those of
-// channels that end, so the queue needs no limit of its own. The results need one: a few bytes can
-// decompress to many, faster than the loop handles them.
+// Jobs are pure; a worker's thread passes their results to `done`. Links take turns. The queue
+// needs no limit: the core limits jobs to one per channel at a time, and cancels jobs of closed
+// channels. The results need one: a few bytes can decompress to many, faster than the loop handles
+// them.
 class Workers {
  public:
   using Job = std::variant<CompressJob, DecompressJob>;
-  // No job begins while so many bytes of results wait to be handled. So with two threads there are
-  // at most so many, two messages that are worked on, and one that is being handled.
+  // No job begins while so many bytes of results wait to be handled. So with two threads memory
+  // holds at most these bytes, two messages in work, and one that is being handled.
   static constexpr std::size_t kUnhandledBytesMax = 8 << 20;
 
   Workers(unsigned threads, std::function<void(JobDone)> done);
@@ -33,9 +33,9 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   void add(Job job);  // any thread
-  // Forgets it, if it has not begun; any thread.
+  // Drops the job, if it has not begun. Any thread.
   void cancel(JobId job);
-  // A result that `done` got has been handled. To be called once for each; any thread.
+  // The result that `done` received has been handled. Call it once for each result. Any thread.
   void handled(const JobDone& done);
 
  private:
