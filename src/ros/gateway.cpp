@@ -40,7 +40,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
          batch.bytes < options_.bytes_per_wake_max) {
     auto input = shared_.ready.step(batch);
     if (!input) continue;
-    // It could not be opened again; the core treats it as destroyed.
+    // The subscription could not be opened again; the core treats it as destroyed.
     const auto* failed = std::get_if<SubscriptionFailed>(&*input);
     if (failed != nullptr) subscriptions_.destroy(failed->id);
     if (auto* graph = std::get_if<GraphChanged>(&*input)) add_lacks(*graph);
@@ -49,7 +49,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   const bool ending = shared_.ended.free_some();
   const bool looking = services_.look_at_some();
   const bool more = checked || ending || looking || !shared_.ready.idle() || !reports.empty();
-  if (more) shared_.ready.wake();  // with what comes meanwhile one wake, not two
+  if (more) shared_.ready.wake();  // one wake includes inputs that arrive meanwhile
   return more;
 }
 
@@ -58,7 +58,7 @@ bool Gateway::publish_checked() {
     const auto sample = check_.take();
     if (!sample) return false;
     on_checked(*sample);
-    if (sample->what.payload.size() > kLargeSample) return true;  // it takes long to publish it
+    if (sample->what.payload.size() > kLargeSample) return true;  // publishing it takes long
   }
   return true;
 }
@@ -68,7 +68,7 @@ void Gateway::on_checked(const SampleCheck::Sample& sample) {
 }
 
 void Gateway::add_lacks(GraphChanged& graph) {
-  // Nodes have most of their types in common.
+  // Most types are used by many nodes, so each is looked up once.
   std::map<std::tuple<std::string, std::string, bool>, std::optional<TypeLack>> known;
   const auto lack_of = [&](const std::string& type, const std::string& hash, bool is_service) {
     const auto [at, is_new] = known.try_emplace({type, hash, is_service});
@@ -114,7 +114,7 @@ void Gateway::apply(const DropInvocation& action) {
 std::string Gateway::open_diagnostics() {
   const auto refusal = diagnostics_.open();
   if (refusal) return refusal->reason;
-  graph_.refresh(kDiagnosticsTopic);  // a reading before it was known to be shown has left it out
+  graph_.refresh(kDiagnosticsTopic);  // an earlier reading has left out our publisher
   return {};
 }
 

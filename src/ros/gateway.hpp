@@ -1,5 +1,5 @@
-// Connects the core to the ROS graph: its actions become entities, and events of the graph become
-// inputs.
+// Connects the core to the ROS graph: actions of the core become entities, and events of the graph
+// become inputs.
 #pragma once
 
 #include <cstddef>
@@ -21,30 +21,31 @@ namespace connect_bridge::ros {
 
 struct GatewayOptions {
   std::uint32_t message_bytes_max = 64U << 20;  // larger samples are dropped and reported
-  // Types whose packages are not installed are carried too, where the middleware can do that.
+  // Types whose packages are not installed are forwarded, too, if the middleware can.
   bool types_not_installed = true;
   int steps_per_wake_max = 64;  // per drain(), so that sockets get their turn
-  // As steps_per_wake_max, in bytes: no more than the first packet takes. So the next hop works on
-  // that packet while this side takes the rest, and its bytes are still in the caches.
+  // Bytes per drain(): no more than the first packet takes. So the next hop works on that packet
+  // while this side takes the rest, and its bytes are still in the caches.
   std::size_t bytes_per_wake_max = 64U << 10;
-  Duration graph_pause = std::chrono::milliseconds(20);  // at least between two readings
+  Duration graph_pause = std::chrono::milliseconds(20);  // shortest pause between two readings
 };
 
-// Thread: all calls from the loop's thread. Use: when `wake` was called, drain() once, after the
-// sockets had their turn; it wakes again while more is ready. Destroy it before the Node; no input
-// and no wake comes after that.
+// All calls come from the loop's thread. After a `wake`, call drain() once, when the sockets have
+// had their turn; it wakes again while more is ready. Destroy the gateway before the Node; no input
+// and no wake follows.
 class Gateway {
  public:
-  // `wake` is called from any thread, at most once until the next drain(); it must be cheap and
-  // must not throw. Starts the thread that reads the graph; the first GraphChanged comes by itself.
+  // Starts the thread that reads the graph; the first GraphChanged needs no request. `wake` is
+  // called from any thread, at most once until the next drain(); it must be cheap and must not
+  // throw.
   Gateway(Node& node, const GatewayOptions& options, std::function<void()> wake);
 
-  // Gives events as inputs to `sink`, in turns over the entities that are ready. The sink may call
-  // apply(). Returns whether more is ready.
+  // Passes events to `sink` as inputs, in turns over the ready entities. The sink may call apply().
+  // True if more is ready.
   bool drain(const std::function<void(Input&&)>& sink);
 
-  // Carries out an action of the core. A failure comes as an input (SubscriptionFailed,
-  // InvocationFailed ..). Unknown ids are ignored.
+  // Carries out an action of the core. A failure becomes an input (SubscriptionFailed,
+  // InvocationFailed, ...). Unknown ids are ignored.
   void apply(const CreateSubscription& action) { subscriptions_.create(action); }
   void apply(const DestroySubscription& action) { subscriptions_.destroy(action.id); }
   void apply(const CreateMirror& action) { mirrors_.create(action); }
@@ -61,23 +62,23 @@ class Gateway {
   void apply(const FollowClock& action) { time_.follow(action.on); }
   void apply(const RefreshGraph& action) { graph_.refresh(action.topic); }
 
-  // Whether Node::ros_now() follows /clock, also where the core does not ask for it.
+  // Lets Node::ros_now() follow /clock, even if the core does not ask for it.
   void set_use_sim_time(bool on) { time_.set(on); }
 
-  // /diagnostics of this process, which samples that are serialized already are given to. Once;
-  // returns why there is none, or nothing.
+  // Opens the publisher on /diagnostics for this process. Call it once; returns the problem, empty:
+  // none.
   [[nodiscard]] std::string open_diagnostics();
-  // Whether somebody listens.
+  // True if /diagnostics has a subscriber.
   [[nodiscard]] bool diagnostics_wanted() const { return diagnostics_.wanted(); }
   void publish_diagnostics(ByteView sample) { diagnostics_.publish(sample); }
 
   [[nodiscard]] GatewayCounters counters() const;
 
  private:
-  // Publishes some of the samples that are checked; returns whether there may be more.
+  // Publishes some of the checked samples. True if there may be more.
   bool publish_checked();
   void on_checked(const SampleCheck::Sample& sample);
-  // Says of each topic and service what of its type is lacking.
+  // Adds the lack of its type, if any, to each topic and service.
   void add_lacks(GraphChanged& graph);
 
   const GatewayOptions options_;
@@ -87,7 +88,7 @@ class Gateway {
   Services services_{shared_, graph_};
   TimeSource time_{shared_};
   DiagnosticsTopic diagnostics_{shared_};
-  GraphWatcher graph_;  // these are last, so their threads end first
+  GraphWatcher graph_;  // last, with check_: their threads end first
   SampleCheck check_{[this] { shared_.ready.wake(); }};
 };
 

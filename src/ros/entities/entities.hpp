@@ -1,4 +1,4 @@
-// The entities of one kind, by the ids that the core has given them.
+// The entities of one kind, by the ids that the core chose for them.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@
 
 namespace connect_bridge::ros {
 
-// T is constructed from Shared and a T::Create, the action of the core; T::open() returns why it
-// cannot exist, which is reported as an EntityFailed. Thread: the loop's.
+// T is constructed from Shared and T::Create, the action of the core. T::open() returns a refusal
+// if the entity cannot exist; this is reported as an EntityFailed. Thread: the loop's.
 template <class T>
 class Entities {
  public:
@@ -21,11 +21,11 @@ class Entities {
 
   explicit Entities(Shared& shared) : shared_(shared) {}
 
-  // Returns whether it exists now.
+  // True if the entity exists now.
   bool create(const typename T::Create& action) {
     auto made = std::make_unique<T>(shared_, action);
     auto refusal = made->open();
-    // What has ended may be in its way: a process of Fast DDS can have one type for a topic.
+    // An ended entity may be in its way: a process of Fast DDS can have only one type for a topic.
     if (refusal && shared_.ended.free(name_of(action))) {
       made.reset();
       made = std::make_unique<T>(shared_, action);
@@ -41,8 +41,8 @@ class Entities {
     CONNECT_CHECK(is_new);
     return true;
   }
-  // Ends the entity: it is silent at once, and leaves the graph when its turn comes (Ended).
-  // Returns whether there was one.
+  // Ends the entity: it is silent at once, and leaves the graph when its turn comes (Ended). False:
+  // there was none.
   bool destroy(Id id) {
     auto found = entities_.extract(id);
     if (!found) return false;
@@ -50,7 +50,7 @@ class Entities {
     shared_.ready.wake();
     return true;
   }
-  // nullptr: there is none.
+  // nullptr: there is no entity with this id.
   [[nodiscard]] T* find(Id id) const {
     const auto found = entities_.find(id);
     return found == entities_.end() ? nullptr : found->second.get();

@@ -1,4 +1,4 @@
-// One QoS event of a subscription; where the middleware lacks it, it never happens.
+// One QoS event of a subscription. The event never happens if the middleware lacks it.
 #pragma once
 
 #include <rcl/event.h>
@@ -10,7 +10,8 @@
 
 namespace connect_bridge::ros {
 
-// Thread: the loop's. Close it before its subscription. Without a callback it can only be polled.
+// Close the event before its subscription. Without a callback it can only be polled. Thread: the
+// loop's.
 class QosEvent {
  public:
   QosEvent() = default;
@@ -21,9 +22,10 @@ class QosEvent {
   void open(const rcl_subscription_t* subscription, rcl_subscription_event_type_t type,
             rcl_event_callback_t callback, ReadyList::Slot* slot);
   void close();
-  // `status` is the rmw structure of this type of event.
+  // Takes the event; `status` is rmw's structure for this type of event. False: nothing has
+  // happened.
   bool take(void* status);
-  // For an event of incompatible QoS: the policy that does not fit.
+  // Takes an event of incompatible QoS: the policy that does not fit.
   std::optional<std::string> take_policy();
 
  private:

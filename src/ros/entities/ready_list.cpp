@@ -5,7 +5,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// rcl carries the user data of callbacks as const.
+// The user data of rcl's callbacks is const.
 ReadyList::Slot* slot_of(const void* user_data) {
   return static_cast<ReadyList::Slot*>(const_cast<void*>(user_data));
 }
@@ -41,7 +41,7 @@ void ReadyList::collect() {
   woken_.store(false);
   const std::lock_guard lock(mutex_);
   for (Slot* slot : marked_) {
-    // From here on a new mark puts the slot into marked_ again, which has room for it now.
+    // A new mark puts the slot into marked_ again from now on; there is room for it.
     slot->to_do |= slot->bits.exchange(0) & slot->own;
     if (slot->to_do == 0 || slot->in_turn) continue;
     slot->in_turn = true;
@@ -55,7 +55,7 @@ std::optional<Input> ReadyList::step(Batch& batch) {
   Slot& slot = *turns_.front();
   turns_.pop_front();
   slot.in_turn = false;
-  // An entity may be destroyed, and its slot given to another one, before its turn comes.
+  // An entity may be destroyed, and its slot reused, before its turn comes.
   if (slot.entity == nullptr || slot.to_do == 0) return std::nullopt;
   auto input = slot.entity->step(batch);
   if (slot.to_do != 0) {

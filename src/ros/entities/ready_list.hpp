@@ -1,5 +1,5 @@
-// The entities that have something to do: marked by middleware callbacks on any thread, given their
-// turns by the loop.
+// The entities that have work to do. Callbacks of the middleware mark them on any thread, and the
+// loop gives them turns.
 #pragma once
 
 #include <atomic>
@@ -17,37 +17,37 @@ namespace connect_bridge::ros {
 
 class Entity;
 
-// What there is to do, as bits.
+// The kinds of work, as bits.
 enum ReadyBit : std::uint32_t {
   kReadyMessage = 1,       // samples, requests, responses or a graph can be taken
-  kReadyLost = 2,          // event: message lost
+  kReadyLost = 2,          // event: a message was lost
   kReadyIncompatible = 4,  // event: incompatible QoS
   kReadyFailed = 8,        // samples could not be published
   kReadyChanged = 16,      // the graph has changed
-  kReadyLook = 32,         // it is time to look at the graph again
+  kReadyLook = 32,         // the graph is to be looked at again
 };
 
-// What the entities have done since the loop began to drain them.
+// Work of the entities since the loop began to drain them.
 struct Batch {
-  int steps = 0;  // each counts, also one that finds nothing: nobody can hold the loop
+  int steps = 0;  // each step counts, even an empty one: no entity can hold the loop
   std::size_t bytes = 0;
 };
 
-// Callbacks hold the address of a Slot. Slots are recycled and never freed before the list. A slot
-// may be marked for an entity that is gone when it is given to the next one: of such marks only
-// those of the new entity's own kind count, and at worst it finds nothing to do.
+// Callbacks hold the address of a Slot. Slots are recycled, and freed only with the list. A mark
+// for a destroyed entity may reach the next entity in the slot: only marks of that entity's own
+// kinds count, and at worst it finds nothing to do.
 class ReadyList {
  public:
   struct Slot {
     ReadyList* list = nullptr;
     std::atomic<std::uint32_t> bits{0};   // marked and not collected yet
-    std::atomic<std::size_t> counted{0};  // arrivals that were reported by on_counted()
-    // Of the loop's thread:
+    std::atomic<std::size_t> counted{0};  // arrivals that on_counted() reported
+    // Used by the loop's thread only:
     Entity* entity = nullptr;  // nullptr: free
-    std::uint32_t own = 0;     // bits that the entity knows
+    std::uint32_t own = 0;     // bits that the entity handles
     bool in_turn = false;      // is in turns_
-    std::uint32_t to_do = 0;   // bits that were collected and are not done
-    std::size_t expected = 0;  // arrivals that callbacks reported and that were not taken
+    std::uint32_t to_do = 0;   // collected bits that are not done
+    std::size_t expected = 0;  // reported arrivals that were not taken yet
   };
 
   // `wake` is called from any thread, at most once until the next collect().
@@ -55,21 +55,22 @@ class ReadyList {
   ReadyList(const ReadyList&) = delete;
   ReadyList& operator=(const ReadyList&) = delete;
 
-  // Loop's thread. Entities acquire and release their own. `own`: the bits that the entity does.
+  // Called by entities for themselves, on the loop's thread. `own`: the bits that the entity
+  // handles.
   Slot* acquire(Entity* entity, std::uint32_t own);
   void release(Slot* slot);
-  // The loop starts collecting, so the next mark wakes it again. Marked entities get a turn.
+  // Collects the marks and gives marked entities a turn. The next mark wakes the loop again.
   void collect();
-  // Gives the next entity its turn: one step, whose result is returned.
+  // Gives the next entity its turn, and returns the result of its one step.
   std::optional<Input> step(Batch& batch);
-  // Whether no entity waits for a turn.
+  // True if no entity waits for a turn.
   [[nodiscard]] bool idle() const { return turns_.empty(); }
 
   // Any thread; never throws, never allocates.
   static void mark(Slot* slot, std::uint32_t bit) noexcept;
   void wake() noexcept;
 
-  // For rcl: `slot` is the user data.
+  // Callbacks for rcl: `slot` is the user data.
   static void on_message(const void* slot, std::size_t count) noexcept;
   static void on_counted(const void* slot, std::size_t count) noexcept;
   static void on_lost(const void* slot, std::size_t count) noexcept;

@@ -1,4 +1,4 @@
-// What the entities of a gateway share.
+// Objects that the entities of a gateway share.
 #pragma once
 
 #include <chrono>
@@ -25,24 +25,24 @@
 
 namespace connect_bridge::ros {
 
-// Entities that have ended, until the middleware has taken them out of the graph. To end one takes
-// the middleware some 0.1 ms, and when a link is lost there can be thousands: they go a few at a
-// time, and others get their turns in between. Thread: the loop's.
+// Ended entities, until the middleware has removed them from the graph. Each removal takes some 0.1
+// ms, and a lost link may end thousands of entities. So a few are destroyed at a time, and other
+// entities get their turns in between. Thread: the loop's.
 class Ended {
  public:
-  // How long free_some() takes, and what it had begun by then.
+  // Time limit of free_some(); a removal that has begun is finished.
   static constexpr auto kTurn = std::chrono::milliseconds(1);
 
-  // It reports nothing any more.
+  // Adds an entity, which reports nothing from now on.
   void add(std::unique_ptr<Entity> entity) {
     entity->mute();
     entities_.push_back(std::move(entity));
   }
-  // Destroys the ended entities of one topic or service at once. Returns whether there were any.
+  // Destroys the ended entities of one topic or service at once. True if there were any.
   bool free(const std::string& name) {
     return std::erase_if(entities_, [&](const auto& entity) { return entity->name() == name; }) > 0;
   }
-  // Returns whether some are left.
+  // Destroys some entities. True if others are left.
   bool free_some() {
     if (entities_.empty()) return false;
     const auto end = std::chrono::steady_clock::now() + kTurn;
@@ -54,7 +54,7 @@ class Ended {
   std::deque<std::unique_ptr<Entity>> entities_;
 };
 
-// Thread: the loop's.
+// Members that all entities of a gateway use. Thread: the loop's.
 struct Shared {
   Shared(Node& the_node, std::uint32_t bytes_max, bool types_not_installed,
          std::function<void()> wake, std::function<bool(const std::string& name)> is_node_taken,
@@ -71,7 +71,7 @@ struct Shared {
     reports.push_back(std::move(input));
     ready.wake();
   }
-  // The message that was taken into `form`, which is reset; or why it cannot be carried.
+  // The bytes of the message in `form`, which is reset; or the reason why it cannot be forwarded.
   std::variant<Payload, std::string> bytes_of(MessageForm& form, Batch& batch) {
     auto unwritten = form.write_to(*buffer.prepare());
     form.reset();
@@ -82,13 +82,13 @@ struct Shared {
     return "it has " + std::to_string(payload.size()) + " bytes, more than " +
            std::to_string(message_bytes_max);
   }
-  // A request or response that cannot be carried.
+  // Logs a request or response that cannot be forwarded, at a limited rate.
   void refuse_call(const std::string& why) {
     ++counters.refused_calls;
     node.log(refusals, LogLevel::kWarn, why);
   }
-  // Logs once per type (once for all parts of an action), so that a peer with thousands of types
-  // cannot fill the log.
+  // Logs a type that is not installed, once per type (once for all parts of an action): a peer with
+  // thousands of types cannot fill the log.
   void tell_not_installed(const std::string& type) {
     const auto name = parse_type_name(type);
     told_types.on_time(Node::steady_now());
@@ -96,8 +96,8 @@ struct Shared {
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
                                   " is not installed here: its messages are carried unchecked");
   }
-  // An entity is made here with a type for which the peer has sent this hash. Logs once that hashes
-  // cannot be compared, if one is missing; old distributions have none.
+  // Logs, once, that hashes cannot be compared because one is missing; old distributions have none.
+  // `hash_there`: the peer's hash of the type for which an entity is made here.
   void tell_if_unhashed(const std::string& type, const std::string& hash_there) {
     if ((distro::kTypeHashes && !hash_there.empty()) || std::exchange(told_unhashed, true)) return;
     const std::string silent = distro::kTypeHashes ? "the peer" : "this side";
@@ -107,30 +107,30 @@ struct Shared {
                  " knows none (in ROS 2 Humble; of services it lacks), only the names of types are "
                  "compared; said once");
   }
-  // Logs once per service and type that nodes of this graph have another definition of it.
+  // Logs, once per service and type, that nodes of this graph have another definition of it.
   void tell_other_definition(const std::string& service, const std::string& type,
                              const std::string& text) {
     told_definitions.on_time(Node::steady_now());
     if (told_definitions.first(service + " " + type)) node.log(LogLevel::kWarn, text);
   }
-  // A message of many short strings takes several times the memory of its bytes.
+  // Memory limit of a message: many short strings take several times the memory of their bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
 
   Node& node;
   const std::uint32_t message_bytes_max;
-  const std::function<void(Duration)> look_again;  // for servers and callers
+  const std::function<void(Duration)> look_again;  // requests a look at servers and callers
   TypeSupports types;
   ReadyList ready;
   ProxyNodes proxies;
   TakeBuffer buffer;
   GatewayCounters counters;
   std::deque<Input> reports;
-  LogLimit refusals;     // of requests and responses
-  LogLimit unpublished;  // samples
-  TellOnce told_types;   // that are not installed
+  LogLimit refusals;     // for requests and responses
+  LogLimit unpublished;  // for samples
+  TellOnce told_types;   // types that are not installed
   TellOnce told_definitions;
   bool told_unhashed = false;
-  Ended ended;  // last: they use the others
+  Ended ended;  // last: these entities use the other members
 };
 
 }  // namespace connect_bridge::ros

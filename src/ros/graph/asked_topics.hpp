@@ -1,4 +1,4 @@
-// The topics that are to be read at once, whatever else of the graph is being read.
+// Topics that must be read at once, whatever other part of the graph is being read.
 #pragma once
 
 #include <chrono>
@@ -10,19 +10,19 @@
 
 namespace connect_bridge::ros {
 
-// The middleware may deliver a sample a moment before its graph shows the publisher, and that
-// before the publisher's node, and several publishers may be asked for. So a topic is read a few
-// times. Single-threaded.
+// The middleware may deliver a sample shortly before its graph shows the publisher, and the
+// publisher before its node; and several publishers may be unknown. So each requested topic is read
+// a few times. Single-threaded.
 class AskedTopics {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
-  static constexpr int kReadingsMax = 5;  // within kPause * (2^4 - 1), that is 150 ms
-  static constexpr Duration kPause = std::chrono::milliseconds(10);  // it doubles
+  static constexpr int kReadingsMax = 5;  // within kPause * (2^4 - 1) = 150 ms
+  static constexpr Duration kPause = std::chrono::milliseconds(10);  // doubles each time
 
   void ask(const std::string& topic, TimePoint now) { topics_[topic] = {now, 0}; }
-  // A topic that is to be read now, if any; the next one with the next call.
+  // Takes one topic that is due; nullopt: none is.
   [[nodiscard]] std::optional<std::string> take_due(TimePoint now);
-  // When the next one is due.
+  // The time when the next topic is due.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
  private:

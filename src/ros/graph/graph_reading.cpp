@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr Duration kLongQuestion = std::chrono::microseconds(50);
 
-// Reads the endpoints of one topic into its states, one per type.
+// Reads the endpoints of one topic into its states, one for each type.
 class TopicReading {
  public:
   TopicReading(const Node& node, const char* topic, BridgeParticipants& bridges)
@@ -55,7 +55,7 @@ class TopicReading {
     endpoint.node_name = info.node_name;
     endpoint.node_namespace = info.node_namespace;
     // A node with our name is another bridge, or the remains of a killed one: none of its endpoints
-    // is a user's. Only its claims are of interest, and a killed one cannot send them.
+    // belongs to a user. Only its claims matter, and a killed bridge cannot send claims.
     if (!node_.own().shows(endpoint.gid)) {
       note_bridge(endpoint, endpoints == &TopicState::publishers);
       if (is_namesake(endpoint) && !is_claims_) return;
@@ -130,7 +130,7 @@ std::optional<std::set<std::string>> topics_of_nodes(const Node& node,
     for (const auto query : {&rcl_get_publisher_names_and_types_by_node,
                              &rcl_get_subscriber_names_and_types_by_node}) {
       between();
-      // It finds none of a node that has just left: that is not an error.
+      // A node that has just left has no names: that is no error.
       const NamesAndTypes found(query, node.handle(), false, of.name.c_str(),
                                 of.name_space.c_str());
       for (std::size_t i = 0; i < found.size(); ++i) topics.insert(found.name(i));
@@ -177,7 +177,8 @@ bool GraphReading::read_topics(BridgeParticipants& bridges, const std::function<
   return read_rest(bridges, between);
 }
 
-// What is there of nodes whose names are not known, or not unique, and of programs without ROS.
+// Reads a portion of the remaining topics. They may have endpoints of nodes whose names are unknown
+// or not unique, or of programs without ROS.
 bool GraphReading::read_rest(BridgeParticipants& bridges, const std::function<void()>& between) {
   between();
   if (changed_ && !ask_for_rest()) return false;
@@ -191,7 +192,7 @@ bool GraphReading::read_rest(BridgeParticipants& bridges, const std::function<vo
   return true;
 }
 
-// Those that are new come first, then those that were next.
+// Lists the remaining topics: new ones come first, then those whose turn was next.
 bool GraphReading::ask_for_rest() {
   const NamesAndTypes found(&rcl_get_topic_names_and_types, node_.handle(), false);
   if (!found.ok()) return false;
@@ -223,7 +224,7 @@ void GraphReading::keep(const std::string& topic, std::vector<TopicState> states
 }
 
 bool GraphReading::read_topic(const std::string& topic, GraphChanged& graph) {
-  // A bridge that has just come is known by its claims.
+  // The claims are read, too: they identify a bridge that has just started.
   TopicReading claims(node_, kClaimsTopic, bridges_);
   TopicReading reading(node_, topic.c_str(), bridges_);
   if (!claims.read() || !reading.read()) return false;

@@ -12,10 +12,10 @@
 namespace connect_bridge::ros {
 namespace {
 
-// A node's name arrives some time after its endpoints. So the graph is read again a few times;
-// after that the endpoint is taken to belong to a program without ROS.
+// A node's name arrives some time after its endpoints, so the graph is read again a few times.
+// After that the endpoint counts as one of a program without ROS.
 constexpr int kRetriesMax = 6;
-// A question seems to take long, too, while the machine sleeps or others have it.
+// A question also seems long while the machine sleeps, or while other threads hold the lock.
 constexpr Duration kLeaveMax = std::chrono::milliseconds(20);
 
 Duration retry_delay(int retries) {
@@ -172,7 +172,7 @@ std::optional<std::string> GraphWatcher::take_asked() {
 }
 
 bool GraphWatcher::wait(Clock::time_point deadline) {
-  // A guard condition that was triggered before it is added here still ends the wait.
+  // A guard condition that was triggered before this still ends the wait.
   const auto* changes = rcl_node_get_graph_guard_condition(node_.handle());
   std::size_t place = 0;
   const bool ready = ignore_error(rcl_wait_set_clear(&wait_set_)) &&
@@ -187,7 +187,7 @@ bool GraphWatcher::wait(Clock::time_point deadline) {
   const rcl_ret_t result = rcl_wait(&wait_set_, forever ? -1 : left.count());
   if (result == RCL_RET_TIMEOUT) return !ignore_error(result) && wants_reading();
   if (!ignore_error(result)) {
-    // The context was shut down, or the middleware failed: do not spin.
+    // The context was shut down, or the middleware failed: the pause avoids a busy loop.
     pause(std::chrono::milliseconds(200), std::chrono::milliseconds(200));
     return false;
   }
@@ -225,13 +225,13 @@ void GraphWatcher::read(bool changed) {
     if (asked) refresh_ = true;
     return;
   }
-  // What has been told is newer than this reading may be.
+  // Reports of single topics may be newer than this reading, so these topics are read again.
   for (const auto& topic : answered_) reading_.read_topic(topic, *graph);
   if (asked || *graph != last_) tell(std::move(*graph));
 }
 
 void GraphWatcher::read_topic(const std::string& topic) {
-  if (!last_) return;  // one topic alone would be told as the whole graph
+  if (!last_) return;  // one topic alone would count as the whole graph
   GraphChanged graph = *last_;
   if (!reading_.read_topic(topic, graph) || graph == *last_) return;
   answered_.insert(topic);

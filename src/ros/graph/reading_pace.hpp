@@ -1,4 +1,4 @@
-// How long the graph is not read after a reading.
+// The pauses between readings of the graph.
 #pragma once
 
 #include <algorithm>
@@ -8,23 +8,23 @@
 
 namespace connect_bridge::ros {
 
-// A graph that keeps changing is read for a tenth of the time at most, and for a quarter while
-// readings are asked for. What comes to a graph comes in several steps, such as a node with its
-// endpoints: so after a rest some readings come at once. Single-threaded.
+// A changing graph is read for at most a tenth of the time, and for a quarter of it while readings
+// are requested. Arrivals take several steps, such as a node and its endpoints, so after a rest a
+// few readings may follow at once. Single-threaded.
 class ReadingPace {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
-  // In times the duration of a reading.
+  // Factors of the duration of a reading.
   static constexpr int kRest = 9;
   static constexpr int kRestIfAsked = 3;
   static constexpr int kAtOnce = 3;
 
   struct Rest {
     Duration usual{};
-    Duration if_asked{};  // not longer
+    Duration if_asked{};  // while a reading is requested; never longer
   };
-  // A reading that took so long has ended. No rest is longer than kRest of it, however many were
-  // asked for before.
+  // A reading of duration `took` has ended. No rest is longer than kRest times `took`, however many
+  // readings were requested before.
   [[nodiscard]] Rest after(Duration took, TimePoint now) {
     rested_ = std::max(rested_, now) + took * kRest;
     rested_ = std::min<TimePoint>(rested_, now + took * kRest * (kAtOnce + 1));
@@ -34,7 +34,7 @@ class ReadingPace {
   }
 
  private:
-  TimePoint rested_{};  // when there has been a rest for all readings so far
+  TimePoint rested_{};  // end of the rests that all readings so far require
 };
 
 }  // namespace connect_bridge::ros

@@ -17,12 +17,13 @@ namespace {
 
 struct Nodes {
   std::set<NodeName> plain;
-  // Names of more than one node, or of a node and a proxy of ours. The middleware answers for an
-  // arbitrary one of them, so their services are found by their writers, where it tells these.
+  // Names of several nodes, or of a node and a proxy of ours. The middleware answers for an
+  // arbitrary one of them, so their services are found by their writers, if the middleware shows
+  // these.
   std::set<NodeName> shared;
 };
 
-// The nodes of others.
+// Reads the nodes of others.
 std::optional<Nodes> read_nodes(const Node& node) {
   const auto ours_before = node.own().nodes();
   const auto names = names_of_nodes(node);
@@ -37,7 +38,7 @@ std::optional<Nodes> read_nodes(const Node& node) {
     if (full == node.facts().full_name) continue;
     const auto before = ours_before.find(full), after = ours_after.find(full);
     const bool foreign = before == ours_before.end() && after == ours_after.end();
-    // Not created or removed meanwhile, so it is one of those that were counted.
+    // Our node was in the graph all the time, so it is one of the counted nodes.
     const bool steady = before != ours_before.end() && after != ours_after.end() &&
                         before->second != OwnEndpoints::kUnsettled &&
                         before->second == after->second;
@@ -47,18 +48,18 @@ std::optional<Nodes> read_nodes(const Node& node) {
   return nodes;
 }
 
-// A server by its writer of responses.
+// A server, known by its writer of responses.
 struct Writer {
   Gid gid;
   NodeName node;
-  std::string type;  // "std_srvs/srv/SetBool"; empty: not known
+  std::string type;  // "std_srvs/srv/SetBool"; empty: unknown
 
   [[nodiscard]] bool may_have(const std::string& other) const {
     return type.empty() || type == other;
   }
 };
 
-// "std_srvs/srv/SetBool" of "std_srvs::srv::dds_::SetBool_Response_".
+// Makes "std_srvs/srv/SetBool" from "std_srvs::srv::dds_::SetBool_Response_".
 std::string service_type_of(std::string_view response) {
   constexpr std::string_view kMiddle = "::dds_::", kEnd = "_Response_";
   const auto middle = response.find(kMiddle);
@@ -76,7 +77,7 @@ class ServiceReading {
                  const BridgeParticipants& bridges, const std::function<void()>& between)
       : node_(node), watched_(watched), bridges_(bridges), between_(between) {}
 
-  // false: the middleware failed.
+  // False: the middleware failed.
   bool add_all(const Nodes& nodes);
   std::vector<ServiceState> finish();
 
@@ -90,7 +91,7 @@ class ServiceReading {
   const std::set<std::string>& watched_;
   const BridgeParticipants& bridges_;
   const std::function<void()>& between_;
-  // The nodes that own servers, by the service's name and type.
+  // The nodes that have servers, by the service's name and type.
   std::map<std::pair<std::string, std::string>, std::set<NodeName>> services_;
   std::map<std::string, std::vector<Writer>> writers_;
 };
@@ -103,7 +104,7 @@ bool ServiceReading::add_all(const Nodes& nodes) {
 
 void ServiceReading::add_services_of(const NodeName& of) {
   between_();
-  // It finds none of a node that has just left: that is not an error.
+  // A node that has just left has no services: that is no error.
   const NamesAndTypes found(&rcl_get_service_names_and_types_by_node, node_.handle(),
                             of.name.c_str(), of.name_space.c_str());
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -125,7 +126,7 @@ bool ServiceReading::add_services_of_shared(const std::set<NodeName>& names) {
   return found.ok();
 }
 
-// The servers of others; empty where the middleware has no such topic.
+// The servers of others; empty if the middleware has no such topic.
 const std::vector<Writer>& ServiceReading::writers_of(const std::string& service) {
   const auto [at, is_new] = writers_.try_emplace(service);
   std::vector<Writer>& writers = at->second;
@@ -142,8 +143,8 @@ const std::vector<Writer>& ServiceReading::writers_of(const std::string& service
   return writers;
 }
 
-// Fills in the servers' ids and their real owners. There may be several nodes of one name: a killed
-// process stays in the graph until its lease is over, while its successor is there already.
+// Adds the servers' ids and their real nodes. A name may belong to several nodes: a killed process
+// stays in the graph until its lease expires, while its successor runs already.
 void ServiceReading::identify(ServiceState& service) {
   std::vector<Server> servers;
   for (Server& server : service.servers) {
@@ -167,16 +168,16 @@ std::vector<ServiceState> ServiceReading::finish() {
   for (const auto& [key, nodes] : services_) {
     ServiceState state{key.first, key.second, {}};
     for (const NodeName& of : nodes) state.servers.push_back(Server{Gid{}, of.name_space, of.name});
-    // Asking for each one takes long in a large graph, so this is done only where it is useful.
+    // Questions about each service take long in a large graph, so only useful ones are asked.
     if (!bridges_.empty() || watched_.contains(state.name)) identify(state);
     if (!state.servers.empty()) states.push_back(std::move(state));
   }
   return states;
 }
 
-constexpr std::size_t kUnservedMax = 256;  // services without a server
+constexpr std::size_t kUnservedMax = 256;  // limit of services without a server
 
-// A client writes requests.
+// A service is called if somebody else has a client of it, which writes its requests.
 bool is_called(const Node& node, const std::string& service) {
   if (!middleware().tells_servers())
     return distro::count_clients(node.handle(), service.c_str()).value_or(0) > 0;

@@ -63,7 +63,7 @@ std::vector<std::string> pick(const std::vector<std::string>& words, int count, 
   return texts;
 }
 
-// What a node of this name will be called, with what remaps it.
+// The full name that a node of this name will have after remapping.
 std::string future_name(const rcl_arguments_t& arguments, const std::string& name) {
   auto allocator = rcl_get_default_allocator();
   const auto text_or = [&](char* text, const std::string& otherwise) {
@@ -106,7 +106,7 @@ struct Node::State {
   std::size_t domain();
   void open_publisher_ids();
   void open_parameter_events();
-  // The id that it has in the graph; nullopt: not known.
+  // The id of the publisher in the graph; nullopt: not known.
   std::optional<Gid> id_of(const rcl_publisher_t& publisher);
   ~State();
 };
@@ -147,7 +147,7 @@ void Node::State::read_parameters() {
 }
 
 void Node::State::open(const NodeOptions& options) {
-  const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // else rcl says why
+  const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // false: rcl reports why
   ask_for_whole_graph(is_loaded);
   // rcl itself gets no parameters: it reads a pipe to its end, and loses their order.
   words = ParameterArguments::without(options.argc, options.argv);
@@ -164,7 +164,7 @@ void Node::State::open(const NodeOptions& options) {
   if (!no_file.empty())
     warnings.push_back(no_file +
                        "; so no log file is written, as with --disable-external-lib-logs");
-  // Until Iron rcl_node_init() opens /rosout if it may, since Jazzy it does not.
+  // rcl_node_init() opens /rosout if it may, until Iron; since Jazzy it does not.
   rcl_node_options_t node_options = rcl_node_get_default_options();
   node_options.enable_rosout = false;
   require_ok(rcl_node_init(&node, options.name.c_str(), "", &context, &node_options),
@@ -216,7 +216,7 @@ std::optional<Gid> Node::State::id_of(const rcl_publisher_t& publisher) {
   return id;
 }
 
-// It is opened here because its id is the first one that identifies our own endpoints.
+// The publisher is opened here, because its id is the first one that identifies our endpoints.
 void Node::State::open_parameter_events() {
   rcl_publisher_options_t options = rcl_publisher_get_default_options();
   options.qos = rmw_qos_profile_parameter_events;
@@ -224,7 +224,7 @@ void Node::State::open_parameter_events() {
       rcl_interfaces::msg::ParameterEvent>();
   require_ok(rcl_publisher_init(&parameter_events, &node, type, "/parameter_events", &options),
              "cannot publish on /parameter_events");
-  // Without it our own endpoints would be bridged like those of others.
+  // Without this id our own endpoints would be bridged like those of others.
   const auto id = id_of(parameter_events);
   if (id) own.add(*id);
   if (!id && middleware().participant_bytes > 0)
@@ -241,7 +241,7 @@ Node::State::~State() {
       ignore_error(rcl_logging_rosout_fini_publisher_for_node(&node));
     ignore_error(rcl_node_fini(&node));
   }
-  ignore_error(RCL_RET_OK);  // the questions above leave an error text
+  ignore_error(RCL_RET_OK);  // the calls above leave an error text
   if (rcl_context_is_valid(&context)) ignore_error(rcl_shutdown(&context));
   if (logging) end_log();
   if (context.impl != nullptr) ignore_error(rcl_context_fini(&context));
@@ -279,10 +279,10 @@ void Node::set_log_level(std::optional<LogLevel> level) const {
 void Node::log(LogLevel level, const std::string& text) const {
   const int severity = severity_of(level);
   const char* logger = rcl_node_get_logger_name(&state_->node);
-  // Reading the level may store it for the next time.
+  // Reading the level may store it for the next time, so the lock is needed here, too.
   const std::lock_guard lock(log_mutex());
   if (!rcutils_logging_logger_is_enabled_for(logger, severity)) return;
-  // The output to /rosout reads the location without asking whether there is one.
+  // The output to /rosout reads the location without a check for null.
   static constexpr rcutils_log_location_t kNowhere{"", "", 0};
   rcutils_log(&kNowhere, severity, logger, "%s", text.c_str());
 }

@@ -28,30 +28,30 @@ struct NodeFacts;
 
 struct NodeOptions {
   std::string name;  // "connect_server", unless the arguments say otherwise
-  // The arguments of main(): --ros-args with __node, __ns, --log-level, --params-file, -p.
+  // Arguments of main(): --ros-args with __node, __ns, --log-level, --params-file, -p.
   int argc = 0;
   const char* const* argv = nullptr;
-  // Whether it will publish images, or other messages of megabytes (FastDdsProfile). It is asked
-  // before the node is made, with what is known then: names, arguments, parameters. Empty: it will
-  // not.
+  // True if the node will publish images, or other messages of megabytes (FastDdsProfile). Called
+  // before the node is made, with the facts known by then: names, arguments, parameters. Empty:
+  // false.
   std::function<bool(const NodeFacts& known)> publishes_images{};
 };
 
-// What is known of it from the start on.
+// Facts about the node, known from the start.
 struct NodeFacts {
   std::string name;        // "connect_server"
   std::string name_space;  // "/"
   std::string full_name;   // "/connect_server"
-  // What parameter files and -p say for this node: of one key the last one given.
+  // Parameters of files and -p for this node, merged.
   ParameterMap parameter_overrides;
-  std::vector<std::string> parameter_files;  // of --params-file, in their order
-  // The other nodes that have parameters in the files: "connect_server", "/**/camera".
+  std::vector<std::string> parameter_files;  // from --params-file, in their order
+  // Other nodes with parameters in the files: "connect_server", "/**/camera".
   std::vector<std::string> others_with_parameters;
-  std::vector<std::string> arguments;  // of main(), not for ROS, without the program's name
+  std::vector<std::string> arguments;  // from main(), without those for ROS and the program's name
 };
 
-// Lives longer than everything else of src/ros. Opens nothing but the publishers that every ROS
-// node has, /rosout and /parameter_events, so the parameters can be read and refused first.
+// Outlives everything else of src/ros. Opens only the publishers that every ROS node has, /rosout
+// and /parameter_events, so the parameters can be read and refused first.
 class Node {
  public:
   explicit Node(const NodeOptions& options);
@@ -70,29 +70,29 @@ class Node {
 
   // ROS time: the system's, or /clock's (Gateway::set_use_sim_time). Any thread.
   [[nodiscard]] Stamp ros_now() const;
-  // What log() writes from now on; none: what the arguments say. Any thread.
+  // Sets the level of log(); none: the level of the arguments. Any thread.
   void set_log_level(std::optional<LogLevel> level) const;
-  // To the console, the log file and /rosout, if the level is enabled. Any thread.
+  // Logs to the console, the log file and /rosout, if the level is enabled. Any thread.
   void log(LogLevel level, const std::string& text) const;
-  // The loop's time, of which only `steady` is set.
+  // The loop's time; only `steady` is set.
   [[nodiscard]] static Now steady_now();
-  // For lines that a peer or a caller can cause as often as it likes: logged at a limited rate,
-  // with a count.
+  // Logs a line that a peer or a caller can cause as often as it likes: at a limited rate, with a
+  // count.
   void log(LogLimit& limit, LogLevel level, const std::string& text) const;
 
-  // For src/ros only.
+  // Handles, for src/ros only.
   [[nodiscard]] rcl_node_s* handle() const;
   [[nodiscard]] rcl_context_s* context() const;
   [[nodiscard]] rcl_clock_s* clock() const;
   [[nodiscard]] rcl_publisher_s* parameter_events() const;
   [[nodiscard]] OwnEndpoints& own() const;
-  // Thread of this and the next function: the loop's.
+  // publisher_ids() and add_own() belong to the loop's thread.
   [[nodiscard]] PublisherIds& publisher_ids() const;
-  // From now on this publisher is known to be ours. Its id, for own().remove(); nullopt: the
-  // middleware does not give it.
+  // Registers the publisher as our own. Returns its id, for own().remove(); nullopt: the middleware
+  // does not report it.
   std::optional<Gid> add_own(const rcl_publisher_s& publisher) const;
-  // This publisher of ours is to be seen as anybody's; where the middleware does not tell its id,
-  // nothing happens.
+  // Lets the graph show this publisher of ours like anybody's. Without effect if the middleware
+  // does not report its id.
   void show(const rcl_publisher_s& publisher) const;
 
  private:

@@ -1,5 +1,4 @@
-// Which endpoints and nodes of the graph this process made, so that it never bridges its own
-// traffic.
+// The endpoints and nodes of this process in the graph, so that it never bridges its own traffic.
 #pragma once
 
 #include <cstddef>
@@ -14,40 +13,40 @@
 
 namespace connect_bridge::ros {
 
-// Any thread.
+// All functions may be called on any thread.
 class OwnEndpoints {
  public:
-  // participant_bytes: see Middleware.
+  // `participant_bytes`: see Middleware.
   explicit OwnEndpoints(std::size_t participant_bytes) : prefix_size_(participant_bytes) {}
 
-  // Kept while an endpoint of ours is made, until add(): the graph shows it before its id is known
-  // here, and contains() waits for that.
+  // Locks the creation of an endpoint, until add(). The graph shows an endpoint before its id is
+  // known here, and contains() waits for that.
   [[nodiscard]] std::unique_lock<std::mutex> making() { return std::unique_lock(making_); }
-  // The id of an endpoint of ours; it has ended. Its last samples may still arrive, so that it
-  // stays known for a while.
+  // Adds the id of an endpoint of ours, or notes its end. An ended id stays known for a while,
+  // since its last samples may still arrive.
   void add(const Gid& gid);
   void remove(const Gid& gid);
   [[nodiscard]] bool contains(const Gid& gid) const;
-  // This one of ours is to be seen as anybody's: it is not contained.
+  // Excludes this endpoint of ours: it is shown like anybody's, and not contained.
   void show(const Gid& gid);
   [[nodiscard]] bool shows(const Gid& gid) const;
-  // A node of ours with this name is about to enter or leave the graph; is in it; has left it.
+  // A node of ours with this name: will enter or leave the graph; is in it; has left it.
   void announce_node(const std::string& full_name);
   void settle_node(const std::string& full_name);
   void remove_node(const std::string& full_name);
-  // Our nodes, each with a number: kUnsettled while it enters or leaves the graph, else a new one
-  // whenever the node is created. If a node has the same number before and after a reading of the
-  // graph, it was in the graph during the whole reading.
+  // Our nodes, each with a number: kUnsettled while it enters or leaves the graph, otherwise a new
+  // number for each creation. A node with the same number before and after a reading of the graph
+  // was in the graph during the whole reading.
   static constexpr std::uint64_t kUnsettled = 0;
   [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
-  // A server of ours is about to enter the graph; has left it.
+  // A server of ours: will enter the graph; has left it.
   void announce_server(const std::string& service);
   void remove_server(const std::string& service);
-  // How many servers of ours are in the graph, or about to enter or leave it, by service.
+  // The number of our servers that are in the graph, or about to enter or leave it, by service.
   [[nodiscard]] std::map<std::string, std::size_t> servers() const;
 
  private:
-  // More than there may be mirrors of several peers (core/topics/options.hpp).
+  // More ids than mirrors of several peers can have (core/topics/options.hpp).
   static constexpr std::size_t kEndedMax = 32'768;
 
   [[nodiscard]] bool is_known(const Gid& gid) const;

@@ -11,7 +11,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// rcl's C callback has no user data, so this is the only mutable global of src/ros.
+// The only mutable global of src/ros, because rcl's C callback has no user data.
 struct ProcessLog {
   std::recursive_mutex mutex;
   int users = 0;
@@ -27,8 +27,8 @@ void write_log(const rcutils_log_location_t* location, int severity, const char*
   rcl_logging_multiple_output_handler(location, severity, name, stamp, format, arguments);
 }
 
-// What is wrong, or nothing. After a failure it can be called again: rcl begins a new list of
-// outputs, and keeps what it has for /rosout.
+// Sets up the log. Returns the problem; empty: none. After a failure it can be called again: rcl
+// begins a new list of outputs, and keeps its state for /rosout.
 std::string set_up(const rcl_arguments_t& arguments) {
   const auto allocator = rcl_get_default_allocator();
   try {
@@ -36,14 +36,14 @@ std::string set_up(const rcl_arguments_t& arguments) {
         rcl_logging_configure_with_output_handler(&arguments, &allocator, &write_log);
     return result == RCL_RET_OK ? "" : error_text("cannot set up the log", result);
   } catch (const std::exception& error) {
-    // spdlog's, of a file that it cannot open. It has passed through rcl, which is C and owns
-    // nothing at that place.
+    // spdlog throws if it cannot open a file. The exception has passed through rcl, which is C and
+    // owns nothing at that place.
     return std::string("cannot set up the log: ") + error.what();
   }
 }
 
-// rcl keeps in the parsed arguments whether it writes a file, and changes that by no function: so
-// they are parsed again. Of contradicting arguments the last one counts.
+// Parsed arguments contain whether rcl writes a file, and no function changes that. So the
+// arguments are parsed again; the last one of contradicting arguments counts.
 void set_up_without_file(const std::vector<std::string>& words) {
   std::vector<const char*> all;
   for (const auto& word : words) all.push_back(word.c_str());

@@ -37,12 +37,12 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
   rcl_node_options_t options = rcl_node_get_default_options();
   options.use_global_arguments = false;
   options.enable_rosout = false;
-  // A node that does not use the process's arguments needs its own, even if they are empty.
+  // A node without the process's arguments needs its own, even if they are empty.
   rcl_ret_t result =
       rcl_parse_arguments(0, nullptr, rcl_get_default_allocator(), &options.arguments);
   auto made = std::make_unique<rcl_node_t>(rcl_get_zero_initialized_node());
-  // Announced first: the watcher's thread may see the node in the graph before rcl_node_init()
-  // returns.
+  // The announcement comes first: the watcher's thread may see the node in the graph before
+  // rcl_node_init() returns.
   node_.own().announce_node(name);
   if (result == RCL_RET_OK) {
     result = rcl_node_init(made.get(), base.c_str(), name_space.c_str(), node_.context(), &options);

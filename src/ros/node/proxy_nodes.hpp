@@ -1,4 +1,4 @@
-// Nodes that represent nodes of the other side; each exists as long as an entity belongs to it.
+// Nodes that represent nodes of the peer; each exists as long as an entity belongs to it.
 #pragma once
 
 #include <functional>
@@ -10,22 +10,22 @@
 
 namespace connect_bridge::ros {
 
-// A proxy is a name in the graph: it publishes no log, has no parameters and ignores the arguments
-// of this process. Thread: the loop's. Destroy it after all handles and before the Node.
+// A proxy is only a name in the graph: it has no log and no parameters, and ignores the arguments
+// of this process. Destroy this object after all handles and before the Node. Thread: the loop's.
 class ProxyNodes {
  public:
   // Keeps the node alive; its last owner removes it from the graph.
   using Handle = std::shared_ptr<rcl_node_s>;
 
-  // `is_taken`: whether a node of another process has this name.
+  // `is_taken`: true if a node of another process has this name.
   ProxyNodes(Node& node, std::function<bool(const std::string& name)> is_taken)
       : node_(node), is_taken_(std::move(is_taken)) {}
   ProxyNodes(const ProxyNodes&) = delete;
   ProxyNodes& operator=(const ProxyNodes&) = delete;
 
-  // The proxy of this name ("/fleet/talker"), created if needed. Our own node instead if the name
-  // is empty and, with a warning, if ROS refuses it or a node of this graph has it: the peer
-  // chooses names and must not impersonate a node here.
+  // The proxy of this name ("/fleet/talker"), created if needed. Our own node if the name is empty;
+  // also, with a warning, if ROS refuses the name or a node of this graph has it. The peer chooses
+  // names and must not impersonate a node here.
   Handle get(const std::string& name);
 
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
@@ -33,7 +33,7 @@ class ProxyNodes {
  private:
   Handle make(const std::string& name);
   Handle own() const;
-  // Logs why our own node is used in place of a proxy.
+  // Logs the reason why our own node is used in place of a proxy.
   void refused(const std::string& why);
 
   Node& node_;

@@ -8,7 +8,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// As ROS says it.
+// The names of types in ROS's own messages.
 const char* name_of(ParameterType type) {
   constexpr const char* kNames[] = {"not set",      "bool",        "integer",    "double",
                                     "string",       "byte_array",  "bool_array", "integer_array",
@@ -16,7 +16,7 @@ const char* name_of(ParameterType type) {
   return kNames[static_cast<std::size_t>(type)];
 }
 
-// "/*" stands for one segment of a name, "/**" for any number of them.
+// Matches "/*" with one segment of a name, and "/**" with any number of them.
 bool matches(std::string_view pattern, std::string_view name) {
   if (pattern.empty()) return name.empty();
   const auto pattern_end = std::min(pattern.find('/', 1), pattern.size());

@@ -14,14 +14,15 @@ struct SetResult {
   std::string reason;
 };
 
-// Whether `value` may be set: fit() with ROS's words.
+// Whether `value` may be set: fit(), with the reason in ROS's words.
 [[nodiscard]] SetResult check_value(const ParameterDescriptor& entry, ParameterValue& value);
 
-// Whether a parameter named `name` is asked for by rcl_interfaces/srv/ListParameters.
+// True if a request of rcl_interfaces/srv/ListParameters includes the parameter `name`.
 [[nodiscard]] bool is_listed(const std::string& name, const std::vector<std::string>& prefixes,
                              std::uint64_t depth);
 
-// Whether the node name of a parameter file ("/**", "/robot/*", "connect_server") means this node.
+// True if the node name of a parameter file ("/**", "/robot/*", "connect_server") matches this
+// node.
 [[nodiscard]] bool node_name_matches(const std::string& pattern, const std::string& full_name);
 
 }  // namespace connect_bridge::ros

@@ -1,5 +1,4 @@
-// Parameter files, and single parameters of the command line, as rcl reads them: the same reader
-// for a node that starts and for `ctl check`.
+// Parameter files, read as rcl reads them: by the same reader for a node's start and `ctl check`.
 #pragma once
 
 #include <string>
@@ -9,7 +8,7 @@
 
 namespace connect_bridge::ros {
 
-// The part of a file for the nodes of one name.
+// The part of a file for nodes of one name.
 struct ParameterSection {
   std::string node;  // "connect_server", "/**", ...; see node_name_matches()
   ParameterMap parameters;
@@ -17,16 +16,16 @@ struct ParameterSection {
 
 struct ParameterFile {
   std::vector<ParameterSection> sections;
-  // All that is wrong with the file, each with its name and, where known, the line: it cannot be
-  // opened, is not YAML, gives a key twice, or holds what rcl does not take. rcl itself uses the
-  // last of two equal keys and says nothing, so that a rule could lose its `groups` unseen.
+  // All problems of the file, each with the file's name and, if known, the line: the file cannot be
+  // opened, is not YAML, gives a key twice, or has content that rcl refuses. rcl itself silently
+  // uses the last of two equal keys, so a rule could lose its `groups` unseen.
   std::vector<std::string> problems;
 
-  // All of them in one line; empty: the file was read.
+  // All problems in one line; empty: the file was read.
   [[nodiscard]] std::string problem() const;
 };
 
-// Reads the file, and looks for keys that stand there twice. A pipe is read to its end.
+// Reads the file, and finds keys that are given twice (not in a pipe, which can be read only once).
 [[nodiscard]] ParameterFile read_parameter_file(const std::string& file);
 
 // Reads what stands behind -p: "KEY:=VALUE", or "NODE:KEY:=VALUE". Its problems begin with the key,

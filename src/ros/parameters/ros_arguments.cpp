@@ -6,7 +6,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// "__node:=x", also for one node alone: "connect_client:__node:=x".
+// True for "__node:=x", also for one node alone: "connect_client:__node:=x".
 bool names_the_node(std::string_view remap) {
   constexpr std::array<std::string_view, 3> kOfNode = {"__node", "__name", "__ns"};
   const std::string_view from = remap.substr(0, remap.find(":="));

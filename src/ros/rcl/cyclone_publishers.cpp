@@ -9,8 +9,8 @@
 namespace connect_bridge::ros {
 namespace {
 
-// From dds/dds.h of Cyclone DDS 0.10. Declared here so that the bridge is built once for all
-// middlewares. Node checks at its start that a publisher of its own is found this way.
+// Declarations from dds/dds.h of Cyclone DDS 0.10, repeated so that one build of the bridge serves
+// all middlewares. Node checks at its start that this finds a publisher of its own.
 using DdsEntity = std::int32_t;
 constexpr DdsEntity kPublicationTopic = 0x7fff0000 + 3;  // DDS_BUILTIN_TOPIC_DCPSPUBLICATION
 constexpr std::uint32_t kAlive = 16;                     // DDS_ALIVE_INSTANCE_STATE
@@ -60,7 +60,7 @@ Functions find_functions() {
   return functions;
 }
 
-// After the middleware has been loaded: rcl is initialized.
+// Call it after the middleware was loaded (rcl is initialized).
 const Functions& functions() {
   static const Functions found = find_functions();
   return found;
@@ -84,7 +84,7 @@ CyclonePublishers::~CyclonePublishers() {
   close();
 }
 
-// Any participant of the process works: all see the same, with the same handles.
+// Any participant of the process will do: all see the same publishers, with the same handles.
 bool CyclonePublishers::open() {
   if (reader_ > 0) return true;
   DdsEntity participant = 0;
@@ -107,7 +107,7 @@ std::vector<PublisherChange> CyclonePublishers::changes() {
     std::array<SampleInfo, kAtOnce> infos{};
     const DdsEntity count =
         functions().take(reader_, samples.data(), infos.data(), kAtOnce, kAtOnce);
-    if (count < 0) close();  // it ended with its participant; the next call reads everything again
+    if (count < 0) close();  // gone with its participant; the next call reads all again
     if (count <= 0) break;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       PublisherChange& change = changes.emplace_back();

@@ -1,4 +1,4 @@
-// Finds the publisher that a handle of Cyclone DDS means.
+// Finds the publisher that belongs to a handle of Cyclone DDS.
 #pragma once
 
 #include <cstddef>
@@ -10,21 +10,22 @@
 namespace connect_bridge::ros {
 
 // Reads the built-in topic in which Cyclone DDS lists all writers ("DCPSPublication", DDS 1.4
-// section 2.2.5): its instances have the handles that rmw_cyclonedds_cpp gives with samples, and
-// its samples contain the ids of the graph. Cyclone DDS is found in the process, where the
-// middleware has loaded it; it is not linked. Thread: one at a time.
+// section 2.2.5). The topic's instances have the handles that rmw_cyclonedds_cpp reports with
+// samples. The topic's samples contain the ids of the graph. Cyclone DDS is not linked: its
+// functions are looked up in the process, where the middleware has loaded it. Thread: one at a
+// time.
 class CyclonePublishers {
  public:
-  // Whether Cyclone DDS is in this process, with all functions that are needed.
+  // True if Cyclone DDS is in this process, with all needed functions.
   [[nodiscard]] static bool available();
 
-  // `domain` is the node's domain id; its context lives longer than this.
+  // `domain`: the node's domain id. The node's context must outlive this object.
   explicit CyclonePublishers(std::size_t domain) : domain_(static_cast<std::uint32_t>(domain)) {}
   CyclonePublishers(const CyclonePublishers&) = delete;
   CyclonePublishers& operator=(const CyclonePublishers&) = delete;
   ~CyclonePublishers();
 
-  // Publishers that came or went since the last call; the first call returns all.
+  // Publishers that came or left since the last call; the first call returns all.
   std::vector<PublisherChange> changes();
 
  private:

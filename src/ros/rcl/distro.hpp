@@ -1,4 +1,4 @@
-// Everything that differs between ROS distributions (Humble to Rolling), and nothing else.
+// All differences between ROS distributions (Humble to Rolling), and nothing else.
 #pragma once
 
 #include <rcl/error_handling.h>
@@ -27,7 +27,7 @@ namespace connect_bridge::ros::distro {
 inline constexpr bool kTypeHashes = CONNECT_TYPE_HASHES != 0;
 
 #if CONNECT_TYPE_HASHES
-// "RIHS01_..."; empty where there is none.
+// The hash as "RIHS01_..."; empty if there is none.
 inline std::string text_of(const rosidl_type_hash_t& hash) {
   if (hash.version == 0) return {};
   char* text = nullptr;
@@ -75,9 +75,9 @@ Gid gid_of(const std::uint8_t (&bytes)[kSize]) {
   return gid;
 }
 
-// Before Kilted rmw_fastrtps_cpp creates no endpoint without a type's fields, although it does not
-// use them; since Kilted it sends them to others, so it must not get wrong ones. The only header
-// that shows which version it is, is this one, which got keys at that time.
+// rmw_fastrtps_cpp before Kilted creates no endpoint without a type's fields, although it does not
+// use them. Since Kilted it sends them to others, so it must not get wrong ones. Only this header
+// shows the version: it got keys at that time.
 template <class Callbacks = message_type_support_callbacks_t>
 constexpr bool bare_types_need_introspection() {
   return !requires(Callbacks callbacks) {
@@ -85,7 +85,7 @@ constexpr bool bare_types_need_introspection() {
   };
 }
 
-// Since Iron a service's type support contains that of its requests and responses.
+// Since Iron a service's type support contains the type supports of requests and responses.
 template <class Service>
 void set_parts(Service& service, const rosidl_message_type_support_t* requests,
                const rosidl_message_type_support_t* responses) {
@@ -95,8 +95,8 @@ void set_parts(Service& service, const rosidl_message_type_support_t* requests,
   }
 }
 
-// How many clients, and servers, a service has; nullopt: not known. rcl_count_clients() and
-// rcl_count_services() came after Iron, and no version macro shows it, so templates ask whether
+// Number of clients, and of servers, of a service; nullopt: not known. rcl_count_clients() and
+// rcl_count_services() came after Iron, and no version macro shows it, so templates test whether
 // they can be called.
 template <class RclNode>
 std::optional<std::size_t> count_clients(const RclNode* node, const char* service) {

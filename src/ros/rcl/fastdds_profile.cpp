@@ -15,7 +15,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// What differs between versions. Each refuses a file with the element of the other.
+// Differences between versions 2 and 3. Each refuses a file with the other's element.
 struct Version {
   const char* library;
   const char* variable;
@@ -34,7 +34,7 @@ int note_version(dl_phdr_info* info, std::size_t, void* found) {
   return 0;
 }
 
-// The one that is in this process; null: none.
+// The version that is loaded in this process; null: none.
 const Version* loaded_version() {
   const Version* found = nullptr;
   dl_iterate_phdr(note_version, static_cast<void*>(&found));
@@ -48,8 +48,9 @@ bool user_has_profiles() {
          access("DEFAULT_FASTRTPS_PROFILES.xml", F_OK) == 0;
 }
 
-// In a graph of this machine alone rmw_fastrtps brings its own transports, shared memory among
-// them, and Fast DDS reads its variable only where it uses those that are built in.
+// True if Fast DDS uses shared memory. rmw_fastrtps brings its own transports, shared memory among
+// them, if the discovery range is this machine alone. Fast DDS then ignores its variable for the
+// built-in transports.
 bool shares_memory() {
   const char* const transports = std::getenv("FASTDDS_BUILTIN_TRANSPORTS");
   const char* const range = std::getenv("ROS_AUTOMATIC_DISCOVERY_RANGE");
@@ -59,7 +60,8 @@ bool shares_memory() {
   return !chosen.starts_with("UDP") && chosen != "NONE";
 }
 
-// Other participants need room, too, and a segment without memory behind it ends the process.
+// The limit is an eighth of the free memory: other participants need room, too, and a segment
+// without memory behind it ends the process.
 bool has_room(std::size_t segment_bytes) {
   struct statvfs memory {};
   return std::getenv("FASTDDS_BUILTIN_TRANSPORTS") == nullptr &&
@@ -82,7 +84,7 @@ std::string segment_of(std::size_t bytes) {
 std::string text_for(const Version& version, std::size_t segment_bytes) {
   const std::string period = version.period;
   const bool has_segment = segment_bytes > 0 && has_room(segment_bytes);
-  // A transport of the user comes before those that there are anyway.
+  // User transports come before the built-in ones.
   const char* const transports =
       has_segment ? "<userTransports><transport_id>connect_bridge</transport_id></userTransports>"
                   : "";
@@ -103,8 +105,8 @@ std::string text_for(const Version& version, std::size_t segment_bytes) {
 )";
 }
 
-// A new file with this text, readable for its owner alone; empty: `problem` says why there is none.
-// Not one without a name (memfd_create): Fast DDS 3 wants a path that realpath() knows.
+// Creates a new file with this text, readable only for its owner. Empty: `problem` has the reason.
+// A file without a name (memfd_create) will not do: Fast DDS 3 needs a path for realpath().
 std::string new_file(const std::string& text, std::string& problem) {
   std::error_code error;
   const auto temporary = std::filesystem::temp_directory_path(error);
@@ -112,7 +114,7 @@ std::string new_file(const std::string& text, std::string& problem) {
   for (const auto& folder : folders) {
     std::string path = folder / "connect_bridge_XXXXXX.xml";
     const int file = mkstemps(path.data(), 4);
-    if (file >= 0) errno = ENOSPC;  // in case that a part is written
+    if (file >= 0) errno = ENOSPC;  // for a text that is written only in part
     const bool written =
         file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
     problem += (problem.empty() ? "" : ", ") + folder.string() + ": " +
@@ -124,7 +126,7 @@ std::string new_file(const std::string& text, std::string& problem) {
   return {};
 }
 
-// As rcl reads it.
+// The domain id, read as rcl reads it.
 unsigned int domain() {
   const char* variable = std::getenv("ROS_DOMAIN_ID");
   return variable ? static_cast<unsigned int>(std::strtoul(variable, nullptr, 10)) : 0;

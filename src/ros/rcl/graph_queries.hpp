@@ -1,4 +1,4 @@
-// Answers of rcl about the graph, which free themselves.
+// Results of rcl's queries about the graph, which free themselves.
 #pragma once
 
 #include <rcl/graph.h>
@@ -12,11 +12,11 @@ namespace connect_bridge::ros {
 
 using EndpointQuery = decltype(&rcl_get_publishers_info_by_topic);
 
-// The endpoints of a topic: `for (const auto& info : endpoints)`. None if the query failed.
+// The endpoints of a topic: `for (const auto& info : endpoints)`. Empty if the query failed.
 class TopicEndpoints {
  public:
   // `query`: rcl_get_publishers_info_by_topic or rcl_get_subscriptions_info_by_topic.
-  // `of_middleware`: the topic has the name that it has there ("rr/set_boolReply").
+  // `of_middleware`: `topic` is a name of the middleware ("rr/set_boolReply").
   TopicEndpoints(EndpointQuery query, const rcl_node_t* node, const char* topic,
                  bool of_middleware = false)
       : ok_(ignore_error(query(node, &allocator_, topic, of_middleware, &found_))) {}
@@ -39,11 +39,11 @@ class TopicEndpoints {
   const bool ok_;
 };
 
-// Topics or services with their types. None if the query failed.
+// Topics or services with their types. Empty if the query failed.
 class NamesAndTypes {
  public:
-  // `query`: rcl_get_topic_names_and_types or a similar one. `more`: what it is given between the
-  // allocator and the answer.
+  // `query`: rcl_get_topic_names_and_types or a similar one. `more`: its arguments between the
+  // allocator and the result.
   template <class Query, class... More>
   explicit NamesAndTypes(Query query, const rcl_node_t* node, More... more)
       : ok_(ignore_error(query(node, &allocator_, more..., &found_))) {}

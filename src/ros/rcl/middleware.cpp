@@ -43,7 +43,7 @@ Middleware middleware_named(std::string_view identifier, bool finds_handles) {
 
 const Middleware& middleware() {
   static const Middleware ours = [] {
-    const std::string_view identifier = rmw_get_implementation_identifier();  // it is loaded then
+    const std::string_view identifier = rmw_get_implementation_identifier();  // loads it
     return middleware_named(identifier, CyclonePublishers::available());
   }();
   return ours;
@@ -73,7 +73,7 @@ Gid caller_of(const rmw_request_id_t& request) {
 
 namespace {
 
-// Adds the endpoints of a topic of the middleware. False: they are not known.
+// Adds the endpoints of one of the middleware's topics. False: they are not known.
 bool add_ids(const rcl_node_t* node, const std::string& topic, EndpointQuery query,
              std::unordered_set<Gid>& ids) {
   const TopicEndpoints found(query, node, topic.c_str(), true);
@@ -92,7 +92,7 @@ std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
       callers.emplace();
   } else {
     callers.emplace();
-    // A caller behind a micro-ROS agent is told by its writer.
+    // A caller behind a micro-ROS agent is identified by its writer.
     const bool reads = of.caller_told == Middleware::CallerTold::kReader;
     const bool known =
         (!reads ||

@@ -8,7 +8,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// DDS writes "forever" as 2^31-1 seconds, rmw as 2^63-1 ns, and 0 stands for "not given".
+// DDS represents "forever" as 2^31-1 seconds, rmw as 2^63-1 ns; 0 means "not given".
 constexpr std::uint64_t kForeverSeconds = 0x7fffffff;
 
 Duration from_rmw(const rmw_time_t& time) {
@@ -68,7 +68,7 @@ rmw_qos_profile_t to_rmw(const Qos& qos) {
 }
 
 rmw_qos_profile_t service_qos() {
-  // The default keeps 10 requests, and many callers at once send more before we can take them.
+  // The default keeps 10 requests, but many callers at once send more before the loop takes them.
   constexpr std::size_t kServiceDepth = 1000;
   rmw_qos_profile_t profile = rmw_qos_profile_services_default;
   profile.depth = kServiceDepth;

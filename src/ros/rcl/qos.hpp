@@ -1,4 +1,4 @@
-// Quality of service between the core's value and rmw's.
+// Conversion of quality of service between the core's value and rmw's.
 #pragma once
 
 #include <rmw/types.h>
@@ -7,7 +7,7 @@
 
 namespace connect_bridge::ros {
 
-// From the graph's information about an endpoint. Unknown history or depth: depth 0.
+// Converts the graph's information about an endpoint. Unknown history or depth: depth 0.
 [[nodiscard]] Qos from_rmw(const rmw_qos_profile_t& profile);
 [[nodiscard]] rmw_qos_profile_t to_rmw(const Qos& qos);
 // The QoS of our service servers and clients.

@@ -1,4 +1,4 @@
-// The one place where rcl's return codes become text and rcl's error state is cleared.
+// Converts rcl's return codes to text and clears rcl's error state; the only place that does.
 #pragma once
 
 #include <rcl/types.h>
@@ -7,26 +7,25 @@
 
 namespace connect_bridge::ros {
 
-// What rcl says of its error, without the places in its source. Clears the error text of this
-// thread.
+// The text of rcl's error, without the places in its source. Clears the error text of this thread.
 [[nodiscard]] std::string words_of_rcl();
 
-// "what: rcl's own words". Clears the error text of this thread.
+// Makes "what: rcl's own words". Clears the error text of this thread.
 [[nodiscard]] std::string error_text(const std::string& what, rcl_ret_t code);
 
-// Why an entity cannot be made; `code` as in wire Decline ("type_unknown", "failed").
+// The reason why an entity cannot be made; `code` as in wire Decline ("type_unknown", "failed").
 struct Refusal {
   std::string code;
-  std::string reason;          // a sentence a person can act on
-  std::string hash_here = {};  // of the installed type, if that is why
+  std::string reason;          // a sentence that helps a person to act
+  std::string hash_here = {};  // hash of the installed type, if a hash is the reason
 };
-// An error_text() as refusal. Clears the error text of this thread.
+// Makes a Refusal with error_text(). Clears the error text of this thread.
 [[nodiscard]] Refusal failure(const std::string& what, rcl_ret_t code);
 
-// Ignores a failure; clears the error text of this thread. True: there was none.
+// Ignores a failure and clears the error text of this thread. True: there was no failure.
 bool ignore_error(rcl_ret_t code);
 
-// Start-up only: throws RosError unless the code is RCL_RET_OK.
+// Throws RosError unless the code is RCL_RET_OK. Only for the start of the program.
 void require_ok(rcl_ret_t code, const std::string& what);
 
 }  // namespace connect_bridge::ros

@@ -5,8 +5,8 @@
 
 namespace connect_bridge::ros {
 
-// Start-up failed: the arguments are wrong or the middleware does not start. Thrown by the
-// constructors of Node, Gateway and ParameterServer, and by nothing later.
+// The start failed: the arguments are wrong or the middleware does not start. Thrown by the
+// constructors of Node, Gateway and ParameterServer, and never later.
 class RosError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -17,7 +17,7 @@ std::vector<SharedFile> shared_files() {
   for (std::filesystem::directory_iterator at("/dev/shm", error); !error && at != end;
        at.increment(error)) {
     struct stat facts {};
-    const bool known = ::lstat(at->path().c_str(), &facts) == 0;  // else it is gone by now
+    const bool known = ::lstat(at->path().c_str(), &facts) == 0;  // false: it is gone by now
     if (known && (facts.st_mode & S_IWOTH) == 0)
       files.push_back({at->path().filename().string(), facts.st_uid});
   }
@@ -25,7 +25,7 @@ std::vector<SharedFile> shared_files() {
 }
 
 std::string problem_of_users(const std::vector<SharedFile>& files, uid_t own, unsigned int domain) {
-  // Each domain has 250 ports (DDSI-RTPS, section 9.6.1.1).
+  // Each domain has 250 ports (DDSI-RTPS section 9.6.1.1).
   constexpr unsigned int kFirst = 7400, kPorts = 250;
   const auto is_of_domain = [&](std::string_view name) {
     const auto at = name.find("_port");

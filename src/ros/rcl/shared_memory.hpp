@@ -1,4 +1,4 @@
-// Whose files Fast DDS has in shared memory.
+// The owners of Fast DDS's files in shared memory.
 #pragma once
 
 #include <sys/types.h>
@@ -13,13 +13,13 @@ struct SharedFile {
   uid_t owner = 0;
 };
 
-// The files in /dev/shm that only their owner may write; empty: it cannot be read. Any thread.
+// Files in /dev/shm that only their owner may write; empty: the folder cannot be read. Any thread.
 [[nodiscard]] std::vector<SharedFile> shared_files();
 
-// Fast DDS sends to a process on the same machine by writing into files of that process, and makes
-// them writable for their owner alone: between two users the endpoints match, and no message
-// arrives. The warning of that, if `files` has a port of Fast DDS in the ROS domain (0 to 232) that
-// is not of `own`; empty: none. The port may be left of a process that was killed.
+// A warning if `files` contains a port of Fast DDS in the ROS domain (0 to 232) whose owner is not
+// `own`; empty: none. Fast DDS sends to a process on the same machine by writing into that
+// process's files, which only their owner may write. So between two users the endpoints match, and
+// no message arrives. The port may be left from a killed process.
 [[nodiscard]] std::string problem_of_users(const std::vector<SharedFile>& files, uid_t own,
                                            unsigned int domain);
 

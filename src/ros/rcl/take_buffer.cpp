@@ -10,7 +10,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// Most samples fit; a larger one costs one realloc of a block that holds nothing yet.
+// Most samples fit; a larger one costs one realloc of an empty block.
 constexpr std::size_t kFirstCapacity = 256;
 
 }  // namespace
@@ -41,7 +41,7 @@ Payload TakeBuffer::give_away() {
 
 rmw_serialized_message_t as_serialized(ByteView bytes) {
   rmw_serialized_message_t message = rmw_get_zero_initialized_serialized_message();
-  // rmw only reads it, but the structure has no const.
+  // The structure has no const member, but rmw only reads the bytes.
   message.buffer = const_cast<std::uint8_t*>(bytes.data());
   message.buffer_length = bytes.size();
   message.buffer_capacity = bytes.size();

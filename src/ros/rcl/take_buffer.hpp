@@ -1,4 +1,4 @@
-// The memory that a serialized message is taken into.
+// The memory for a serialized message that is taken.
 #pragma once
 
 #include <rmw/serialized_message.h>
@@ -9,13 +9,13 @@
 
 namespace connect_bridge::ros {
 
-// A buffer that rmw grows to the size of the message and that then belongs to a Payload. Kept over
-// takes that find nothing.
+// A buffer that rmw enlarges to the size of the message, and that then belongs to a Payload. The
+// buffer stays after a take that finds nothing.
 class TakeBuffer {
  public:
-  // Ready to take into; allocates only if the last one was given away.
+  // Prepares the buffer for a take; allocates only if the last buffer was given away.
   rmw_serialized_message_t* prepare();
-  // The message becomes a payload, without copying its bytes.
+  // Turns the message into a payload, without copying its bytes.
   Payload give_away();
 
  private:
@@ -23,7 +23,7 @@ class TakeBuffer {
   std::shared_ptr<Owned> owned_;
 };
 
-// The structure in which rmw is given bytes to read.
+// The structure in which rmw receives bytes to read.
 [[nodiscard]] rmw_serialized_message_t as_serialized(ByteView bytes);
 
 }  // namespace connect_bridge::ros

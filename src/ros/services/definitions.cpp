@@ -15,7 +15,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// "std_srvs::srv::dds_::SetBool_Request_" of "std_srvs/srv/SetBool_Request".
+// Makes "std_srvs::srv::dds_::SetBool_Request_" from "std_srvs/srv/SetBool_Request".
 std::string name_in_dds(const std::string& type) {
   const auto name = parse_type_name(type);
   return name ? name->package + "::" + name->kind + "::dds_::" + name->name + "_" : "";
@@ -68,7 +68,7 @@ bool compare_definitions(Shared& shared, const std::string& service, const Servi
       shared.tell_other_definition(service, type.name, shown(*seen.other, part, service, end));
     return seen.known;
   };
-  // Who has no endpoint for requests is not asked for the other one: of most mirrors there is no
+  // The second question is skipped if nobody has an endpoint for requests: most mirrors have no
   // client at all.
   return look(serves, "rq" + service + "Request", {type.name + "_Request", type.request_hash}) &&
          look(!serves, "rr" + service + "Reply", {type.name + "_Response", type.response_hash});

@@ -37,7 +37,7 @@ auto fields_of(auto& message) {
                   message.string_array_value);
 }
 
-// Without a value: PARAMETER_NOT_SET.
+// The message for a value; PARAMETER_NOT_SET without one.
 msg::ParameterValue to_message(const std::optional<ParameterValue>& value) {
   msg::ParameterValue message;
   if (!value) return message;
@@ -120,14 +120,14 @@ class OwnService final : public Entity {
     }
     ReadyList::mark(slot(), kReadyMessage);
   }
-  // The callback stays, as in ServiceMirror.
+  // The callback stays set, as in ServiceMirror.
   ~OwnService() override { ignore_error(rcl_service_fini(&service_, node_.handle())); }
 
   // Answers one request.
   std::optional<Input> step(Batch&) override {
     Request request;
     rmw_service_info_t info{};
-    const bool more = expects_more();  // one that cannot be read looks like none
+    const bool more = expects_more();  // a take that fails looks like an empty queue
     if (!take(request, info)) {
       if (!more) done(kReadyMessage);
       return std::nullopt;
@@ -150,7 +150,7 @@ class OwnService final : public Entity {
       if (result == RCL_RET_OK || result == RCL_RET_SERVICE_TAKE_FAILED)
         return ignore_error(result);
       node_.log(LogLevel::kWarn, error_text(what, result));
-    } catch (const std::exception& error) {  // a sequence that claims to be longer than memory
+    } catch (const std::exception& error) {  // a sequence that claims to be larger than memory
       node_.log(LogLevel::kWarn, what + ": " + error.what());
     }
     return false;
@@ -202,7 +202,7 @@ ParameterServer::ParameterServer(Node& node, ParameterServerOptions options)
   serve<srv::ListParameters>("list_parameters", [this](const auto& asked, auto& answer) {
     std::set<std::string> parents;
     for (const auto& [name, entry] : entries()) {
-      // As in rclcpp, a parameter without a value is listed.
+      // Parameters without a value are listed, as in rclcpp.
       if (!is_listed(name, asked.prefixes, asked.depth)) continue;
       answer.result.names.push_back(name);
       if (const auto dot = name.rfind('.'); dot != std::string::npos)
@@ -251,7 +251,7 @@ SetResult ParameterServer::check(Parameter& parameter, const Entries& now) const
   return later ? SetResult{} : SetResult{false, "parameter '" + name + "' cannot be removed"};
 }
 
-// use_sim_time is handled here; the owner decides about everything else.
+// Only use_sim_time is handled here; the owner decides about all other parameters.
 SetResult ParameterServer::set(std::vector<Parameter> parameters) {
   const Entries before = entries();
   bool sim_time = sim_time_;

@@ -15,22 +15,22 @@
 namespace connect_bridge::ros {
 
 struct ParameterServerOptions {
-  // The parameters as they are now.
+  // Returns the present parameters.
   std::function<std::vector<ParameterDescriptor>()> entries;
-  // Called when a client sets parameters, after names, types and ranges were found valid: all of
-  // them or none. When it agrees, the entries show them.
+  // Called when a client sets parameters, after their names, types and ranges were found valid.
+  // Sets all of them or none; after success the entries show them.
   std::function<SetResult(const std::vector<Parameter>&)> set;
-  // The entry of a name that may be set although it is not among the entries; nullopt: refused.
-  // Only such a name can be removed (`ros2 param delete`).
+  // Returns the entry of a name that may be set although it is not among the entries; nullopt: it
+  // is refused. Only such a name can be removed (`ros2 param delete`).
   std::function<std::optional<ParameterDescriptor>(const std::string& name)> describe;
-  // Called with the value of use_sim_time, at the start if it is true and whenever it changes. The
-  // parameter is always there and not among the entries.
+  // Called with the value of use_sim_time: at the start if it is true, and whenever it changes.
+  // This parameter always exists and is not among the entries.
   std::function<void(bool on)> use_sim_time;
   // Called from any thread, at most once until the next drain().
   std::function<void()> wake;
 };
 
-// Thread: all calls from the loop's thread. The options' functions, but `wake`, are called inside
+// All calls come from the loop's thread. The options' functions, except `wake`, are called inside
 // the constructor, drain() and set().
 class ParameterServer {
  public:
@@ -39,9 +39,9 @@ class ParameterServer {
   ParameterServer(const ParameterServer&) = delete;
   ParameterServer& operator=(const ParameterServer&) = delete;
 
-  // As if a client had set them together: calls `set`, and publishes the change.
+  // Sets parameters as if a client had set them together: calls `set`, and publishes the change.
   SetResult set(std::vector<Parameter> parameters);
-  // Answers waiting requests, a bounded number of them. Returns whether more wait.
+  // Answers a bounded number of waiting requests. True if more wait.
   bool drain();
 
  private:
@@ -50,10 +50,10 @@ class ParameterServer {
   template <class Service, class Handler>
   void serve(const char* name, Handler handler);
   [[nodiscard]] Entries entries() const;
-  // Whether this parameter may be set; its value is converted to the type of its entry.
+  // Whether this parameter may be set; converts its value to the type of its entry.
   [[nodiscard]] SetResult check(Parameter& parameter, const Entries& now) const;
   void set_sim_time(bool on);
-  // Publishes what has become of these parameters.
+  // Publishes the changes of these parameters.
   void publish(const std::vector<Parameter>& parameters, const Entries& before) const;
 
   Node& node_;

@@ -12,8 +12,8 @@
 namespace connect_bridge::ros {
 namespace {
 
-// The answer to a dropped invocation still shows the core that its server is done with it. If there
-// are more, later answers show the same.
+// Answers to dropped invocations still show the core that the server is done with them. Beyond this
+// number later answers show the same.
 constexpr std::size_t kDroppedKept = 64;
 
 }  // namespace
@@ -76,8 +76,8 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
   rmw_service_info_t info{};
   const rcl_ret_t result = rcl_take_response_with_info(&client_, &info, form.message());
   if (result != RCL_RET_OK) {
-    // The middleware also takes the answers to other clients, and then reports the same as if there
-    // were none; but they are in the message.
+    // The middleware also takes answers to other clients. The result is then the same as for an
+    // empty queue, but the message is filled.
     form.reset();
     if (!more) done(kReadyMessage);
     if (result != RCL_RET_CLIENT_TAKE_FAILED) {
@@ -87,7 +87,7 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
     return std::nullopt;
   }
   const auto found = sent_.find(info.request_id.sequence_number);
-  if (found == sent_.end()) {  // another server's answer came first
+  if (found == sent_.end()) {  // another server has answered first
     form.reset();
     return std::nullopt;
   }
@@ -120,7 +120,7 @@ std::optional<ServiceReady> ServiceClient::look_for_server(ServerSight::Time now
   return ServiceReady{create_.id, server_.is_ready(), type_->hash};
 }
 
-// Also of a server that is not reached: Fast DDS 3 does not connect two definitions.
+// Servers that are not reached are compared, too: Fast DDS 3 does not connect two definitions.
 void ServiceClient::compare_servers(bool in_graph) {
   compared_ = in_graph && (compared_ || compare_definitions(shared_, create_.service, *type_,
                                                             ServiceEnd::kServer));

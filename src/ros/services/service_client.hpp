@@ -24,17 +24,17 @@ class ServiceClient final : public Entity {
   ServiceClient(Shared& shared, Create create);
   ~ServiceClient() override;
 
-  // Why there is no client, or nothing.
+  // Opens the client. Returns the refusal; nullopt: it is open.
   std::optional<Refusal> open();
   std::optional<Input> step(Batch& batch) override;
-  // Reports an InvocationFailed if the bytes are not a valid request. Without a server a request is
-  // lost.
+  // Sends a request. Reports an InvocationFailed if the bytes are not a valid request. Without a
+  // server the request is lost.
   void send(InvocationId invocation, ByteView bytes);
   void drop(InvocationId invocation);
 
-  // Checks whether requests reach a server now; returns an input for the core, if that has changed.
+  // Checks whether requests reach a server now; returns an input for the core if that has changed.
   std::optional<ServiceReady> look_for_server(ServerSight::Time now);
-  // What the last look found; what is_ready() returns, the core knows.
+  // The result of the last look; the core knows the value of is_ready().
   [[nodiscard]] const ServerSight& server() const { return server_; }
   [[nodiscard]] const std::string& service() const { return create_.service; }
   [[nodiscard]] std::size_t invocations() const { return sent_.size() - dropped_; }
@@ -45,7 +45,7 @@ class ServiceClient final : public Entity {
     bool dropped = false;
   };
 
-  // Once for what the graph shows as long as it has a server.
+  // Compares definitions once, for as long as the graph shows a server.
   void compare_servers(bool in_graph);
   Input failed(InvocationId invocation, std::string reason);
 
@@ -55,9 +55,9 @@ class ServiceClient final : public Entity {
   rcl_client_t client_ = rcl_get_zero_initialized_client();
   bool open_ = false;
   ServerSight server_;
-  bool compared_ = false;              // the definitions of its servers are known
-  std::map<std::int64_t, Sent> sent_;  // without an answer, by sequence
-  std::size_t dropped_ = 0;            // of these
+  bool compared_ = false;              // the definitions of its servers were compared
+  std::map<std::int64_t, Sent> sent_;  // requests without an answer, by sequence
+  std::size_t dropped_ = 0;            // number of dropped ones in sent_
 };
 
 }  // namespace connect_bridge::ros

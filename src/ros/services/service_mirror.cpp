@@ -17,8 +17,8 @@ ServiceMirror::ServiceMirror(Shared& shared, Create create)
 
 ServiceMirror::~ServiceMirror() {
   if (!open_) return;
-  // The callback stays set: rmw_fastrtps calls it without checking for null, and would crash when a
-  // request arrives now. A late call finds its slot (ReadyList).
+  // The callback stays set: rmw_fastrtps calls it without a check for null, and would crash if a
+  // request arrived now. A late call finds its slot (ReadyList).
   ignore_error(rcl_service_fini(&service_, node_.get()));
   shared_.node.own().remove_server(create_.service);
 }
@@ -45,7 +45,7 @@ std::optional<Refusal> ServiceMirror::open() {
   const bool known = type_->is_installed && !type_->hash.empty() && !create_.type_hash.empty();
   if (known && type_->hash != create_.type_hash)
     shared_.report(ServiceTypeDiffers{create_.id, type_->hash});
-  // For requests that came before the callback was set: not every middleware reports them.
+  // Requests may have arrived before the callback was set, and not every middleware reports them.
   ReadyList::mark(slot(), kReadyMessage);
   return std::nullopt;
 }
@@ -56,8 +56,8 @@ std::optional<Input> ServiceMirror::step(Batch& batch) {
   rmw_service_info_t info{};
   const rcl_ret_t result = rcl_take_request_with_info(&service_, &info, form.message());
   if (result != RCL_RET_OK) {
-    // A sample that is not a request (its writer is gone, or it has another type) looks the same as
-    // an empty queue, so more may follow it.
+    // A sample may be no request: its writer is gone, or it has another type. The result then looks
+    // like an empty queue, but more may follow.
     form.reset();
     if (!more) done(kReadyMessage);
     if (result != RCL_RET_SERVICE_TAKE_FAILED) {
@@ -100,7 +100,7 @@ std::optional<std::string> ServiceMirror::send(rmw_request_id_t& request, ByteVi
   const rcl_ret_t result = rcl_send_response(&service_, &request, form.message());
   form.reset();
   if (result == RCL_RET_OK) return std::nullopt;
-  // The request came, but the middleware did not find the caller's reader of responses in time.
+  // The middleware did not find the caller's reader of responses in time.
   if (result == RCL_RET_TIMEOUT) unconnected_.push_back(caller);
   return error_text("cannot answer a request of " + create_.service, result);
 }
@@ -119,7 +119,7 @@ std::vector<RequestId> ServiceMirror::look_for_callers() {
   std::erase_if(requests_, [&](const auto& entry) {
     const Gid caller = caller_in_graph(entry.second.id);
     if (callers->contains(caller)) return false;
-    // A request may arrive before its caller is seen in the graph.
+    // A request may arrive before the graph shows its caller.
     if (!callers_.contains(caller) && entry.second.taken > doubtful_since) {
       doubtful_callers_ = true;
       return false;

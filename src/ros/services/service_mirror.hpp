@@ -1,4 +1,4 @@
-// One service server that turns requests of any type into bytes, and answers into responses.
+// One service server that turns requests of any type into bytes, and bytes into responses.
 #pragma once
 
 #include <rcl/service.h>
@@ -25,28 +25,28 @@ class ServiceMirror final : public Entity {
   ServiceMirror(Shared& shared, Create create);
   ~ServiceMirror() override;
 
-  // Why there is no server, or nothing.
+  // Opens the server. Returns the refusal; nullopt: it is open.
   std::optional<Refusal> open();
   std::optional<Input> step(Batch& batch) override;
-  // Sends the response. Blocks up to 100 ms if the middleware has not connected the caller with us
-  // yet, but only once for each caller until graph_changed().
+  // Sends the response. Blocks up to 100 ms if the middleware has not connected the caller yet, but
+  // only once for each caller until graph_changed().
   void respond(RequestId request, ByteView bytes);
   void drop(RequestId request) { requests_.erase(request); }
 
-  // A caller that could not be reached may be reachable now.
+  // Callers that could not be reached may be reachable now.
   void graph_changed() { unconnected_.clear(); }
-  // Forgets and returns the requests whose callers are not in the graph any longer, as far as the
-  // middleware shows them.
+  // Drops and returns the requests whose callers have left the graph, as far as the middleware
+  // shows them.
   std::vector<RequestId> look_for_callers();
-  // Whether a request came from a caller that was not in the graph when we last looked.
+  // A request came from a caller that was not in the graph at the last look.
   [[nodiscard]] bool has_new_callers() const { return new_callers_; }
-  // A caller that was never seen in the graph may still be on its way there (Fast DDS knows it by
-  // its reader, whose announcement may have to be sent again): look again after this.
+  // A caller that the graph has never shown may still appear: Fast DDS knows callers by their
+  // readers, whose announcement may have to be repeated. The next look follows after this time.
   static constexpr auto kDoubt = std::chrono::seconds(5);
   [[nodiscard]] bool has_doubtful_callers() const { return doubtful_callers_; }
 
-  // Logs if clients in the graph have another definition of the type; they may never get a request
-  // through to us.
+  // Logs if clients in the graph have another definition of the type; their requests may never
+  // arrive here.
   void compare_clients();
 
   [[nodiscard]] std::size_t requests() const { return requests_.size(); }
@@ -57,19 +57,19 @@ class ServiceMirror final : public Entity {
     std::chrono::steady_clock::time_point taken;
   };
 
-  // An error text, or nothing.
+  // Sends the response. Returns an error text; nullopt: it was sent.
   std::optional<std::string> send(rmw_request_id_t& request, ByteView bytes);
   [[nodiscard]] Gid caller_in_graph(const rmw_request_id_t& request) const;
 
   Shared& shared_;
   const Create create_;
   std::shared_ptr<ServiceType> type_;
-  ProxyNodes::Handle node_;  // has the server
+  ProxyNodes::Handle node_;  // owns the server
   rcl_service_t service_ = rcl_get_zero_initialized_service();
   bool open_ = false;
   std::uint64_t last_request_ = 0;
   std::unordered_map<RequestId, Request> requests_;
-  std::unordered_set<Gid> callers_;  // in the graph when we last looked
+  std::unordered_set<Gid> callers_;  // in the graph at the last look
   bool new_callers_ = false;
   bool doubtful_callers_ = false;
   std::vector<Gid> unconnected_;  // callers that responses do not reach yet

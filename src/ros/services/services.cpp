@@ -8,12 +8,12 @@
 namespace connect_bridge::ros {
 namespace {
 
-// The graph shows a server shortly before our client is connected with it. For this time after a
-// change we look again, at growing intervals.
+// The graph shows a server shortly before our client is connected to it. For this time after a
+// change the clients are looked at again, at growing intervals.
 constexpr auto kSettling = std::chrono::milliseconds(400);
 constexpr Duration kFirstLook = std::chrono::milliseconds(5);
-// To compare the definitions of all mirrors' clients is long in a large graph, and nobody waits for
-// it.
+// Comparing the definitions of all mirrors' clients takes long in a large graph, and nobody waits
+// for the result.
 constexpr Duration kComparingPause = std::chrono::seconds(2);
 
 }  // namespace
@@ -31,7 +31,7 @@ void Services::destroy_client(ServiceClientId id) {
   shared_.ready.wake();
 }
 
-// Once for all that came or went together: a link that dies takes hundreds along.
+// One update covers all clients that came or went together: a link that dies takes hundreds along.
 void Services::watch_servers() {
   if (!std::exchange(unwatched_, false)) return;
   std::set<std::string> names;
@@ -47,7 +47,7 @@ void Services::look_at_graph(bool changed) {
   look_for_callers(changed);
 }
 
-// Between changes those that have their server are looked at for a tenth of the time at most.
+// Between changes, looks at clients that have their server take at most a tenth of the time.
 void Services::line_up(bool all) {
   for (const bool settled : {false, true}) {
     for (const auto& [id, client] : clients) {
@@ -79,15 +79,15 @@ bool Services::compare_some() {
   const auto now = Clock::now();
   comparing_ += now - begin;
   if (!uncompared_.empty()) return true;
-  // So it takes a tenth of the time at most.
+  // This pause limits comparisons to a tenth of the time.
   const Duration pause = std::max<Duration>(kComparingPause, 10 * comparing_);
   compare_due_ = now + pause;
   if (to_compare_) graph_.look_again(pause);
   return false;
 }
 
-// Each look goes through all endpoints of the graph, and a robot may have hundreds of services: so
-// they are looked at a few at a time, and others get their turns in between.
+// Each look goes through all endpoints of the graph, and a robot may have hundreds of services. So
+// a few clients are looked at each time, and other entities get their turns in between.
 bool Services::look_at_some() {
   if (line_.empty()) return compare_some();
   using Clock = std::chrono::steady_clock;

@@ -23,14 +23,14 @@ class Services {
 
   void create_client(const CreateServiceClient& action);
   void destroy_client(ServiceClientId id);
-  // Tells the graph whose servers are to be known. To be called when the loop wakes.
+  // Passes the services whose servers need ids to the graph. Call it when the loop wakes.
   void watch_servers();
-  // The graph has changed, or the time given to Shared::look_again has passed: reports which
-  // callers have left, and lines up the clients and mirrors that are to be looked at.
+  // Call it when the graph has changed, or the time of Shared::look_again has passed. Reports
+  // callers that have left, and lines up the clients and mirrors for a look.
   void look_at_graph(bool changed);
-  // Looks at some of these, and reports which clients have a server. Returns whether more wait.
+  // Looks at some of them, and reports clients whose server has come or gone. True if more wait.
   bool look_at_some();
-  // Requests and invocations that are kept for an answer.
+  // Requests and invocations that wait for an answer.
   [[nodiscard]] std::size_t pending() const;
 
   Entities<ServiceMirror> mirrors;
@@ -44,16 +44,16 @@ class Services {
 
   Shared& shared_;
   GraphWatcher& graph_;
-  std::deque<ServiceClientId> line_;  // clients that are to be looked at
+  std::deque<ServiceClientId> line_;  // clients that wait for a look
   std::set<ServiceClientId> in_line_;
-  Duration spent_{};             // on those that have been looked at, since the line was empty
-  ServerSight::Time all_due_{};  // when those that have their server may be looked at again
-  std::deque<ServiceMirrorId> uncompared_;  // mirrors whose clients' definitions are to be compared
-  bool to_compare_ = false;                 // the graph has changed since these were lined up
-  Duration comparing_{};                    // time spent on these
-  ServerSight::Time compare_due_{};         // when they may be lined up again
+  Duration spent_{};                        // time of all looks since the line was empty
+  ServerSight::Time all_due_{};             // when clients with a server may be looked at again
+  std::deque<ServiceMirrorId> uncompared_;  // mirrors whose clients wait for a comparison
+  bool to_compare_ = false;                 // the graph has changed since uncompared_ was filled
+  Duration comparing_{};                    // time spent on uncompared_
+  ServerSight::Time compare_due_{};         // when uncompared_ may be filled again
   bool unwatched_ = false;                  // clients came or went since watch_servers()
-  ServerSight::Time changed_{};             // the graph, or our clients
+  ServerSight::Time changed_{};             // last change of the graph, or of our clients
 };
 
 }  // namespace connect_bridge::ros

@@ -9,7 +9,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// Of the definition that every distribution has (REP 2011).
+// Hash of the definition in all distributions (REP 2011).
 constexpr char kDiagnosticsHash[] =
     "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e";
 

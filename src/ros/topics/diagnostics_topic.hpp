@@ -1,4 +1,4 @@
-// /diagnostics, on which this process tells of itself.
+// The topic /diagnostics, on which this process reports about itself.
 #pragma once
 
 #include <rcl/publisher.h>
@@ -10,11 +10,11 @@
 
 namespace connect_bridge::ros {
 
-// Its package need not be installed: samples are serialized by the caller.
+// The type's package need not be installed: the caller serializes samples.
 inline constexpr char kDiagnosticsType[] = "diagnostic_msgs/msg/DiagnosticArray";
 
-// The one publisher of this process that the graph shows as anybody's, so that rules can export it:
-// the operator then sees the robot's. Thread: the loop's.
+// The only publisher of this process that the graph shows like anybody's. So rules can export it,
+// and the operator sees the robot's diagnostics. Thread: the loop's.
 class DiagnosticsTopic {
  public:
   explicit DiagnosticsTopic(Shared& shared) : shared_(shared) {}
@@ -22,13 +22,13 @@ class DiagnosticsTopic {
   DiagnosticsTopic(const DiagnosticsTopic&) = delete;
   DiagnosticsTopic& operator=(const DiagnosticsTopic&) = delete;
 
-  // Once. Why there is none, or nothing.
+  // Opens the publisher; call it once. Returns the refusal; nullopt: it is open.
   [[nodiscard]] std::optional<Refusal> open();
-  // Whether the package of its type is not installed.
+  // The package of the type is not installed.
   [[nodiscard]] bool is_bare() const { return open_ && type_.introspection == nullptr; }
-  // Whether somebody listens, here or (by a subscription of this process) at a peer.
+  // The topic has a subscriber, here or (by a subscription of this process) at a peer.
   [[nodiscard]] bool wanted() const;
-  // One serialized sample. Nothing happens if it is not open.
+  // Publishes one serialized sample. Without effect if the publisher is not open.
   void publish(ByteView sample);
 
  private:

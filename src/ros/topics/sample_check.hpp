@@ -1,4 +1,4 @@
-// Checks large samples beside the loop.
+// Checks large samples on a thread beside the loop.
 #pragma once
 
 #include <condition_variable>
@@ -17,13 +17,12 @@ namespace connect_bridge::ros {
 
 class Publisher;
 
-// To see that the bytes of a sample have its type takes some 0.5 ms for each MiB, and of many
-// nested messages ten times as much. One thread does that, in the order in which samples come; the
-// loop publishes them, as Fast DDS delays what others publish meanwhile more if another thread
-// does. Thread: all calls from the loop's.
+// Checking the bytes of a sample takes some 0.5 ms per MiB, and ten times as much for many nested
+// messages. One thread does this, in the order of the samples. The loop publishes them: Fast DDS
+// delays samples of others more if another thread publishes. All calls come from the loop's thread.
 class SampleCheck {
  public:
-  // Of all samples here, checked or not. Each counts for kSampleCost besides its bytes, so that
+  // Limit of all samples here, checked or not. Each counts kSampleCost in addition to its bytes, so
   // there are at most 16,384.
   static constexpr std::size_t kBytesMax = std::size_t{128} << 20;
   static constexpr std::size_t kSampleCost = std::size_t{8} << 10;
@@ -31,21 +30,21 @@ class SampleCheck {
   struct Sample {
     std::shared_ptr<Publisher> publisher;
     Publish what;
-    std::optional<std::string> problem{};  // why it is not to be published
+    std::optional<std::string> problem{};  // the reason not to publish it
   };
 
-  // `wake`: the loop is to look for what is checked. Any thread.
+  // `wake` is called on any thread when a sample was checked.
   explicit SampleCheck(std::function<void()> wake) : wake_(std::move(wake)) {}
-  // What waits is not published.
+  // Drops waiting samples.
   ~SampleCheck();
   SampleCheck(const SampleCheck&) = delete;
   SampleCheck& operator=(const SampleCheck&) = delete;
 
-  // Of a payload of so many bytes. Where there is no room for it: waits for the first sample that
-  // is checked, and takes it. Call it until it gives none, and then add().
+  // Makes room for a payload of this size. Without room, waits for the first checked sample and
+  // returns it. Call it until it returns none, and then add().
   std::optional<Sample> make_room(std::size_t bytes);
   void add(Sample sample);
-  // The first that is checked and was not taken yet.
+  // The first checked sample that was not taken yet.
   std::optional<Sample> take();
 
  private:
@@ -53,14 +52,14 @@ class SampleCheck {
   void run();
 
   const std::function<void()> wake_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members up to stop_
   std::condition_variable added_;
   std::condition_variable done_;
   std::deque<Sample> waiting_;
-  std::size_t bytes_ = 0;  // what all count for: those that wait, are being checked, or are checked
+  std::size_t bytes_ = 0;  // sum for all samples: waiting, in the check, and checked
   std::deque<Sample> checked_;
   bool stop_ = false;
-  std::thread thread_;  // from the first sample on
+  std::thread thread_;  // exists from the first sample on
 };
 
 }  // namespace connect_bridge::ros

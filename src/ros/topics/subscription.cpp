@@ -18,12 +18,12 @@
 namespace connect_bridge::ros {
 namespace {
 
-// CDR begins with a header of 4 bytes, the encapsulation.
+// Size of CDR's header, the encapsulation.
 constexpr std::size_t kSampleMin = 4;
-// How often a middleware without a safe callback is asked whether samples were lost.
+// The period of polls for lost samples, with a middleware without a safe callback.
 constexpr auto kLostPeriod = std::chrono::milliseconds(500);
 // rmw_fastrtps was seen to return empty samples without end after a large one was lost in part.
-// That many in a row are more than a queue of real ones would be.
+// This many in a row exceed a queue of real ones.
 constexpr int kInvalidInRowMax = 32;
 
 }  // namespace
@@ -52,8 +52,8 @@ std::optional<Refusal> Subscription::open() {
   node_ = shared_.proxies.get({});
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
   options.qos = to_rmw(create_.qos);
-  // The other side gets this process's own diagnostics. Where samples do not show which publisher
-  // of this process they are of, those of its mirror would come back, and go round for ever.
+  // The peer receives the diagnostics of this process. If samples do not show their publisher in
+  // this process, the samples of its mirror would come back, and circulate forever.
   const bool wants_own = create_.topic == kDiagnosticsTopic && middleware().tells_origins();
   options.rmw_subscription_options.ignore_local_publications =
       ignore_local_ && middleware().ignoring_local_is_safe && !wants_own;
@@ -79,7 +79,7 @@ std::optional<Refusal> Subscription::open() {
     close();
     return refusal;
   }
-  // For samples that came before the callback was set: not every middleware reports them.
+  // Samples may have arrived before the callback was set, and not every middleware reports them.
   ReadyList::mark(slot(), kReadyMessage);
   return std::nullopt;
 }
@@ -123,7 +123,8 @@ std::optional<Input> Subscription::step(Batch& batch) {
   return Input{std::move(message)};
 }
 
-// What other bridges claim is not sent to peers. Without it two bridges would feed the same.
+// Claims are not sent to peers, so the limit of messages does not apply. If a claim were dropped,
+// two bridges would mirror the same topic.
 std::size_t Subscription::bytes_max() const {
   return create_.topic == kClaimsTopic ? kClaimBytesMax : shared_.message_bytes_max;
 }
@@ -154,7 +155,7 @@ Subscription::Taken Subscription::take(MessageTaken& message) {
     }
     shared_.node.log(errors_, LogLevel::kError,
                      error_text("cannot take from " + create_.topic, result));
-    return Taken::kInvalid;  // valid samples may follow it
+    return Taken::kInvalid;  // valid samples may follow
   }
   if (into->buffer_length < kSampleMin) return Taken::kInvalid;
   if (++samples_ % 64 == 0) ask_for_lost();
@@ -178,7 +179,7 @@ void Subscription::ask_for_lost() {
 std::uint64_t Subscription::take_lost() {
   rmw_message_lost_status_t status{};
   if (!lost_.take(&status)) return 0;
-  // Middlewares differ in the moment from which they count the change; they agree on the total.
+  // Middlewares differ in the start of their count of changes; they agree on the total.
   const std::uint64_t total = status.total_count;
   const std::uint64_t lost = total > lost_total_ ? total - lost_total_ : 0;
   lost_total_ = total;

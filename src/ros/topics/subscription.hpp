@@ -20,13 +20,13 @@ class Subscription : public Entity {
   using Create = CreateSubscription;
 
   // `ignore_local`: the middleware does not deliver samples of this process, if it has such an
-  // option. Samples of mirrors are dropped in any case.
+  // option. Samples of our mirrors are dropped in any case.
   Subscription(Shared& shared, Create create, bool ignore_local = true);
   ~Subscription() override;
 
-  // Why there is no subscription, or nothing.
+  // Opens the subscription. Returns the refusal; nullopt: it is open.
   std::optional<Refusal> open();
-  // A SubscriptionFailed means that it is closed for good.
+  // Takes one sample or event. SubscriptionFailed: the subscription is closed for good.
   std::optional<Input> step(Batch& batch) override;
 
  protected:
@@ -46,7 +46,7 @@ class Subscription : public Entity {
   const bool ignore_local_;
   const bool asks_for_lost_;
   MessageType type_;
-  ProxyNodes::Handle node_;  // has the subscription
+  ProxyNodes::Handle node_;  // owns the subscription
   rcl_subscription_t subscription_ = rcl_get_zero_initialized_subscription();
   bool open_ = false;
   int invalid_in_row_ = 0;

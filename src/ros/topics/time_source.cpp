@@ -30,7 +30,7 @@ CreateSubscription clock_topic() {
   return create;
 }
 
-// The node's clock shows the newest sample.
+// Sets the node's clock to the newest sample.
 class ClockSubscription final : public Subscription {
  public:
   explicit ClockSubscription(Shared& shared)
@@ -40,7 +40,7 @@ class ClockSubscription final : public Subscription {
   std::optional<Input> step(Batch&) override {
     MessageTaken message;
     std::optional<Stamp> newest;
-    // Depth 1, so this ends; the bound is for a middleware that returns invalid samples without
+    // Depth 1 ends this loop; the bound is for a middleware that returns invalid samples without
     // end.
     for (int i = 0; i < 16; ++i) {
       const auto taken = take(message);
@@ -73,7 +73,7 @@ void TimeSource::update() {
     clock_.reset();
     return;
   }
-  // Until the first sample ROS time is 0, as in every ROS node.
+  // ROS time is 0 until the first sample, as in every ROS node.
   ignore_error(rcl_set_ros_time_override(shared_.node.clock(), 0));
   ignore_error(rcl_enable_ros_time_override(shared_.node.clock()));
 }

@@ -8,7 +8,7 @@
 
 namespace connect_bridge::ros {
 
-// The time in a serialized rosgraph_msgs/msg/Clock.
+// The time in a serialized rosgraph_msgs/msg/Clock; nullopt: not valid.
 std::optional<Stamp> parse_clock(ByteView bytes);
 
 // Thread: the loop's.

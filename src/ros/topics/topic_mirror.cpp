@@ -11,7 +11,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// A subscriber allocates memory for as many elements as a sequence claims to have, before it reads
+// Subscribers allocate memory for as many elements as a sequence claims to have, before they read
 // them: at most as many as the message has bytes. Below this size that is little.
 constexpr std::size_t kUncheckedBytesMax = 1024;
 
@@ -61,8 +61,8 @@ std::optional<std::string> Publisher::check(ByteView bytes) const {
 std::optional<std::string> Publisher::publish(ByteView bytes) {
   rcl_ret_t result = RCL_RET_OK;
   if (form_) {
-    // rmw_fastrtps gives all serialized samples one key, so that a late subscriber gets those of
-    // the last key alone.
+    // rmw_fastrtps gives all serialized samples one key, so a late subscriber would get only the
+    // samples of the last key.
     if (auto problem = form_->read_from(bytes, shared_.memory_max()))
       return "a peer's message on " + topic_ + ": " + *problem;
     result = rcl_publish(&publisher_, form_->message(), nullptr);

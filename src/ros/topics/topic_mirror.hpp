@@ -16,7 +16,7 @@
 
 namespace connect_bridge::ros {
 
-// Thread: the loop's, but check() any.
+// Thread: the loop's; check() may run on any thread.
 class Publisher {
  public:
   explicit Publisher(Shared& shared) : shared_(shared) {}
@@ -24,11 +24,11 @@ class Publisher {
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  // Why there is no publisher, or nothing.
+  // Opens the publisher. Returns the refusal; nullopt: it is open.
   std::optional<Refusal> open(const CreateMirror& create);
-  // Why these bytes are not to be published, or nothing.
+  // The reason not to publish these bytes; nullopt: none.
   [[nodiscard]] std::optional<std::string> check(ByteView bytes) const;
-  // Why they were not published, or nothing. They are not copied here.
+  // Publishes the bytes, without copying them here. Returns the problem; nullopt: none.
   std::optional<std::string> publish(ByteView bytes);
 
  private:
@@ -36,11 +36,11 @@ class Publisher {
   std::string topic_;
   std::string type_name_;
   MessageType type_;
-  std::unique_ptr<MessageForm> form_;  // of a type with keys
-  ProxyNodes::Handle node_;            // has the publisher
+  std::unique_ptr<MessageForm> form_;  // for a type with keys
+  ProxyNodes::Handle node_;            // owns the publisher
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
-  std::optional<Gid> own_id_;  // of the publisher, where the middleware tells it
+  std::optional<Gid> own_id_;  // the publisher's id, if the middleware reports it
 };
 
 // Thread: the loop's.
@@ -49,13 +49,13 @@ class TopicMirror final : public Entity {
   using Create = CreateMirror;
 
   TopicMirror(Shared& shared, Create create);
-  // Why there is no publisher, or nothing.
+  // Opens the publisher. Returns the refusal; nullopt: it is open.
   std::optional<Refusal> open();
-  // The bytes are not copied here. A large sample, and what comes behind it, is checked first, and
-  // comes back as on_checked(). A message that does not have the type, or that the middleware
-  // refuses, is reported with a later step. `check` must have room for it, if it is checked so.
+  // Publishes a sample without copying its bytes. A large sample, and the samples behind it, go
+  // through `check`, which must have room for them, and return as on_checked(). A later step
+  // reports a message that does not have the type, or that the middleware refuses.
   void publish(const Publish& sample, SampleCheck& check);
-  // Whether this sample is checked beside the loop.
+  // This sample must be checked beside the loop.
   [[nodiscard]] bool is_checked_beside(const Publish& sample) const {
     return checked_ > 0 || sample.payload.size() > kLargeSample;
   }
@@ -68,8 +68,8 @@ class TopicMirror final : public Entity {
   Shared& shared_;
   const Create create_;
   std::shared_ptr<Publisher> publisher_;
-  std::uint64_t checked_ = 0;      // samples that are to come back
-  std::uint64_t unpublished_ = 0;  // samples, not reported yet
+  std::uint64_t checked_ = 0;      // samples that are at the check
+  std::uint64_t unpublished_ = 0;  // samples that are not reported yet
 };
 
 }  // namespace connect_bridge::ros

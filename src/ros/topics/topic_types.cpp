@@ -21,7 +21,7 @@ void read(EndpointQuery query, const Node& node, const std::string& topic, Nodes
   }
 }
 
-// "std_msgs/msg/String (/talker, /listener)"
+// Makes "std_msgs/msg/String (/talker, /listener)".
 std::string shown(const std::string& type, const std::set<std::string>& nodes) {
   return nodes.empty() ? type : fmt::format("{} ({})", type, fmt::join(nodes, ", "));
 }

@@ -17,7 +17,7 @@ namespace {
 using eprosima::fastcdr::Cdr;
 
 constexpr std::uint8_t kOrder = std::endian::native == std::endian::little ? 1 : 0;
-// How many bytes are requested first, before the size of a message predicts that of the next one.
+// Bytes of the first request, before the size of a message predicts the size of the next.
 constexpr std::size_t kFirstBytes = 64;
 constexpr std::size_t kExpectedMax = 64U << 10U;
 
@@ -31,8 +31,8 @@ struct BareMessage {
   BareMessage(const BareMessage&) = delete;
   BareMessage& operator=(const BareMessage&) = delete;
 
-  ByteView body;                   // to be sent, without its header
-  rmw_serialized_message_t taken;  // with its header
+  ByteView body;                   // to be sent, without the header
+  rmw_serialized_message_t taken;  // with the header
   std::size_t expected = kFirstBytes;
 };
 
@@ -44,7 +44,7 @@ bool take_exactly(Cdr& cdr, std::uint8_t* into, std::size_t size) {
     cdr.deserializeArray(into, size);
 #endif
     return true;
-  } catch (...) {  // not so many bytes are left, and none was taken
+  } catch (...) {  // fewer bytes are left, and none was taken
     return false;
   }
 }
@@ -62,9 +62,9 @@ bool make_room(rmw_serialized_message_t& bytes, std::size_t capacity) {
   return ignore_error(rmw_serialized_message_resize(&bytes, capacity));
 }
 
-// There is no way to ask how many bytes are left, but reading too many throws an exception, which
-// takes one or two microseconds: one exception if a message has the size of the last one, otherwise
-// a few.
+// No function returns the number of bytes left. Reading too many throws an exception, which takes
+// one or two microseconds: one exception if a message has the size of the last one, otherwise a
+// few.
 bool take_all(Cdr& cdr, BareMessage& message) {
   rmw_serialized_message_t& taken = message.taken;
   std::size_t size = kCdrHeaderSize;
@@ -76,8 +76,8 @@ bool take_all(Cdr& cdr, BareMessage& message) {
     size += step;
     return true;
   };
-  // As many as the last message had, then steps that double, until less than a step is left: so
-  // each of the powers of two below it is taken once at most.
+  // First as many bytes as the last message had, then steps that double, until less than a step is
+  // left. Then each smaller power of two is tried once.
   std::size_t step = std::clamp<std::size_t>(message.expected, 1, kExpectedMax);
   if (take(step))
     for (step = 1; take(step);) step *= 2;
@@ -85,7 +85,7 @@ bool take_all(Cdr& cdr, BareMessage& message) {
   if (!has_memory) return false;
   message.expected = size - kCdrHeaderSize;
   taken.buffer_length = size;
-  // The bytes may wait in queues that count their size, so the buffer must not be much larger.
+  // Queues count the size of the bytes, so the buffer must not be much larger.
   return taken.buffer_capacity <= 2 * size + kFirstBytes || make_room(taken, size);
 }
 
@@ -119,7 +119,7 @@ class BareForm final : public MessageForm {
 
   void* message() override { return &message_; }
 
-  // Swaps its buffer with that of `bytes`: no copy.
+  // Swaps its buffer with the buffer of `bytes`: no copy.
   std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
     if (message_.taken.buffer_length < kCdrHeaderSize) return "no bytes of a " + type_;
     std::swap(bytes, message_.taken);

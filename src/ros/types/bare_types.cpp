@@ -22,7 +22,7 @@ Refusal no_hash(const TypeName& name, const std::string& hash) {
   return {"type_mismatch", "\"" + hash + "\" is not a hash of the type " + name.full()};
 }
 
-// A service type, and all that its handle points to.
+// A service type, with all objects that its handle points to.
 struct BareService : ServiceType {
   BareService(const TypeName& of, const TypeHash& the_hash)
       : name_space(of.package + "::" + of.kind), service_name(of.name), support(the_hash) {}
@@ -53,8 +53,8 @@ BareMessageType::BareMessageType(TypeName name)
   callbacks_.message_namespace_ = members_.message_namespace_ = name_space_.c_str();
   callbacks_.message_name_ = members_.message_name_ = name_.name.c_str();
   if (!middleware().asks_for_fields) return;
-  // rmw_cyclonedds_cpp uses the fields for messages that it serializes itself, and there are none.
-  // But of a structure of constant size it would lend the memory, so there is a string in this one.
+  // The fields are used only for messages that rmw_cyclonedds_cpp serializes itself, and there are
+  // none. But it would lend memory for a structure of constant size, so this one has a string.
   static const rosidl_typesupport_introspection_c__MessageMember string = [] {
     rosidl_typesupport_introspection_c__MessageMember member{};
     member.name_ = "content";
@@ -79,8 +79,8 @@ void BareMessageType::connect(Handle& handle) const {
   };
 }
 
-// Peers may name any number of hashes, one after the other, and a middleware may point to a handle
-// for longer than it is used: handles stay, and those that nobody uses get another hash.
+// Handles stay, and an unused one gets another hash. Peers may name any number of hashes, one after
+// the other. A middleware may keep a pointer to a handle that nobody uses any longer.
 BareMessageType::Handle& BareMessageType::handle_of(const std::string& text, const TypeHash& hash) {
   const auto known = handles_.find(text);
   if (known != handles_.end()) return known->second;
@@ -137,8 +137,8 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   auto made = std::make_shared<BareService>(name, *parsed);
   made->name = name.full();
   made->hash = hash;
-  // The middleware compares at most the hash of the service. Those of its parts are not known, and
-  // without them rmw_fastrtps_cpp writes an error to the terminal.
+  // The middleware compares at most the hash of the service. The hashes of its parts are not known,
+  // and rmw_fastrtps_cpp writes an error to the terminal if they are missing.
   const std::string nobodys = nobodys_hash();
   const TypeHash of_part = parse_type_hash(nobodys).value();
   const auto part = [&](const char* end) {

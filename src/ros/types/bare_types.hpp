@@ -1,4 +1,4 @@
-// Type support of types whose packages are not installed, made at run time.
+// Type support for types whose packages are not installed, made at run time.
 #pragma once
 
 #include <rosidl_runtime_c/message_type_support_struct.h>
@@ -18,29 +18,29 @@
 
 namespace connect_bridge::ros {
 
-// A message type of which only the name is known, and a hash if the peer or the graph gives one.
-// The middleware keeps the first type support that it got for a type's name as long as any endpoint
-// has that type, so there is one of these per name, and it lives as long as any user of it.
+// A message type known only by its name, and by a hash if the peer or the graph has one. The
+// middleware keeps the first type support of a type's name as long as any endpoint has that type.
+// So there is one object per name, and it lives as long as any user of it.
 class BareMessageType : public std::enable_shared_from_this<BareMessageType> {
  public:
   explicit BareMessageType(TypeName name);
   BareMessageType(const BareMessageType&) = delete;
   BareMessageType& operator=(const BareMessageType&) = delete;
 
-  // For rcl. It lives as long as this, and has this hash as long as anybody uses it.
+  // The handle for rcl. The handle lives as long as this object, and keeps its hash while anybody
+  // uses it.
   std::shared_ptr<const rosidl_message_type_support_t> with_hash(const std::string& text,
                                                                  const TypeHash& hash);
 
  private:
-  // What the users of one hash share. The last of them may go long before the last user of the
-  // name.
+  // Shared by the users of one hash. The last of them may go long before the last user of the name.
   struct Use {
     std::shared_ptr<BareMessageType> type;
   };
   struct Handle : Hashed<rosidl_message_type_support_t> {
     explicit Handle(const TypeHash& the_hash) : Hashed(the_hash), introspection(the_hash) {}
 
-    // For middlewares that read it (distro.hpp, Middleware::asks_for_fields).
+    // Handle for middlewares that read the fields (distro.hpp, Middleware::asks_for_fields).
     Hashed<rosidl_message_type_support_t> introspection;
     std::weak_ptr<Use> use;
   };
@@ -57,8 +57,8 @@ class BareMessageType : public std::enable_shared_from_this<BareMessageType> {
   std::map<std::string, Handle> handles_;
 };
 
-// Works with middlewares that take such types (Middleware::takes_bare_types, takes_bare_services).
-// Thread: the loop's. What it hands out may live longer than this.
+// Types for middlewares that accept them (Middleware::takes_bare_types, takes_bare_services).
+// Returned objects may outlive this object. Thread: the loop's.
 class BareTypes {
  public:
   using Message = std::variant<std::shared_ptr<const rosidl_message_type_support_t>, Refusal>;
@@ -69,10 +69,10 @@ class BareTypes {
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
-  // Whether the type of this full name is in use. While it is, the middleware keeps what was made
-  // here, also if its package is installed meanwhile.
+  // The type of this full name is in use. Meanwhile the middleware keeps the type support made
+  // here, even if the package is installed later.
   [[nodiscard]] bool uses(std::string_view type) const;
-  // How many types of messages are in use, those of requests and responses among them.
+  // Number of message types in use, including those of requests and responses.
   [[nodiscard]] std::size_t size() const;
 
  private:

@@ -16,7 +16,7 @@ namespace {
 using Members = rosidl_typesupport_introspection_c__MessageMembers;
 using Member = rosidl_typesupport_introspection_c__MessageMember;
 
-// A problem names the innermost fields; their names may be a peer's.
+// Limit for a text that names the innermost fields, whose names may be a peer's choice.
 constexpr std::size_t kProblemBytes = 200;
 // All middlewares write a character of a wstring as 32 bits.
 constexpr std::size_t kWideBytes = 4;
@@ -27,7 +27,8 @@ const Members& members_of(const rosidl_message_type_support_t& type) {
   return *static_cast<const Members*>(type.data);
 }
 
-// The bytes of a primitive, which are its alignment too, up to kAlignmentMax; 0: not a primitive.
+// The size of a primitive in bytes, which is also its alignment up to kAlignmentMax; 0: not a
+// primitive.
 std::size_t primitive_size(std::uint8_t type) {
   switch (type) {
     case rosidl_typesupport_introspection_c__ROS_TYPE_BOOLEAN:
@@ -48,7 +49,7 @@ std::size_t primitive_size(std::uint8_t type) {
   }
 }
 
-// CDR 1 knows no alignment beyond that.
+// CDR 1 has no larger alignment.
 constexpr std::size_t kAlignmentMax = 8;
 
 class Walk {
@@ -56,7 +57,7 @@ class Walk {
   Walk(ByteView body, bool little, const CdrLimits& limits)
       : body_(body), little_(little), limits_(limits), room_(limits) {}
 
-  // Each returns false at the first error, and sets `problem`.
+  // Each function returns false at the first error, and sets `problem`.
   bool message(const Members& type) {
     for (std::uint32_t i = 0; i < type.member_count_; ++i) {
       if (!member(type.members_[i])) {
@@ -72,7 +73,7 @@ class Walk {
   [[nodiscard]] std::size_t place() const { return place_; }
 
   std::string problem;
-  std::uint8_t* clear = nullptr;  // the body, whose padding shall become zeros
+  std::uint8_t* clear = nullptr;  // the body, if its padding is to become zeros
 
  private:
   bool member(const Member& field) {
@@ -85,7 +86,7 @@ class Walk {
       problem = "more elements than allowed";
       return false;
     }
-    // Everything takes at least one byte, so this many elements cannot be there.
+    // Every element takes at least one byte, so a larger count cannot be true.
     if (count > left()) return false;
     return block(count * memory_of(field)) && elements(field, count);
   }
@@ -111,7 +112,7 @@ class Walk {
       case rosidl_typesupport_introspection_c__ROS_TYPE_STRING: {
         std::uint32_t size = 0;
         if (!length(size)) return false;
-        // The bytes end with a zero that does not count.
+        // The last byte is a zero that does not count.
         const std::size_t characters = size > 0 ? size - 1 : 0;
         return bounded(characters, field) && size <= left() && block(size) && skip(size);
       }
@@ -203,7 +204,7 @@ class Walk {
   const ByteView body_;
   const bool little_;
   const CdrLimits limits_;
-  CdrLimits room_;  // what is still allowed
+  CdrLimits room_;  // remaining limits
   std::size_t place_ = 0;
 };
 
@@ -216,7 +217,7 @@ const rosidl_message_type_support_t* introspection_of(const rosidl_message_type_
   return found;
 }
 
-// A template: the field is looked for only where the distribution has it.
+// A template, because only newer distributions have the field.
 template <class Type>
 bool any_key_of(const Type& members) {
   if constexpr (requires { members.has_any_key_member_; }) return members.has_any_key_member_;

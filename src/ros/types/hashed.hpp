@@ -1,4 +1,4 @@
-// The part of type support made at run time that holds the hash of its type.
+// The part of a run-time type support that holds the hash of its type.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace connect_bridge::ros {
 
-// What a bridge shows in the place of a hash that it does not know.
+// The hash that a bridge shows for a type whose hash it does not know.
 inline std::string nobodys_hash() {
   return "RIHS01_" + std::string(64, '0');
 }
@@ -22,7 +22,7 @@ inline std::string nobodys_hash() {
 
 using TypeHash = rosidl_type_hash_t;
 
-// The hash in "RIHS01_..."; for an empty text an unset one. nullopt: not a ROS type hash.
+// Parses "RIHS01_..."; an empty text gives an unset hash. nullopt: not a ROS type hash.
 inline std::optional<TypeHash> parse_type_hash(const std::string& text) {
   TypeHash hash = rosidl_get_zero_initialized_type_hash();
   if (text.empty()) return hash;
@@ -31,8 +31,8 @@ inline std::optional<TypeHash> parse_type_hash(const std::string& text) {
   return std::nullopt;
 }
 
-// rcl copies the description of a type and its sources when it creates an endpoint, so they must
-// exist. These are empty: no name, no fields, no sources.
+// An empty description: no name, no fields, no sources. rcl copies the description of a type and
+// its sources when it creates an endpoint, so they must exist.
 struct NoDescription {
   NoDescription() { rosidl_runtime_c__type_description__TypeDescription__init(&description); }
   ~NoDescription() { rosidl_runtime_c__type_description__TypeDescription__fini(&description); }

@@ -82,7 +82,7 @@ class InstalledForm final : public MessageForm {
     const rmw_serialized_message_t message = as_serialized(bytes);
     try {
       return rmw_deserialize(&message, type_, memory_);
-    } catch (...) {  // not every middleware catches the exceptions of its CDR library
+    } catch (...) {  // not every middleware catches exceptions of its CDR library
       return RMW_RET_ERROR;
     }
   }
@@ -97,7 +97,7 @@ class InstalledForm final : public MessageForm {
   const rosidl_message_type_support_t* const introspection_;
   const Members& members_;
   void* const memory_;
-  std::size_t size_ = 0;  // of the message in bytes, about what its memory takes
+  std::size_t size_ = 0;  // bytes of the message, about the size of its memory
 };
 
 }  // namespace

@@ -13,9 +13,9 @@
 
 namespace connect_bridge::ros {
 
-// For the requests or the responses of a service: one message in memory, which rcl takes into and
-// sends from, and the same as bytes (CDR with its 4-byte header). An interface, because types that
-// are not installed are carried as bytes only (bare_form.hpp). Thread: the loop's.
+// One request or response in memory, which rcl takes into and sends from, and the same message as
+// bytes (CDR with its 4-byte header). An interface, because types that are not installed are
+// forwarded only as bytes (bare_form.hpp). Thread: the loop's.
 class MessageForm {
  public:
   MessageForm() = default;
@@ -25,17 +25,18 @@ class MessageForm {
 
   // The message for rcl; its content stays until the next call that changes it.
   [[nodiscard]] virtual void* message() = 0;
-  // The message as bytes; an error text, or nothing.
+  // Writes the message as bytes. Returns an error text; nullopt: none.
   virtual std::optional<std::string> write_to(rmw_serialized_message_t& bytes) = 0;
-  // The message from untrusted bytes, which must live until reset(); an error text, or nothing.
-  // Takes at most `memory_max` of memory in addition to the message itself.
+  // Reads the message from untrusted bytes, which must live until reset(). Uses at most
+  // `memory_max` bytes of memory in addition to the message itself. Returns an error text; nullopt:
+  // none.
   virtual std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) = 0;
-  // The content is not needed any longer: frees large parts. Needed
-  // before the next message comes (see Middleware::fills_used_messages).
+  // Drops the content, and frees large parts of it. Call it before the next message is taken (see
+  // Middleware::fills_used_messages).
   virtual void reset() = 0;
 };
 
-// The form of a message whose package is installed. nullptr: its introspection is not there.
+// The form of a message whose package is installed. nullptr: there is no introspection for it.
 std::unique_ptr<MessageForm> installed_form(const rosidl_message_type_support_t* type);
 
 }  // namespace connect_bridge::ros

@@ -1,4 +1,4 @@
-// A type of services that is known at run time.
+// A service type that is known at run time.
 #pragma once
 
 #include <rosidl_runtime_c/service_type_support_struct.h>
@@ -14,9 +14,9 @@ namespace connect_bridge::ros {
 struct ServiceType {
   std::string name;                                       // "std_srvs/srv/SetBool"
   const rosidl_service_type_support_t* handle = nullptr;  // for rcl
-  std::string hash;                                       // "RIHS01_...", or empty: not known
+  std::string hash;                                       // "RIHS01_..."; empty: not known
   bool is_installed = false;
-  // Hashes of the types of requests and responses; empty also where the type is not installed.
+  // Hashes of the request and response types; also empty if the type is not installed.
   std::string request_hash, response_hash;
   std::unique_ptr<MessageForm> request, response;
 };

@@ -15,7 +15,7 @@ namespace {
 using eprosima::fastcdr::Cdr;
 using eprosima::fastcdr::FastBuffer;
 
-// rosidl_typesupport_fastrtps_c__identifier, without its library.
+// The value of rosidl_typesupport_fastrtps_c__identifier, without its library.
 constexpr char kIdentifier[] = "rosidl_typesupport_fastrtps_c";
 
 #if FASTCDR_VERSION_MAJOR >= 2

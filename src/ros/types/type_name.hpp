@@ -11,13 +11,13 @@ struct TypeName {
 
   // "std_msgs/msg/String"
   [[nodiscard]] std::string full() const { return package + "/" + kind + "/" + name; }
-  // The type that a person must install: for the types that ROS derives from an action, the
-  // action's own.
+  // The type that a person must install: the action's own for types that ROS derives from an
+  // action.
   [[nodiscard]] std::string to_install() const;
 };
 
-// A peer may have chosen the text, and it becomes part of a file name and of a symbol name: three
-// identifiers, 255 bytes at most. nullopt: it is not a type name.
+// Parses a type name: three identifiers, at most 255 bytes; nullopt: not a type name. The text may
+// be a peer's choice, and becomes part of a file name and of a symbol name.
 [[nodiscard]] std::optional<TypeName> parse_type_name(const std::string& type);
 
 }  // namespace connect_bridge::ros

@@ -23,7 +23,7 @@ std::string library_name(const std::string& package) {
   return "lib" + package + "__rosidl_typesupport_c.so";
 }
 
-// The ament index knows where a package is installed; the loader's own search path is the fallback.
+// The ament index finds the package; the loader's own search path is the fallback.
 void* open_library(const std::string& package) {
   namespace fs = std::filesystem;
   const char* variable = std::getenv("AMENT_PREFIX_PATH");
@@ -43,7 +43,7 @@ void* open_library(const std::string& package) {
   return dlopen(library_name(package).c_str(), RTLD_LAZY | RTLD_LOCAL);
 }
 
-// Why `type` here is not the one with the hash `wanted`; nullopt: it is.
+// The refusal if `type` here does not have the hash `wanted`; nullopt: it has.
 std::optional<Refusal> mismatch(const std::string& type, const std::string& ours,
                                 const std::string& wanted) {
   if (ours.empty() || wanted.empty() || ours == wanted) return std::nullopt;
@@ -53,7 +53,7 @@ std::optional<Refusal> mismatch(const std::string& type, const std::string& ours
                  ours};
 }
 
-// For an installed type: a pointer without ownership, because libraries are never unloaded.
+// A pointer without ownership, for an installed type: libraries are never unloaded.
 std::shared_ptr<const rosidl_message_type_support_t> without_end(
     const rosidl_message_type_support_t* handle) {
   return {std::shared_ptr<void>{}, handle};
@@ -66,7 +66,7 @@ TypeSupports::TypeSupports(bool not_installed_too)
 
 std::variant<const MessageType*, Refusal> TypeSupports::installed(const std::string& type) {
   if (const auto found = messages_.find(type); found != messages_.end()) return &found->second;
-  // A missing package is looked for again: it may be installed while we run.
+  // A missing package is looked up again: it may be installed while the bridge runs.
   auto loaded = load(type, "message");
   if (auto* refusal = std::get_if<Refusal>(&loaded)) return std::move(*refusal);
   const auto* handle = static_cast<const rosidl_message_type_support_t*>(std::get<0>(loaded));
@@ -87,7 +87,7 @@ TypeSupports::Message TypeSupports::message(const std::string& type, const std::
   MessageType here = *std::get<0>(found);
   if (hash.empty()) return here;
   auto refusal = mismatch(type, distro::type_hash_of(*here.handle), hash);
-  // What another definition brings must be checked.
+  // Messages of another definition must be checked, which needs the introspection.
   if (refusal && (!any_definition || !here.introspection)) return *std::move(refusal);
   if (refusal) here.other_hash = refusal->hash_here;
   return here;
