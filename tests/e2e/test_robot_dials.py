@@ -69,7 +69,7 @@ def test_the_robots_rules_may_name_who_drives(world):
     robot = Robot(world)
     _, line = invite(world)
     client = world.run("client", "robot", "--robot", "--operate", line)
-    client.wait_for("link open with .* as operator")
+    client.wait_for("link open with .*, which rules call operator")
     robot.operate()
     client.stop()
     file = world.home("robot") / "connect_bridge" / "connect_client" / "params.yaml"

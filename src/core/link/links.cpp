@@ -218,7 +218,10 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection()->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
   const std::string& name = link.login.identity().name;
-  const std::string identity = name.empty() ? "" : " as " + name;
+  // At a client the identity is the server's: nobody may read it as the client's own login.
+  const bool is_server = options_.role == Role::kServer;
+  const std::string identity =
+      name.empty() ? "" : (is_server ? ", logged in as " : ", which rules call ") + name;
   log(link, LogLevel::kInfo, "link open with " + link.label() + identity + before, now);
   audit_login(outputs_, link, AuditEvent::kLogin);
   check_expiry(link, now);
