@@ -176,7 +176,7 @@ TEST(SideLogin, AClientsRulesMayNameTheServer) {
   EXPECT_THAT(desk, HasSubstr("/a"));
   EXPECT_THAT(desk, Not(HasSubstr("/b")));
   s.did();
-  EXPECT_THAT(s.logged, HasSubstr(" as desk"));
+  EXPECT_THAT(s.logged, HasSubstr(", which rules call desk"));
   EXPECT_EQ(s.status().links[0].identity, "desk");
   s.lose(1);
   s.pass(1000);
