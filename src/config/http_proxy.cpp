@@ -121,7 +121,7 @@ std::optional<HttpProxy> environment_proxy(const std::string& host, std::uint16_
   if (url.empty() || is_exempt(no_proxy, host, port)) return std::nullopt;
   auto proxy = parse_http_proxy(url);
   if (!proxy) wrong = name;
-  if (proxy) proxy->login_key = name;
+  if (proxy) proxy->login_key = proxy->variable = name;
   return proxy;
 }
 

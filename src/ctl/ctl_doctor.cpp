@@ -97,8 +97,7 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Probe::Options options;
   options.logs_in = logs_in;
   Probe probe(std::move(*assembly.parts), options);
-  if (const std::string failure = probe.open(kPatienceOfDoctor); !failure.empty())
-    return {diagnose_failure(failure)};
+  if (const Failure failure = probe.open(kPatienceOfDoctor)) return {diagnose(failure)};
   probe.close();
   if (!logs_in) found.push_back({"login_not_tried", {}, {}});
   return found;

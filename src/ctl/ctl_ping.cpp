@@ -71,9 +71,9 @@ std::unique_ptr<Probe> open_probe(const std::string& file, const char* node,
   exit_code = complain(fmt::format("{}", fmt::join(problems, "\n")), kExitConfiguration);
   if (!assembly.parts) return nullptr;
   auto probe = std::make_unique<Probe>(std::move(*assembly.parts), options);
-  const std::string failure = probe->open(kPatience);
-  if (failure.empty()) return probe;
-  exit_code = complain(failure, kNoLink);
+  const Failure failure = probe->open(kPatience);
+  if (!failure) return probe;
+  exit_code = complain(failure.text, kNoLink);
   return nullptr;
 }
 

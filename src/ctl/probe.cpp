@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/overloaded.hpp"
+#include "core/link/standing.hpp"
 #include "core/wire/control.hpp"
 #include "net/tcp/steady_now.hpp"
 #include "net/tcp/system_now.hpp"
@@ -80,11 +81,11 @@ void Probe::run_for(Duration time, Done done) {
   }
 }
 
-std::string Probe::open(Duration patience) {
+Failure Probe::open(Duration patience) {
   handle(GraphChanged{});  // nobody is here
-  run_for(patience, [this] { return open_ || reached_ || !why_not_.empty(); });
+  run_for(patience, [this] { return open_ || reached_ || bool(why_not_); });
   if (open_ || reached_) return {};
-  return why_not_.empty() ? "no answer" : why_not_;
+  return why_not_ ? why_not_ : Failure{Cause::kServerSilent, "no answer"};
 }
 
 ProbeSpan Probe::measure(Duration time, const Load& load,
@@ -100,7 +101,7 @@ ProbeSpan Probe::measure(Duration time, const Load& load,
   load_.send_bytes_per_second = 0;
   span_.took = steady_now() - span_since_;
   span_.repeated = repeated_ - repeated;
-  if (!open_) span_.ended = why_not_.empty() ? "the link was lost" : why_not_;
+  if (!open_) span_.ended = why_not_ ? why_not_.text : "the link was lost";
   return std::exchange(span_, {});
 }
 
@@ -115,10 +116,10 @@ void Probe::handle(Input&& input) {
     return;
   }
   const bool is_packet = std::holds_alternative<PacketReceived>(input);
-  if (const auto* const failed = std::get_if<DialFailed>(&input)) note_end(failed->reason);
+  if (const auto* const failed = std::get_if<DialFailed>(&input)) note_end(failed->why);
   if (const auto* const closed = std::get_if<ConnectionClosed>(&input)) {
     open_ = false;
-    note_end(closed->reason.empty() ? "the connection was closed" : closed->reason);
+    note_end(failure_of(*closed));
   }
   side_.handle(std::move(input), now());
   while (auto action = side_.next_action()) carry_out(std::move(*action));
@@ -127,8 +128,8 @@ void Probe::handle(Input&& input) {
   set_timer();
 }
 
-void Probe::note_end(const std::string& why) {
-  if (why_not_.empty()) why_not_ = why;
+void Probe::note_end(const Failure& why) {
+  if (!why_not_) why_not_ = why;
 }
 
 void Probe::carry_out(Action&& action) {
@@ -143,7 +144,7 @@ void Probe::carry_out(Action&& action) {
             network_.allow(a.connection, a.packet_bytes_max);
           },
           [&](CloseConnection& a) {
-            note_end(a.reason);
+            note_end({cause_of(a.code), a.reason});
             network_.close(a.connection, a.code, a.reason);
           },
           [&](CreateMirror& a) {

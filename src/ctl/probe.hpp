@@ -51,8 +51,8 @@ class Probe {
   // `parts`: of a client.
   Probe(BridgeParts parts, Options options);
 
-  // Dials and, if it is to, logs in. Why it cannot, within this time; empty: it can.
-  [[nodiscard]] std::string open(Duration patience);
+  // Dials and, if it is to, logs in. Why it cannot, within this time; nothing: it can.
+  [[nodiscard]] Failure open(Duration patience);
   // `each`: called with every sample, as it comes; may be empty.
   [[nodiscard]] ProbeSpan measure(Duration time, const Load& load,
                                   const std::function<void(const ProbeSpan::Sample&)>& each = {});
@@ -64,7 +64,7 @@ class Probe {
   void handle(Input&& input);
   void carry_out(Action&& action);
   void note_sample();
-  void note_end(const std::string& why);
+  void note_end(const Failure& why);
   [[nodiscard]] Gid next_gid();
   void show_graph();
   [[nodiscard]] std::optional<Packet> next_packet(ConnectionId id, const Repairs& repairs);
@@ -93,7 +93,7 @@ class Probe {
   const bool logs_in_;
   bool open_ = false;
   bool reached_ = false;  // the server; only if it does not log in
-  std::string why_not_;
+  Failure why_not_;
   Workers workers_;  // last: its threads post to io_
 };
 

@@ -194,7 +194,10 @@ void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
     count(RelayRefusal::kNoTls);
     return end(robot, "no TLS");
   }
-  robot->lines->open(kRelayLoginMax, {with(robot, &Relay::on_line), with(robot, &Relay::end)});
+  const auto ended = [](Relay& self, const RobotPtr& it, const Failure& why) {
+    self.end(it, why.text);
+  };
+  robot->lines->open(kRelayLoginMax, {with(robot, &Relay::on_line), with(robot, ended)});
 }
 
 void Relay::on_line(const RobotPtr& robot, std::string_view line) {

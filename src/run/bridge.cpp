@@ -223,7 +223,8 @@ void Bridge::on_network(Input&& input) {
     if (parts_.joining && ends_by(refused_invitation(*parts_.joining, closed->code))) return;
   }
   if (const auto* const failed = std::get_if<DialFailed>(&input))
-    if (parts_.joining && failed->other_key && ends_by(failed->reason)) return;
+    if (parts_.joining && failed->why.cause == Cause::kOtherKey &&
+        ends_by(failed->why.text)) return;
   loop_.feed(std::move(input));
 }
 

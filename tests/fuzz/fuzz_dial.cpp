@@ -112,7 +112,8 @@ class World {
   void on(Input&& input) {
     if (const auto* failed = std::get_if<DialFailed>(&input)) {
       CONNECT_CHECK(!opened_ && !ended_);
-      check_loggable(failed->reason);
+      check_loggable(failed->why.text);
+      CONNECT_CHECK(bool(failed->why));
       ended_ = true;
     }
     if (std::holds_alternative<ConnectionOpened>(input)) opened_ = true;

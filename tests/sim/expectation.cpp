@@ -135,7 +135,7 @@ void Expectation::check_links() const {
       violated("after the network has healed " + describe(*pair.client) + " has " +
                std::to_string(here) + " and " + describe(*pair.server) + " has " +
                std::to_string(there) + " open links, expected " + std::to_string(should) + ": " +
-               pair.client->status().last_failure);
+               pair.client->status().last_failure.text);
     }
   }
 }

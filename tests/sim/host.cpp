@@ -314,7 +314,7 @@ void Host::on_open(ConnectionId id) {
 }
 
 void Host::on_dial_failed(ConnectionId id, const std::string& reason) {
-  input(DialFailed{id, reason});
+  input(DialFailed{id, {Cause::kNoAnswer, reason}});
 }
 
 void Host::on_packet(ConnectionId id, FlatPacket packet) {

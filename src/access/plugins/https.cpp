@@ -49,8 +49,8 @@ class Exchange {
   HttpAnswer run() {
     deadline_.expires_after(request_.timeout);
     deadline_.async_wait([this](ErrorCode) { fail("no answer in time"); });
-    way_->start([this](auto socket, const std::string& problem) {
-      if (!socket) return fail(problem);
+    way_->start([this](auto socket, const Failure& why) {
+      if (!socket) return fail(why.text);
       on_connected(std::move(*socket));
     });
     io_.run();
@@ -65,7 +65,7 @@ class Exchange {
     expect_server(transport_->tls(), request_.url.host);  // mutant: https_name
     transport_->async_tls_handshake(false, [this](ErrorCode failed) {
       if (!failed) return send();
-      fail("TLS: " + failure_text(failed, transport_->tls(), request_.url.host));
+      fail("TLS: " + failure_of(failed, transport_->tls(), request_.url.host).text);
     });
   }
 
@@ -84,7 +84,7 @@ class Exchange {
     }
     asked_.prepare_payload();
     http::async_write(*transport_, asked_, [this](ErrorCode error, std::size_t) {
-      if (error) return fail(failure_text(error, transport_->tls(), request_.url.host));
+      if (error) return fail(failure_of(error, transport_->tls(), request_.url.host).text);
       receive();
     });
   }
@@ -95,7 +95,7 @@ class Exchange {
     transport_->stop_at_header_end();
     http::async_read(*transport_, buffer_, parser_, [this](ErrorCode error, std::size_t) {
       if (error == http::error::body_limit) return fail("the answer is too large");
-      if (error) return fail(failure_text(error, transport_->tls(), request_.url.host));
+      if (error) return fail(failure_of(error, transport_->tls(), request_.url.host).text);
       const auto& got = parser_.get();
       answer_.status = static_cast<int>(got.result_int());
       answer_.body = got.body();

@@ -17,10 +17,10 @@ std::string long_time(Duration time) {
 
 }  // namespace
 
-void LastFailure::set(std::string reason, const Now& now) {
+void LastFailure::set(Failure why, const Now& now) {
   if (!since_) since_ = now.steady;
-  if (reason != reason_) {
-    before_ = std::exchange(reason_, std::move(reason));
+  if (why != last_) {
+    before_ = std::exchange(last_, std::move(why));
     before_until_ = now.steady + kTurn;
   }
   next_ = now.steady + (now.steady - *since_ < kFirstPeriod ? kFirstPeriod : kPeriod);
@@ -28,16 +28,16 @@ void LastFailure::set(std::string reason, const Now& now) {
 }
 
 void LastFailure::tell(Line line, const Now& now) {
-  if (line.reason == before_ && now.steady < before_until_) {
-    std::swap(reason_, before_);
+  if (line.why == before_ && now.steady < before_until_) {
+    std::swap(last_, before_);
     before_until_ = now.steady + kTurn;
   }
-  const bool same = line.reason == reason_;
+  const bool same = line.why == last_;
   // A reason that was not logged and stays is logged the second time.
   const bool is_news = same ? !told_ : news_ < kNews;
   if (!is_news && now.steady < next_) {
     if (!same) told_ = false;
-    reason_ = line.reason;
+    last_ = line.why;
     return;
   }
   if (is_news) {
@@ -45,12 +45,12 @@ void LastFailure::tell(Line line, const Now& now) {
   } else if (same) {
     news_ = 0;
   }
-  set(line.reason, now);
+  set(line.why, now);
   if (is_news) {
-    outputs_.log(line.level, line.what + line.reason + line.hint);
+    outputs_.log(line.level, line.what + line.why.text + line.hint);
   } else {
     outputs_.log(LogLevel::kWarn, "still cannot connect, for " + long_time(now.steady - *since_) +
-                                      ": " + line.reason + line.hint);
+                                      ": " + line.why.text + line.hint);
   }
 }
 

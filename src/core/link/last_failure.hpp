@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/time.hpp"
+#include "core/ports/failure.hpp"
 #include "core/ports/outputs.hpp"
 
 namespace connect_bridge {
@@ -23,34 +24,34 @@ class LastFailure {
   static constexpr Duration kTurn = std::chrono::minutes(2);  // of two reasons that take turns
   static constexpr int kNews = 10;
 
-  // A line of the log is `what`, the reason and `hint`.
+  // A line of the log is `what`, the text of the failure and `hint`.
   struct Line {
     LogLevel level = LogLevel::kWarn;
     std::string what;
-    std::string reason;
+    Failure why;
     std::string hint;
   };
 
   explicit LastFailure(Outputs& outputs) : outputs_(outputs) {}
 
-  // Empty: a link is open.
-  [[nodiscard]] const std::string& reason() const { return reason_; }
+  // Nothing: a link is open.
+  [[nodiscard]] const Failure& last() const { return last_; }
   // A link was lost or refused here, and the log says so already.
-  void set(std::string reason, const Now& now);
+  void set(Failure why, const Now& now);
   // A client's: a dial failed, or the server did not welcome it.
   void tell(Line line, const Now& now);
   // A link is open.
   void clear() {
-    reason_.clear();
-    before_.clear();
+    last_ = {};
+    before_ = {};
     since_.reset();
     news_ = 0;
   }
 
  private:
   Outputs& outputs_;
-  std::string reason_;
-  std::string before_;              // another one, the last before
+  Failure last_;
+  Failure before_;                  // another one, the last before
   TimePoint before_until_{};        // until then it takes turns
   std::optional<TimePoint> since_;  // since then no link is open
   TimePoint next_{};                // until then the same reason is not logged again

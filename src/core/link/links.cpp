@@ -69,13 +69,12 @@ void Links::on(ConnectionOpened& input, const Now& now) {
 
 void Links::on(DialFailed& input, const Now& now) {
   if (input.connection != dialing_) return;
-  const std::string reason = to_text(input.reason, kReasonBytesMax);
-  const std::string hint = input.other_key ? "; trying again every few minutes" : "; trying again";
-  last_failure_.tell({LogLevel::kWarn, "cannot connect: ", reason, hint}, now);
-  dial_later(input.other_key  ? DialFailure::kOtherKey
-             : input.answered ? DialFailure::kAnswered
-                              : DialFailure::kGone,
-             now);
+  const Cause cause = input.why.cause;
+  Failure why{cause, to_text(input.why.text, kReasonBytesMax)};
+  const char* const hint =
+      cause == Cause::kOtherKey ? "; trying again every few minutes" : "; trying again";
+  last_failure_.tell({LogLevel::kWarn, "cannot connect: ", std::move(why), hint}, now);
+  dial_later(wait_after(cause), now);
 }
 
 void Links::look_at(Connection& stranger, const Now& now) {
@@ -96,10 +95,11 @@ void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
                    const std::string& told) {
   strangers_.refuse(stranger, why, now, told);
   if (options_.role == Role::kServer) return;
-  const auto code = static_cast<std::uint16_t>(why.code);
-  const std::string hint = " (" + std::string(name_of(why.code)) + ")" + advice(code);
-  last_failure_.tell({LogLevel::kWarn, "closing the connection: ", why.message, hint}, now);
-  dial_later(failure_by(code), now);
+  const Cause cause = cause_of(why.code);
+  const std::string hint = " (" + std::string(name_of(why.code)) + ")" + advice(cause);
+  last_failure_.tell({LogLevel::kWarn, "closing the connection: ", {cause, why.message}, hint},
+                     now);
+  dial_later(wait_after(cause), now);
 }
 
 void Links::on(Authenticated& input, const Now& now) {
@@ -250,15 +250,15 @@ void Links::on(PacketReceived& input, const Now& now) {
 
 void Links::on(ConnectionClosed& input, const Now& now) {
   turns_.forget(input.connection);
-  const std::string reason = reason_of(input);
+  const Failure why = failure_of(input);
   const bool client = options_.role == Role::kClient;
-  const auto how = client ? failure_by(input.code) : DialFailure::kGone;
-  const std::string hint = client ? advice(input.code) : "";
+  const auto how = client ? wait_after(why.cause) : DialFailure::kGone;
+  const std::string hint = client ? advice(why.cause) : "";
   const bool orderly = is_orderly(input);
   const auto level = orderly ? LogLevel::kInfo : LogLevel::kWarn;
   if (strangers_.take(input.connection)) {
     if (!client) return;
-    last_failure_.tell({level, "the server closed the connection: ", reason, hint}, now);
+    last_failure_.tell({level, "the server closed the connection: ", why, hint}, now);
     return dial_later(how, now);
   }
   Link* link = link_of(input.connection);
@@ -266,9 +266,9 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   const Outputs::Paying paying(outputs_, link->account->time);
   const std::string end = orderly ? "the link with " + link->label() + " was closed: "
                                   : "lost the link with " + link->label() + ": ";
-  log(*link, level, end + reason + hint, now);
-  audit(outputs_, *link, AuditEvent::kLinkLost, reason);
-  last_failure_.set(reason, now);
+  log(*link, level, end + why.text + hint, now);
+  audit(outputs_, *link, AuditEvent::kLinkLost, why.text, word_of(why.cause));
+  last_failure_.set(why, now);
   lose(*link, loss_by(input.code, options_.role), now, how);
 }
 
@@ -310,7 +310,7 @@ void Links::close_failed(Link& link, const Now& now) {
           std::string(name_of(error.code)) + ")",
       now);
   audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
-  last_failure_.set(error.message, now);
+  last_failure_.set({cause_of(error.code), error.message}, now);
   close(link.connection()->id(), error.code, error.message);
   note_offence(link, error.code, now);  // mutant: offences
   lose(link, loss_by(error, link, now), now);
@@ -382,7 +382,7 @@ void Links::stop(const Now& now) {
   strangers_.close_all(CloseCode::kGoingAway, kPeerStops);
   for (auto& [id, link] : links_) {
     if (!link.connection()) continue;
-    audit(outputs_, link, AuditEvent::kLinkLost, "this side stops");
+    audit(outputs_, link, AuditEvent::kLinkLost, "this side stops", name_of(CloseCode::kGoingAway));
     close(link.connection()->id(), CloseCode::kGoingAway, kPeerStops);
     lose(link, Loss::kEnd, now);
   }

@@ -75,7 +75,7 @@ class Links {
   [[nodiscard]] Budget& memory() { return accounts_.memory(); }
   [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
   void add_status(Status& status) const {
-    status.last_failure = last_failure_.reason();
+    status.last_failure = last_failure_.last();
     status.strangers = strangers_.status();
   }
 

@@ -154,34 +154,56 @@ bool is_orderly(const ConnectionClosed& closed) {
 }
 
 // The reason in the peer's close frame may be any bytes.
-std::string reason_of(const ConnectionClosed& closed) {
-  if (is_orderly(closed)) return kPeerStops;
+Failure failure_of(const ConnectionClosed& closed) {
+  const Cause cause =
+      closed.code ? cause_of(static_cast<CloseCode>(*closed.code)) : closed.cause;
+  if (is_orderly(closed)) return {cause, kPeerStops};
   const std::string said = to_text(closed.reason, kReasonBytesMax);
-  if (said.empty()) return "the connection was closed";
-  return (closed.code ? "it says: " : "") + said;
+  if (said.empty()) return {cause, "the connection was closed"};
+  return {cause, (closed.code ? "it says: " : "") + said};
 }
 
-bool wants_other_credential(std::optional<std::uint16_t> close_code) {
-  return is(close_code, CloseCode::kLoginRefused) || is(close_code, CloseCode::kRevoked);
+DialFailure wait_after(Cause cause) {
+  switch (cause) {
+    case Cause::kLoginRefused:
+    case Cause::kRevoked:
+    case Cause::kVersion: return DialFailure::kRefused;
+    case Cause::kTooManyConnections:
+    case Cause::kLoginNotJudged: return DialFailure::kPutOff;
+    case Cause::kOtherKey: return DialFailure::kOtherKey;
+    // Somebody is there, but not a server that takes us.
+    case Cause::kServerSilent:
+    case Cause::kRobotNotAtRelay:
+    case Cause::kPlainToTlsPort:
+    case Cause::kTlsToPlainPort:
+    case Cause::kCertificateEarly:
+    case Cause::kCertificateExpired:
+    case Cause::kCertificateName:
+    case Cause::kCertificateForeign:
+    case Cause::kClientCertificate:
+    case Cause::kTlsFails:
+    case Cause::kPathWrong:
+    case Cause::kCaptivePortal:
+    case Cause::kProxyWithoutServer:
+    case Cause::kProxyWithoutUpgrade:
+    case Cause::kNotThisProgram: return DialFailure::kAnswered;
+    default: return DialFailure::kGone;
+  }
 }
 
-DialFailure failure_by(std::optional<std::uint16_t> close_code) {
-  if (wants_other_credential(close_code) || is(close_code, CloseCode::kVersion))
-    return DialFailure::kRefused;
-  const bool put_off =
-      is(close_code, CloseCode::kTooManyConnections) || is(close_code, CloseCode::kLoginNotJudged);
-  return put_off ? DialFailure::kPutOff : DialFailure::kGone;
-}
-
-std::string advice(std::optional<std::uint16_t> close_code) {
-  if (wants_other_credential(close_code))
-    return "; the server's log says why. Dialing again after 5 s, and more rarely up to "
-           "once a minute; where the credential is in a file, a new one there is used at once";
-  if (is(close_code, CloseCode::kVersion))
-    return "; one of the two sides needs another version of ROS2 Connect";
-  if (is(close_code, CloseCode::kExpired))
-    return "; another credential is needed: where it is in a file, a new one there is used at once";
-  return {};
+std::string advice(Cause cause) {
+  switch (cause) {
+    case Cause::kLoginRefused:
+    case Cause::kRevoked:
+      return "; the server's log says why. Dialing again after 5 s, and more rarely up to "
+             "once a minute; where the credential is in a file, a new one there is used at once";
+    case Cause::kVersion:
+      return "; one of the two sides needs another version of ROS2 Connect";
+    case Cause::kExpired:
+      return "; another credential is needed: where it is in a file, a new one there is used at "
+             "once";
+    default: return {};
+  }
 }
 
 bool is_successor(const Link& newer, const Link& older) {

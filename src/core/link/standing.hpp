@@ -60,15 +60,13 @@ inline constexpr char kPeerStops[] = "the peer is stopping";
 // Whether the peer itself has ended the connection in order. A proxy that stops sends the same code
 // with another reason.
 [[nodiscard]] bool is_orderly(const ConnectionClosed& closed);
-// Why it was closed, as text for the log. The peer's words are marked as such.
-[[nodiscard]] std::string reason_of(const ConnectionClosed& closed);
+// Why it was closed: by the peer's code, if it sent one. The peer's words are marked as such.
+[[nodiscard]] Failure failure_of(const ConnectionClosed& closed);
 
 // ---- a client's
-// The server wants another credential than the one that was shown.
-[[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);
-// The kind of wait for the next dial that the end of a connection causes.
-[[nodiscard]] DialFailure failure_by(std::optional<std::uint16_t> close_code);
+// The kind of wait for the next dial that the end of a dial or connection causes.
+[[nodiscard]] DialFailure wait_after(Cause cause);
 // What the user should do about the end of a connection; for the log.
-[[nodiscard]] std::string advice(std::optional<std::uint16_t> close_code);
+[[nodiscard]] std::string advice(Cause cause);
 
 }  // namespace connect_bridge

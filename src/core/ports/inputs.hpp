@@ -10,6 +10,7 @@
 #include "core/base/ids.hpp"
 #include "core/base/qos.hpp"
 #include "core/policy/policy.hpp"
+#include "core/ports/failure.hpp"
 #include "core/wire/codec.hpp"
 
 namespace connect_bridge {
@@ -179,9 +180,7 @@ struct ConnectionOpened {
 // A dial ended without a connection.
 struct DialFailed {
   ConnectionId connection;
-  std::string reason;
-  bool answered = false;   // somebody is there, but not a server that takes us
-  bool other_key = false;  // it has another key than the pins that are given
+  Failure why;
 };
 // One WebSocket message.
 struct PacketReceived {
@@ -194,6 +193,7 @@ struct ConnectionClosed {
   ConnectionId connection;
   std::optional<std::uint16_t> code;
   std::string reason;
+  Cause cause = Cause::kConnectionLost;  // without a code
 };
 // The machine's addresses or routes have changed. `route`: also that to the server, as far as that
 // is known: a connection may be dead without notice, a dial may succeed now.

@@ -12,6 +12,7 @@
 #include "core/base/time.hpp"
 #include "core/flow/drops.hpp"
 #include "core/policy/treatment.hpp"
+#include "core/ports/failure.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {
@@ -179,7 +180,7 @@ struct Status {
   std::uint64_t memory_bytes = 0;      // what queues, histories, bases and reassembly hold
   std::uint64_t shared_bytes = 0;      // of memory_max
   std::uint64_t shared_bytes_max = 0;  // memory_max
-  std::string last_failure;            // why the last connection ended
+  Failure last_failure;                // why the last connection ended
 };
 
 }  // namespace connect_bridge

@@ -63,6 +63,7 @@ struct HttpProxy {
   std::uint16_t port = 80;
   std::string login{};                         // "user:password", secret; empty: none
   std::string login_key = "http_proxy_login";  // where a person sets the login
+  std::string variable{};  // of the environment, that names the proxy; empty: `http_proxy` does
 };
 
 }  // namespace connect_bridge

@@ -112,11 +112,11 @@ void RelayDoor::dial() {
   way_->start(if_alive(this, &RelayDoor::on_connected));
 }
 
-void RelayDoor::on_connected(std::optional<TcpSocket> socket, const std::string& why) {
-  if (!socket) return fail(why);
+void RelayDoor::on_connected(std::optional<TcpSocket> socket, const Failure& why) {
+  if (!socket) return fail({Cause::kRelayUnreachable, why.text});
   std::string problem;
   TlsContext context = tls_.get_fresh(problem);
-  if (!context) return fail(problem);
+  if (!context) return fail({Cause::kCertificateFiles, problem});
   tune_socket(socket->native_handle(), sockets_);
   lines_ = std::make_shared<TlsLines>(std::move(*socket), std::move(context));
   expect_server(lines_->tls(), options_.url.host);
@@ -124,18 +124,20 @@ void RelayDoor::on_connected(std::optional<TcpSocket> socket, const std::string&
   // distributes connections over several relays sees one name for all of a robot's.
   if (SSL_set_tlsext_host_name(lines_->tls(), options_.url.robot.c_str()) != 1 ||
       !offer(lines_->tls(), protocol_list({kRelayProtocol})))
-    return fail("TLS cannot start");
+    return fail({Cause::kTlsFails, "TLS cannot start"});
   lines_->shake_hands(false, {}, if_alive(this, &RelayDoor::on_tls));
 }
 
 void RelayDoor::on_tls(const ErrorCode& error) {
   SSL* const tls = lines_->tls();
-  if (error) return fail("TLS: " + failure_text(error, tls, options_.url.host));
-  const std::string problem = pin_problem(tls, options_.tls.pins);
-  if (!problem.empty()) return fail("TLS: " + problem);  // mutant: pin_of_relay
-  if (!selected(tls, kRelayProtocol)) return fail("what answers there is no relay");
+  Failure why = failure_of(error, tls, options_.url.host);
+  if (!error) why = pin_failure(tls, options_.tls.pins);
+  if (error || why) return fail({why.cause, "TLS: " + why.text});  // mutant: pin_of_relay
+  if (!selected(tls, kRelayProtocol))
+    return fail({Cause::kNotThisProgram, "what answers there is no relay"});
   const std::string token = options_.token ? options_.token() : "";
-  if (token.empty()) return fail("listen.relay.token_file has no token now");
+  if (token.empty())
+    return fail({Cause::kTokenMissing, "listen.relay.token_file has no token now"});
   lines_->open(kRelayLineMax,
                {if_alive(this, &RelayDoor::on_line), if_alive(this, &RelayDoor::fail)});
   lines_->say("login " + token + (options_.code.empty() ? "" : " " + options_.code));
@@ -146,15 +148,18 @@ void RelayDoor::on_line(std::string_view line) {
   if (word == "refused" && !welcome_) {
     retry_ = kRefusedRetry;
     return fail(
-        std::string{
-            "it refuses the token of listen.relay.token_file for this name, or the line was "
-            "used already or is too old: 'relay --robot' prints another one there"} +
-        (options_.code.empty() ? "" : "; a start without --pair has what was before this line"));
+        {Cause::kRelayRefuses,
+         std::string{
+             "it refuses the token of listen.relay.token_file for this name, or the line was "
+             "used already or is too old: 'relay --robot' prints another one there"} +
+             (options_.code.empty() ? ""
+                                    : "; a start without --pair has what was before this line")});
   }
   if (word == "welcome" && !welcome_) {
     welcome_ = true;
     retry_ = kFirstRetry;
     told_.clear();
+    failure_ = {};
     limit_.cancel();
     events_.log(LogLevel::kInfo, "reached through the relay: " + options_.url.text("ws"));
     if (!std::exchange(was_welcome_, true) && options_.keep)
@@ -167,7 +172,7 @@ void RelayDoor::on_line(std::string_view line) {
     return static_cast<void>(limit_.cancel());
   }
   if (word == "visitor" && welcome_) return on_visitor(line);
-  fail("it says what it must not");
+  fail({Cause::kMalformed, "it says what it must not"});
 }
 
 void RelayDoor::ping() {
@@ -189,10 +194,15 @@ void RelayDoor::look() {
 void RelayDoor::check_address() {
   if (!welcome_ || !events_.log) return;
   const std::string address = lost_address(lines_->socket());
-  if (!address.empty()) fail("the address " + address + " of this machine is gone");
+  if (!address.empty())
+    fail({Cause::kAddressGone, "the address " + address + " of this machine is gone"});
 }
 
-void RelayDoor::fail(const std::string& why) {
+void RelayDoor::on_silence() {
+  fail({Cause::kRelayUnreachable, "no answer in time"});
+}
+
+void RelayDoor::fail(const Failure& why) {
   if (!events_.log) return;
   if (way_) way_->stop();
   if (lines_) lines_->end();
@@ -200,7 +210,8 @@ void RelayDoor::fail(const std::string& why) {
   limit_.cancel();
   asked_ = false;
   const bool was_welcome = std::exchange(welcome_, false);
-  const std::string text = "the relay " + options_.url.text("ws") + ": " + why;
+  const std::string text = "the relay " + options_.url.text("ws") + ": " + why.text;
+  failure_ = {why.cause, text};
   if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");
   told_ = text;
   after(next_, retry_, &RelayDoor::dial);
@@ -220,7 +231,7 @@ void RelayDoor::on_visitor(std::string_view words) {
   const char* const end = words.data() + words.size();
   const auto number = std::from_chars(words.data(), end, made->source.port);
   if (!from_hex(ticket, digits) || wrong || number.ec != std::errc{} || number.ptr != end)
-    return fail("it says what it must not");
+    return fail({Cause::kMalformed, "it says what it must not"});
   if (tickets_.size() >= kTicketsMax || !visitors_.take(steady_now()))
     return events_.log(LogLevel::kDebug, "a visitor at the relay is left out: there are too many");
   made->hello = ticket_hello(options_.url.robot, ticket);
@@ -238,7 +249,7 @@ void RelayDoor::dial_with(const TicketPtr& ticket) {
     if (const auto self = weak.lock()) self->forget(ticket);
   });
   ticket->way = std::make_shared<Way>(io_, relay.address().to_string(), relay.port(), std::nullopt);
-  ticket->way->start([weak, ticket](auto socket, const std::string&) {
+  ticket->way->start([weak, ticket](auto socket, const Failure&) {
     const auto self = weak.lock();
     if (!self) return;
     if (!socket) return self->forget(ticket);

@@ -41,6 +41,8 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   // The path to the relay may have changed, as a connection by it has ended: whether the relay is
   // still there is asked at once, unless it is asked already.
   void look();
+  // Why it is not welcome at the relay now; nothing: it is, or was not refused yet.
+  [[nodiscard]] const Failure& failure() const { return failure_; }
 
  private:
   // A visitor's connection on its way.
@@ -55,7 +57,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   using TicketPtr = std::shared_ptr<Ticket>;
 
   void dial();
-  void on_connected(std::optional<TcpSocket> socket, const std::string& why);
+  void on_connected(std::optional<TcpSocket> socket, const Failure& why);
   void on_tls(const ErrorCode& error);
   void on_line(std::string_view line);
   void on_visitor(std::string_view words);
@@ -65,9 +67,9 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   void ping();
   void check_address();
   // Dials again, after a while.
-  void fail(const std::string& why);
+  void fail(const Failure& why);
   void after(asio::steady_timer& timer, std::chrono::milliseconds time, void (RelayDoor::*then)());
-  void on_silence() { fail("no answer in time"); }
+  void on_silence();
 
   asio::io_context& io_;
   const RelayOptions options_;
@@ -85,6 +87,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   bool was_welcome_ = false;  // ever
   bool asked_ = false;        // a ping is without an answer
   std::string told_;          // the last problem in the log
+  Failure failure_;           // since it was welcome last
   std::set<TicketPtr> tickets_;
 };
 

@@ -106,25 +106,29 @@ TlsContext make_context(std::string& problem) {
   }
 }
 
-std::string certificate_problem(long result, const std::string& name) {
+Failure certificate_failure(long result, const std::string& name) {
   switch (result) {
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
-      return "the server's certificate is not for '" + name +
-             "' (dial a name that is in it, or set tls.pin)";
-    case X509_V_ERR_CERT_HAS_EXPIRED: return "the server's certificate has expired";
+      return {Cause::kCertificateName, "the server's certificate is not for '" + name +
+                                           "' (dial a name that is in it, or set tls.pin)"};
+    case X509_V_ERR_CERT_HAS_EXPIRED:
+      return {Cause::kCertificateExpired, "the server's certificate has expired"};
     case X509_V_ERR_CERT_NOT_YET_VALID:
-      return "the server's certificate is not valid yet (is this machine's clock right?)";
+      return {Cause::kCertificateEarly,
+              "the server's certificate is not valid yet (is this machine's clock right?)"};
     case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
     case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY:
     case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
-      return std::string{"the server's certificate is from an unknown authority ("} +
-             X509_verify_cert_error_string(result) + "; tls.ca names the authority to trust)";
+      return {Cause::kCertificateForeign,
+              std::string{"the server's certificate is from an unknown authority ("} +
+                  X509_verify_cert_error_string(result) +
+                  "; tls.ca names the authority to trust)"};
     default:
-      return std::string{"the server's certificate is refused: "} +
-             X509_verify_cert_error_string(result);
+      return {Cause::kCertificateForeign, std::string{"the server's certificate is refused: "} +
+                                              X509_verify_cert_error_string(result)};
   }
 }
 
@@ -204,12 +208,13 @@ std::string pin_of_certificate(const X509* certificate) {
   return to_base64(digest);
 }
 
-std::string pin_problem(SSL* tls, const std::vector<std::string>& pins) {
+Failure pin_failure(SSL* tls, const std::vector<std::string>& pins) {
   if (pins.empty()) return {};
   const std::string seen = pin_of(tls);
   const auto is_seen = [&](const std::string& entry) { return pin_in(entry).key == seen; };
   if (std::any_of(pins.begin(), pins.end(), is_seen)) return {};
-  return "the server's public key has the pin " + seen + ", which is not in tls.pin";
+  return {Cause::kOtherKey,
+          "the server's public key has the pin " + seen + ", which is not in tls.pin"};
 }
 
 std::string subject_text(const X509* certificate) {
@@ -231,41 +236,42 @@ bool is_plain_http(const ErrorCode& error) {
   return is_tls_reason(error, SSL_R_HTTP_REQUEST);
 }
 
-std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& name) {
+Failure failure_of(const ErrorCode& error, SSL* tls, const std::string& name) {
   if (is_tls_reason(error, SSL_R_CERTIFICATE_VERIFY_FAILED) && tls != nullptr) {
-    return SSL_is_server(tls) != 0 ? std::string{"the client's certificate is refused: "} +
-                                         X509_verify_cert_error_string(SSL_get_verify_result(tls))
-                                   : certificate_problem(SSL_get_verify_result(tls), name);
+    const long result = SSL_get_verify_result(tls);
+    if (SSL_is_server(tls) == 0) return certificate_failure(result, name);
+    return {Cause::kClientCertificate, std::string{"the client's certificate is refused: "} +
+                                           X509_verify_cert_error_string(result)};
   }
-  if (is_tls_reason(error, SSL_R_WRONG_VERSION_NUMBER)) {
-    return "the other end does not speak TLS on this port (ws:// instead of wss://?)";
-  }
-  if (is_plain_http(error)) return "plain HTTP on a TLS port";
-  if (is_tls_reason(error, SSL_R_PEER_DID_NOT_RETURN_A_CERTIFICATE)) {
-    return "the client showed no certificate";
-  }
-  if (is_tls_reason(error, SSL_R_TLSV13_ALERT_CERTIFICATE_REQUIRED)) {
-    return "the server wants a client certificate";
-  }
-  if (is_tls_reason(error, SSL_R_TLSV1_ALERT_UNKNOWN_CA)) {
-    return "the other end does not trust the authority of our certificate";
-  }
-  if (is_tls_reason(error, SSL_R_TLSV1_UNRECOGNIZED_NAME)) {
-    return "no '" + name + "' is connected to the relay there";
-  }
-  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated) {
-    return "the other end ended the connection";
-  }
-  if (error == asio::error::connection_reset || error == asio::error::broken_pipe) {
-    return "the other end reset the connection";
-  }
-  if (error == asio::error::connection_refused) return "connection refused (nobody listens there)";
-  if (error == asio::error::timed_out) return "no answer from the other end (TCP timed out)";
-  if (error == asio::error::host_not_found || error == asio::error::host_not_found_try_again ||
-      error == asio::error::no_data) {
-    return "the name '" + name + "' cannot be resolved: " + error.message();
-  }
-  return error.message();
+  if (is_tls_reason(error, SSL_R_WRONG_VERSION_NUMBER))
+    return {Cause::kTlsToPlainPort,
+            "the other end does not speak TLS on this port (ws:// instead of wss://?)"};
+  if (is_plain_http(error)) return {Cause::kPlainToTlsPort, "plain HTTP on a TLS port"};
+  if (is_tls_reason(error, SSL_R_PEER_DID_NOT_RETURN_A_CERTIFICATE))
+    return {Cause::kClientCertificate, "the client showed no certificate"};
+  if (is_tls_reason(error, SSL_R_TLSV13_ALERT_CERTIFICATE_REQUIRED))
+    return {Cause::kClientCertificate, "the server wants a client certificate"};
+  if (is_tls_reason(error, SSL_R_TLSV1_ALERT_UNKNOWN_CA))
+    return {Cause::kClientCertificate,
+            "the other end does not trust the authority of our certificate"};
+  if (is_tls_reason(error, SSL_R_TLSV1_UNRECOGNIZED_NAME))
+    return {Cause::kRobotNotAtRelay, "no '" + name + "' is connected to the relay there"};
+  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)
+    return {Cause::kConnectionLost, "the other end ended the connection"};
+  if (error == asio::error::connection_reset || error == asio::error::broken_pipe)
+    return {Cause::kConnectionLost, "the other end reset the connection"};
+  if (error == asio::error::connection_refused)
+    return {Cause::kPortClosed, "connection refused (nobody listens there)"};
+  if (error == asio::error::timed_out)
+    return {Cause::kNoAnswer, "no answer from the other end (TCP timed out)"};
+  if (error == asio::error::network_unreachable || error == asio::error::host_unreachable)
+    return {Cause::kNoAnswer, error.message()};
+  const bool waits = error == asio::error::host_not_found_try_again;
+  if (waits || error == asio::error::host_not_found || error == asio::error::no_data)
+    return {waits ? Cause::kResolverSilent : Cause::kHostUnknown,
+            "the name '" + name + "' cannot be resolved: " + error.message()};
+  const bool is_tls = error.category() == asio::error::get_ssl_category();
+  return {is_tls ? Cause::kTlsFails : Cause::kOther, error.message()};
 }
 
 }  // namespace connect_bridge

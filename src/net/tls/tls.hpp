@@ -1,10 +1,11 @@
-// TLS contexts from files, and errors as texts that a person can act on.
+// TLS contexts from files, and errors with their cause and a text that a person can act on.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/ports/failure.hpp"
 #include "core/ports/net_options.hpp"
 #include "net/tcp/transport.hpp"
 
@@ -24,8 +25,8 @@ void expect_server(SSL* tls, const std::string& name);
 std::string pin_of_certificate(const X509* certificate);
 // The pin of the certificate that the peer has shown; empty: it has shown none.
 std::string pin_of(SSL* tls);
-// Client, after the handshake: empty if the server's key has one of the pins, or there are none.
-std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);
+// Client, after the handshake: nothing if the server's key has one of the pins, or there are none.
+[[nodiscard]] Failure pin_failure(SSL* tls, const std::vector<std::string>& pins);
 
 // "CN=robot,O=ops" (RFC 2253); what is no text in it is escaped.
 std::string subject_text(const X509* certificate);
@@ -35,7 +36,7 @@ std::string subject_text(const X509* certificate);
 std::string certificate_text(asio::ssl::context& context);
 
 // Why a connection failed. `tls` may be null; `name`: as for expect_server().
-std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& name);
+[[nodiscard]] Failure failure_of(const ErrorCode& error, SSL* tls, const std::string& name);
 
 // A plain HTTP request arrived where a TLS hello was expected.
 bool is_plain_http(const ErrorCode& error);

@@ -47,8 +47,9 @@ void TlsLines::read() {
 }
 
 void TlsLines::on_read(const ErrorCode& error, std::size_t bytes) {
-  if (error == asio::error::not_found) return fail("the other end sends a line that is too long");
-  if (error) return fail(failure_text(error, tls(), {}));
+  if (error == asio::error::not_found) 
+    return fail({Cause::kTooLarge, "the other end sends a line that is too long"});
+  if (error) return fail(failure_of(error, tls(), {}));
   const std::string line = line_.substr(0, bytes - 1);
   line_.erase(0, bytes);
   const auto told = events_.line;  // it may end this object's events
@@ -57,7 +58,8 @@ void TlsLines::on_read(const ErrorCode& error, std::size_t bytes) {
 }
 
 void TlsLines::say(const std::string& line) {
-  if (unsent_.size() + line.size() >= kUnsentMax) return fail("the other end does not read");
+  if (unsent_.size() + line.size() >= kUnsentMax) 
+    return fail({Cause::kSlowPeer, "the other end does not read"});
   unsent_ += line + '\n';
   if (sending_.empty()) write();
 }
@@ -67,13 +69,13 @@ void TlsLines::write() {
   asio::async_write(*stream_, asio::buffer(sending_),
                     [self = shared_from_this()](ErrorCode error, std::size_t) {
                       self->sending_.clear();
-                      if (error) return self->fail(failure_text(error, self->tls(), {}));
+                      if (error) return self->fail(failure_of(error, self->tls(), {}));
                       if (!self->unsent_.empty()) return self->write();
                       if (self->finishes_) self->end();
                     });
 }
 
-void TlsLines::fail(const std::string& why) {
+void TlsLines::fail(const Failure& why) {
   const auto ended = std::exchange(events_.ended, nullptr);
   end();
   if (ended) ended(why);

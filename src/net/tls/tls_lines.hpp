@@ -19,7 +19,7 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
   // May end the object from inside.
   struct Events {
     std::function<void(std::string_view)> line;         // without its end
-    std::function<void(const std::string& why)> ended;  // once, nothing follows
+    std::function<void(const Failure& why)> ended;  // once, nothing follows
   };
 
   TlsLines(TcpSocket socket, TlsContext context);
@@ -46,7 +46,7 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
   void read();
   void on_read(const ErrorCode& error, std::size_t bytes);
   void write();
-  void fail(const std::string& why);
+  void fail(const Failure& why);
 
   static constexpr std::size_t kUnsentMax = 65536;
 

@@ -26,16 +26,18 @@ std::string connect_text(const HttpProxy& proxy, const std::string& target) {
   return text + "\r\n";
 }
 
-// Why the proxy gives no way with this answer; empty: it does.
-std::string refusal_in(const http::response<http::empty_body>& answer, const HttpProxy& proxy) {
+// Why the proxy gives no way with this answer; nothing: it does.
+Failure refusal_in(const http::response<http::empty_body>& answer, const HttpProxy& proxy) {
   const auto status = answer.result();
   if (http::to_status_class(status) == http::status_class::successful) return {};
   if (status == http::status::proxy_authentication_required)
-    return (proxy.login.empty() ? "it wants a login (" : "it refuses this login (") +
-           proxy.login_key + ")";
+    return {Cause::kProxyLogin,
+            (proxy.login.empty() ? "it wants a login (" : "it refuses this login (") +
+                proxy.login_key + ")"};
   const auto reason = http::obsolete_reason(status);
-  return "it refuses CONNECT with HTTP " + std::to_string(answer.result_int()) + " " +
-         std::string{reason.data(), reason.size()};
+  return {Cause::kProxyRefuses, "it refuses CONNECT with HTTP " +
+                                    std::to_string(answer.result_int()) + " " +
+                                    std::string{reason.data(), reason.size()}};
 }
 
 }  // namespace
@@ -70,23 +72,23 @@ void Way::start(Done done) {
       [weak = weak_from_this(), host](const ErrorCode& error, const LookUp::Endpoints& found) {
         const auto self = weak.lock();
         if (!self || !self->done_) return;
-        if (error) return self->finish({}, failure_text(error, nullptr, host));
+        if (error) return self->finish({}, self->failure_by(error, host));
         self->race(found);
       });
 }
 
 void Way::race(const std::vector<Race::Endpoint>& addresses) {
-  stage_ = "TCP connect";
+  silence_ = {Cause::kNoAnswer, "TCP connect"};
   tried_ = addresses.front().address();
   race_->start(addresses, [self = shared_from_this()](auto socket, const ErrorCode& error) {
-    if (!socket) return self->finish({}, failure_text(error, nullptr, {}));
+    if (!socket) return self->finish({}, self->failure_by(error, {}));
     if (self->proxy_) return self->ask_proxy(std::move(*socket));
     self->finish(std::move(socket), {});
   });
 }
 
 void Way::ask_proxy(TcpSocket socket) {
-  stage_ = "CONNECT of the proxy";
+  silence_ = {Cause::kProxySilent, "CONNECT of the proxy"};
   asking_.reset(new Asking{std::move(socket), connect_text(*proxy_, host_and_port(host_, port_))});
   asking_->answer.header_limit(kAnswerBytesMax);
   asking_->answer.skip(true);  // no body follows, whatever the header says
@@ -97,7 +99,7 @@ void Way::ask_proxy(TcpSocket socket) {
 
 void Way::on_asked(const ErrorCode& error) {
   if (!done_) return;
-  if (error) return finish({}, failure_text(error, nullptr, {}));
+  if (error) return finish({}, failure_by(error, {}));
   http::async_read_header(
       asking_->socket, asking_->buffer, asking_->answer,
       [self = shared_from_this()](ErrorCode wrong, std::size_t) { self->on_answered(wrong); });
@@ -106,21 +108,35 @@ void Way::on_asked(const ErrorCode& error) {
 void Way::on_answered(const ErrorCode& error) {
   if (!done_) return;
   if (error == http::error::end_of_stream || error == http::error::partial_message)
-    return finish({}, "it ended the connection instead of answering");
+    return finish({}, {Cause::kProxyRefuses, "it ended the connection instead of answering"});
   if (error.category() == make_error_code(http::error::bad_version).category())
-    return finish({}, "what answers there is not an HTTP proxy (" + error.message() + ")");
-  if (error) return finish({}, failure_text(error, nullptr, {}));
-  const std::string refusal = refusal_in(asking_->answer.get(), *proxy_);
-  if (!refusal.empty()) return finish({}, refusal);
+    return finish({}, {Cause::kProxyRefuses,
+                       "what answers there is not an HTTP proxy (" + error.message() + ")"});
+  if (error) return finish({}, failure_by(error, {}));
+  if (const Failure refusal = refusal_in(asking_->answer.get(), *proxy_))
+    return finish({}, refusal);
   // Neither TLS nor HTTP servers speak first.
-  if (asking_->buffer.size() > 0) return finish({}, "it sent more than its answer");
+  if (asking_->buffer.size() > 0) 
+    return finish({}, {Cause::kProxyRefuses, "it sent more than its answer"});
   finish(std::move(asking_->socket), {});
 }
 
-void Way::finish(std::optional<TcpSocket> socket, const std::string& problem) {
+Failure Way::silence() const {
+  const bool before_proxy = proxy_ && silence_.cause != Cause::kProxySilent;
+  return {before_proxy ? Cause::kProxyUnreachable : silence_.cause,
+          "no answer in time (" + silence_.text + ")"};
+}
+
+Failure Way::failure_by(const ErrorCode& error, const std::string& name) const {
+  Failure why = failure_of(error, nullptr, name);
+  if (proxy_) why.cause = Cause::kProxyUnreachable;
+  return why;
+}
+
+void Way::finish(std::optional<TcpSocket> socket, const Failure& why) {
   const Done done = std::move(done_);
   stop();
-  done(std::move(socket), problem);
+  done(std::move(socket), why);
 }
 
 void Way::stop() {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "core/ports/failure.hpp"
 #include "core/ports/url.hpp"
 #include "net/tcp/look_up.hpp"
 #include "net/tcp/race.hpp"
@@ -22,7 +23,7 @@ namespace connect_bridge {
 class Way : public std::enable_shared_from_this<Way> {
  public:
   // The connected socket, or none and why.
-  using Done = std::function<void(std::optional<TcpSocket>, const std::string& problem)>;
+  using Done = std::function<void(std::optional<TcpSocket>, const Failure& why)>;
 
   // `host`: name or address literal, IPv6 without its brackets.
   // `slow`: see Race.
@@ -33,8 +34,8 @@ class Way : public std::enable_shared_from_this<Way> {
   void start(Done done);
   // `done` is not called any more.
   void stop();
-  // What is being waited for, for messages.
-  [[nodiscard]] const char* stage() const { return stage_; }
+  // Why there is no socket yet, if there is no answer in time.
+  [[nodiscard]] Failure silence() const;
   // The first address, once it is known.
   [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return tried_; }
 
@@ -45,7 +46,9 @@ class Way : public std::enable_shared_from_this<Way> {
   void ask_proxy(TcpSocket socket);
   void on_asked(const ErrorCode& error);
   void on_answered(const ErrorCode& error);
-  void finish(std::optional<TcpSocket> socket, const std::string& problem);
+  void finish(std::optional<TcpSocket> socket, const Failure& why);
+  // Of the proxy, where there is one.
+  [[nodiscard]] Failure failure_by(const ErrorCode& error, const std::string& name) const;
 
   const std::string host_;
   const std::uint16_t port_;
@@ -54,7 +57,7 @@ class Way : public std::enable_shared_from_this<Way> {
   const std::shared_ptr<Race> race_;
   std::unique_ptr<Asking> asking_;  // null: no proxy is asked yet
   std::optional<asio::ip::address> tried_;
-  const char* stage_ = "the name look-up";
+  Failure silence_{Cause::kResolverSilent, "the name look-up"};  // what is being waited for
   Done done_;
 };
 

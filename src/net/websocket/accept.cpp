@@ -122,7 +122,7 @@ void Listener::Visitor::read_proxy() {
                    asio::buffer(proxy_header_.data() + have, header.missing),
                    [self = shared_from_this()](ErrorCode error, std::size_t) {
                      if (!self->listener_) return;
-                     if (error) return self->fail(failure_text(error, nullptr, {}));
+                     if (error) return self->fail(failure_of(error, nullptr, {}).text);
                      self->read_proxy();
                    });
 }
@@ -172,13 +172,14 @@ void Listener::Visitor::on_tls(const ErrorCode& error) {
   if (!listener_) return;
   if (!error) return read_request();
   if (is_plain_http(error)) return answer_plain_http();
-  fail("TLS: " + failure_text(error, socket->next_layer().tls(), {}));
+  fail("TLS: " + failure_of(error, socket->next_layer().tls(), {}).text);
 }
 
 // Written below TLS: a client that sent plain HTTP cannot read anything else.
 void Listener::Visitor::answer_plain_http() {
   static constexpr char kAnswer[] =
-      "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\n"
+      "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\n"
+      "Upgrade: TLS/1.2, HTTP/1.1\r\nConnection: close, upgrade\r\n\r\n"
       "This is a ROS2 Connect server with TLS: use wss:// instead of ws://.\n";
   problem_ = "plain HTTP on a TLS port";
   set_deadline(kRefusalTime);
@@ -215,7 +216,7 @@ void Listener::Visitor::on_request(const ErrorCode& error) {
       error != http::error::partial_message) {
     return refuse(400, "This is no HTTP request: " + error.message() + ".");
   }
-  if (error) return fail(failure_text(error, socket->next_layer().tls(), {}));
+  if (error) return fail(failure_of(error, socket->next_layer().tls(), {}).text);
   if (!read_forwarded()) return;
   const UpgradeRequest& request = request_->parser.get();
   if (const auto refusal = refusal_of(request, listener_->tls_.has_value())) {

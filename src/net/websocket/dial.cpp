@@ -20,6 +20,29 @@ std::string first_line(const std::string& body) {
   return line;
 }
 
+// A server with TLS that is asked in plain HTTP offers TLS in its answer (RFC 2817 section 4.2).
+bool offers_tls(const websocket::response_type& response) {
+  const auto offers = response[http::field::upgrade];
+  return std::string_view{offers.data(), offers.size()}.starts_with("TLS/");
+}
+
+Cause cause_of_answer(const websocket::response_type& response) {
+  if (offers_tls(response)) return Cause::kPlainToTlsPort;
+  switch (response.result_int()) {
+    case 404: return Cause::kPathWrong;
+    case 501: return Cause::kProxyWithoutUpgrade;
+    case 511: return Cause::kCaptivePortal;
+    default: break;
+  }
+  switch (http::to_status_class(response.result())) {
+    case http::status_class::client_error: return Cause::kProxyWithoutUpgrade;
+    case http::status_class::server_error: return Cause::kProxyWithoutServer;
+    case http::status_class::successful:
+    case http::status_class::redirection: return Cause::kCaptivePortal;
+    default: return Cause::kNotThisProgram;
+  }
+}
+
 }  // namespace
 
 std::string server_name(const DialOptions& options) {
@@ -47,15 +70,16 @@ void Dialing::start(Done done) {
   done_ = std::move(done);
   call_after(deadline_, options_.timeout, if_alive(this, &Dialing::on_deadline));
   if (options_.url.secure && !tls_) return;
-  way_->start([self = shared_from_this()](auto socket, const std::string& problem) {
-    if (!socket) return self->fail(problem);
+  way_->start([self = shared_from_this()](auto socket, const Failure& why) {
+    if (!socket) return self->fail(why);
     self->on_connected(std::move(*socket));
   });
 }
 
 void Dialing::on_deadline() {
-  was_silent_ = !answered();
-  fail(std::string{"no answer in time ("} + (stage_ ? stage_ : way_->stage()) + ")");
+  was_silent_ = stage_ == nullptr;
+  if (was_silent_) return fail(way_->silence());
+  fail({Cause::kServerSilent, std::string{"no answer in time ("} + stage_ + ")"});
 }
 
 void Dialing::on_connected(TcpSocket socket) {
@@ -77,14 +101,17 @@ void Dialing::start_tls() {
 void Dialing::on_tls(const ErrorCode& error) {
   if (!done_) return;
   SSL* const tls = socket_->next_layer().tls();
-  if (error) return fail("TLS: " + failure_text(error, tls, server_name(options_)));
+  if (error) {
+    const Failure why = failure_by(error);
+    return fail({why.cause, "TLS: " + why.text});
+  }
   // Checked before we send the first byte.
-  const std::string problem = pin_problem(tls, options_.tls.pins);
-  met_other_key_ = !problem.empty();
-  if (!problem.empty())  // mutant: pin
-    return fail(
-        (options_.tls.pins_by_invitation ? "this is not the server of the invitation: " : "TLS: ") +
-        problem);
+  const Failure other_key = pin_failure(tls, options_.tls.pins);
+  if (other_key)  // mutant: pin
+    return fail({other_key.cause, (options_.tls.pins_by_invitation
+                                       ? "this is not the server of the invitation: "
+                                       : "TLS: ") +
+                                      other_key.text});
   upgrade();
 }
 
@@ -102,57 +129,71 @@ void Dialing::upgrade() {
 }
 
 void Dialing::on_upgraded(const ErrorCode& error) {
-  if (error) return fail(upgrade_problem(error));
+  if (error) return fail(upgrade_failure(error));
   const auto subprotocol = response_->http[http::field::sec_websocket_protocol];
   if (subprotocol != kSubprotocol) {
-    return fail("the server there speaks WebSocket, but not the subprotocol " +
-                std::string{kSubprotocol} + " (is it a ROS2 Connect server?)");
+    return fail({Cause::kNotThisProgram,
+                 "the server there speaks WebSocket, but not the subprotocol " +
+                     std::string{kSubprotocol} + " (is it a ROS2 Connect server?)"});
   }
   finish(std::move(socket_), {});
 }
 
-std::string Dialing::upgrade_problem(const ErrorCode& error) const {
+Failure Dialing::upgrade_failure(const ErrorCode& error) const {
   const auto& response = response_->http;
   if (error == websocket::error::upgrade_declined) {
     const auto reason = http::obsolete_reason(response.result());
     const std::string body = first_line(response.body());
-    return "HTTP " + std::to_string(response.result_int()) + " " +
-           std::string{reason.data(), reason.size()} + (body.empty() ? "" : ": " + body);
+    return {cause_of_answer(response), "HTTP " + std::to_string(response.result_int()) + " " +
+                                           std::string{reason.data(), reason.size()} +
+                                           (body.empty() ? "" : ": " + body)};
   }
   if (error == http::error::body_limit)
-    return "the answer to the WebSocket handshake is too large (is it a ROS2 Connect server?)";
-  if (error == http::error::end_of_stream || error == http::error::partial_message) {
-    return "the other end ended the connection instead of answering the WebSocket handshake";
-  }
-  if (error.category() == make_error_code(http::error::bad_version).category()) {
-    return "what answers there is not an HTTP server (" + error.message() +
-           "); is it a TLS port (wss://)?";
-  }
-  if (error.category() == make_error_code(websocket::error::closed).category()) {
-    return "the answer to the WebSocket handshake is wrong: " + error.message();
-  }
-  return failure_text(error, socket_->next_layer().tls(), server_name(options_));
+    return {Cause::kCaptivePortal,
+            "the answer to the WebSocket handshake is too large (is it a ROS2 Connect server?)"};
+  if (error == http::error::end_of_stream || error == http::error::partial_message)
+    return {Cause::kNotThisProgram,
+            "the other end ended the connection instead of answering the WebSocket handshake"};
+  if (error.category() == make_error_code(http::error::bad_version).category())
+    return {options_.url.secure ? Cause::kNotThisProgram : Cause::kPlainToTlsPort,
+            "what answers there is not an HTTP server (" + error.message() +
+                "); is it a TLS port (wss://)?"};
+  if (error.category() == make_error_code(websocket::error::closed).category())
+    return {Cause::kNotThisProgram,
+            "the answer to the WebSocket handshake is wrong: " + error.message()};
+  return failure_by(error);
 }
 
-void Dialing::cancel(std::string problem) {
-  asio::post(io_,
-             [self = shared_from_this(), problem = std::move(problem)] { self->fail(problem); });
+// Who ends a connection before it has said anything of ours is another program.
+Failure Dialing::failure_by(const ErrorCode& error) const {
+  Failure why = failure_of(error, socket_->next_layer().tls(), server_name(options_));
+  if (why.cause == Cause::kConnectionLost) why.cause = Cause::kNotThisProgram;
+  return why;
 }
 
-void Dialing::fail(const std::string& problem) {
+void Dialing::cancel(Failure why) {
+  asio::post(io_, [self = shared_from_this(), why = std::move(why)] { self->fail(why); });
+}
+
+void Dialing::fail(const Failure& why) {
   if (!done_) return;
   if (socket_) socket_->next_layer().abort();
   const auto& proxy = options_.proxy;
-  const std::string by = proxy ? " by the proxy " + host_and_port(proxy->host, proxy->port) : "";
-  finish(nullptr, options_.url.text("ws") + by + ": " + problem);
+  std::string by = proxy ? " by the proxy " + host_and_port(proxy->host, proxy->port) : "";
+  if (proxy && !proxy->variable.empty()) by += " (" + proxy->variable + " of the environment)";
+  const bool is_relay = !proxy && !options_.url.robot.empty();
+  const bool is_unreachable =
+      why.cause == Cause::kPortClosed || why.cause == Cause::kNoAnswer;
+  finish(nullptr, {is_relay && is_unreachable ? Cause::kRelayUnreachable : why.cause,
+                   options_.url.text("ws") + by + ": " + why.text});
 }
 
-void Dialing::finish(std::shared_ptr<WebSocket> socket, std::string problem) {
+void Dialing::finish(std::shared_ptr<WebSocket> socket, Failure why) {
   deadline_.cancel();
   way_->stop();
   const Done done = std::move(done_);
   done_ = nullptr;
-  done(std::move(socket), std::move(problem));
+  done(std::move(socket), std::move(why));
 }
 
 void Dialing::abandon() {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/ports/failure.hpp"
 #include "core/ports/net_options.hpp"
 #include "net/tcp/transport.hpp"
 #include "net/tls/tls.hpp"
@@ -22,7 +23,7 @@ struct WebSocket;
 class Dialing : public std::enable_shared_from_this<Dialing> {
  public:
   // The open WebSocket, or null and why not.
-  using Done = std::function<void(std::shared_ptr<WebSocket>, std::string problem)>;
+  using Done = std::function<void(std::shared_ptr<WebSocket>, Failure why)>;
 
   // `tls`: for a secure URL; if it is null for one, nothing is dialed, and the caller gives the
   // reason by cancel().
@@ -30,16 +31,12 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   ~Dialing();
   // `done` is called once, never from inside start().
   void start(Done done);
-  // Cancels: `done` is called with this problem, soon.
-  void cancel(std::string problem);
+  // Cancels: `done` is called with this failure, soon.
+  void cancel(Failure why);
   // Cancels; `done` is not called.
   void abandon();
-  // Whether it came so far that there is somebody: TLS or HTTP began.
-  [[nodiscard]] bool answered() const { return stage_ != nullptr; }
-  // Whether its time ended without that.
+  // Whether its time ended before TLS or HTTP began.
   [[nodiscard]] bool was_silent() const { return was_silent_; }
-  // Whether the server has another key than those that are pinned.
-  [[nodiscard]] bool met_other_key() const { return met_other_key_; }
   // See Way.
   [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return way_->tried(); }
 
@@ -52,9 +49,10 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   void on_tls(const ErrorCode& error);
   void upgrade();
   void on_upgraded(const ErrorCode& error);
-  [[nodiscard]] std::string upgrade_problem(const ErrorCode& error) const;
-  void fail(const std::string& problem);
-  void finish(std::shared_ptr<WebSocket> socket, std::string problem);
+  [[nodiscard]] Failure upgrade_failure(const ErrorCode& error) const;
+  [[nodiscard]] Failure failure_by(const ErrorCode& error) const;
+  void fail(const Failure& why);
+  void finish(std::shared_ptr<WebSocket> socket, Failure why);
 
   asio::io_context& io_;
   DialOptions options_;
@@ -66,7 +64,6 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   std::unique_ptr<Response> response_;
   const char* stage_ = nullptr;  // what is being waited for; null: the way
   bool was_silent_ = false;
-  bool met_other_key_ = false;
   Done done_;
 };
 

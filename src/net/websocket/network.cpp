@@ -32,7 +32,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
            std::shared_ptr<Admission::Pending> pending_slot, std::shared_ptr<void> connection_slot);
   void on_arrival(Listener::Arrival arrival);
   void on_dialled(ConnectionId id, const DialOptions& options, std::shared_ptr<WebSocket> socket,
-                  std::string problem);
+                  Failure why);
   void abandon();
   void watch_routes();
   void watch_route_to(const asio::ip::address& to);
@@ -147,7 +147,7 @@ void Network::State::on_arrival(Listener::Arrival arrival) {
 }
 
 void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
-                                std::shared_ptr<WebSocket> socket, std::string problem) {
+                                std::shared_ptr<WebSocket> socket, Failure why) {
   const auto dial = std::move(dials[id]);
   dials.erase(id);
   silent_dials = dial->was_silent() ? std::min(silent_dials + 1, kSilentDials) : 0;
@@ -157,8 +157,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
     } else {
       dialled = asio::ip::address();  // a network that comes may be the one that knows the name
     }
-    return events.input(
-        DialFailed{id, std::move(problem), dial->answered(), dial->met_other_key()});
+    return events.input(DialFailed{id, std::move(why)});
   }
   ConnectionOpened opened{id, options.url.whom()};
   opened.server = server_of(socket->next_layer().tls(), options.tls, server_name(options));
@@ -237,13 +236,13 @@ void Network::dial(ConnectionId connection, const DialOptions& options) {
       std::make_shared<Dialing>(state_->io, std::move(how), state_->sockets, std::move(tls));
   state_->dials[connection] = dialing;
   dialing->start([weak = std::weak_ptr{state_}, connection, options](
-                     std::shared_ptr<WebSocket> socket, std::string failure) {
+                     std::shared_ptr<WebSocket> socket, Failure failure) {
     if (const auto state = weak.lock()) {
       state->on_dialled(connection, options, std::move(socket), std::move(failure));
     }
   });
-  if (state_->stopped) problem = "this side stops";
-  if (!problem.empty()) dialing->cancel(problem);
+  if (state_->stopped) return dialing->cancel({Cause::kGoingAway, "this side stops"});
+  if (!problem.empty()) dialing->cancel({Cause::kCertificateFiles, problem});
 }
 
 void Network::check_files() {

@@ -127,7 +127,7 @@ bool Socket::within_gate() {
 
 void Socket::end_flood() {
   const char* const why = "too much before the login";
-  if (state_ != State::kOpen) return drop(why);
+  if (state_ != State::kOpen) return drop({Cause::kTooLarge, why});
   close(static_cast<std::uint16_t>(CloseCode::kTooLarge), why);
 }
 
@@ -231,7 +231,7 @@ void Socket::close(std::uint16_t code, const std::string& reason) {
   if (state_ != State::kOpen) return;
   state_ = State::kClosing;
   set_deadline();
-  closing_reason_ = "closed by us: " + reason;
+  closing_ = {cause_of(static_cast<CloseCode>(code)), "closed by us: " + reason};
   const std::string text = cut(reason, kCloseReasonBytesMax);
   const websocket::close_reason why{static_cast<websocket::close_code>(code),
                                     beast::string_view{text.data(), text.size()}};
@@ -240,7 +240,7 @@ void Socket::close(std::uint16_t code, const std::string& reason) {
     const auto& peer = self->socket_->reason();
     const bool answered = !error && peer.code != websocket::close_code::none;
     self->end(answered ? std::optional<std::uint16_t>{peer.code} : std::nullopt,
-              self->closing_reason_, !error);
+              self->closing_, !error);
   });
 }
 
@@ -250,20 +250,23 @@ void Socket::fail(const ErrorCode& error) {
     std::optional<std::uint16_t> code;
     if (peer.code != websocket::close_code::none) code = peer.code;
     const std::string reason{peer.reason.data(), peer.reason.size()};
-    return end(code, reason.empty() ? "closed by the other end" : reason, true);
+    return end(code, {Cause::kClosed, reason.empty() ? "closed by the other end" : reason}, true);
   }
   if (error == websocket::error::message_too_big) {
     return end(std::nullopt,
-               gate_.is_open() ? "the other end sent a packet beyond the limit"
-                               : "the other end sent a packet too large for a login",
+               {Cause::kTooLarge, gate_.is_open()
+                                      ? "the other end sent a packet beyond the limit"
+                                      : "the other end sent a packet too large for a login"},
                true);
   }
   // Beast has sent the close frame of a protocol error itself.
   const bool protocol = error.category() == make_error_code(websocket::error::closed).category();
-  end(std::nullopt, failure_text(error, socket_->next_layer().tls(), {}), protocol);
+  Failure why = failure_of(error, socket_->next_layer().tls(), {});
+  if (protocol) why.cause = Cause::kMalformed;
+  end(std::nullopt, std::move(why), protocol);
 }
 
-void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool orderly) {
+void Socket::end(std::optional<std::uint16_t> code, Failure why, bool orderly) {
   if (state_ == State::kEnding) return;
   static_cast<void>(traffic());
   state_ = State::kEnding;
@@ -276,7 +279,8 @@ void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool ord
     transport.abort();  // an operation may still be under way on it
     asio::post(socket_->get_executor(), [self] { self->forget(); });
   }
-  setup_.events->input(ConnectionClosed{setup_.opened.connection, code, std::move(reason)});
+  setup_.events->input(
+      ConnectionClosed{setup_.opened.connection, code, std::move(why.text), why.cause});
 }
 
 void Socket::set_deadline() {
@@ -288,7 +292,8 @@ void Socket::set_deadline() {
 void Socket::on_deadline() {
   cut_off();
   const bool ours = state_ == State::kClosing;
-  end(std::nullopt, ours ? closing_reason_ : "the other end did not complete its close", false);
+  const Failure theirs{Cause::kConnectionLost, "the other end did not complete its close"};
+  end(std::nullopt, ours ? closing_ : theirs, false);
   forget();
 }
 
@@ -321,10 +326,10 @@ void Socket::give_way() {
   const auto self = shared_from_this();
   setup_.connection_slot.reset();
   setup_.pending_slot.reset();
-  drop("closed for a newer connection without a login");
+  drop({Cause::kTooManyConnections, "closed for a newer connection without a login"});
 }
 
-void Socket::drop(const char* why) {
+void Socket::drop(const Failure& why) {
   cut_off();
   end(std::nullopt, why, false);
 }
@@ -333,7 +338,8 @@ void Socket::check_address() {
   if (state_ != State::kOpen) return;
   const std::string address = lost_address(socket_->next_layer().socket());
   if (!address.empty())
-    end(std::nullopt, "the address " + address + " of this machine is gone", false);
+    end(std::nullopt,
+        {Cause::kAddressGone, "the address " + address + " of this machine is gone"}, false);
 }
 
 void Socket::follow_path() {

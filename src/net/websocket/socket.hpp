@@ -89,11 +89,11 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void gather(const Packet& packet);
   void on_written(const boost::system::error_code& error);
   void fail(const boost::system::error_code& error);
-  void end(std::optional<std::uint16_t> code, std::string reason, bool orderly);
+  void end(std::optional<std::uint16_t> code, Failure why, bool orderly);
   void set_deadline();
   void on_deadline();
   // Ends it at once, without a close frame.
-  void drop(const char* why);
+  void drop(const Failure& why);
   // Aborts the transport; reads its traffic counts first, while the kernel still has them.
   void cut_off();
   void forget();
@@ -126,7 +126,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   CongestionChoice congestion_choice_;
   RepairWatch repair_watch_;
 
-  std::string closing_reason_;
+  Failure closing_;  // by us
   bool deadline_set_ = false;
   bool forgotten_ = false;
 };

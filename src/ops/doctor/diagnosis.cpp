@@ -24,72 +24,39 @@ constexpr double kBreaksSeconds = 600;
 constexpr double kDroppedShare = 0.05;
 constexpr std::uint64_t kSharedMemoryBytes = 64ULL << 20;
 
+// ---- causes
+
+std::string_view finding_for(Cause cause) {
+  switch (cause) {
+    case Cause::kCertificateEarly: return "clock_or_certificate_early";
+    case Cause::kOtherKey: return "certificate_pin";
+    case Cause::kAddressGone: return "connection_lost";
+    case Cause::kGoingAway: return "peer_stops";
+    case Cause::kSilent: return "link_silent";
+    case Cause::kSameSide: return "dialed_itself";
+    case Cause::kExpired: return "login_expired";
+    case Cause::kRevoked: return "login_withdrawn";
+    case Cause::kValueWrong: return "file_wrong";
+    case Cause::kNone:
+    case Cause::kOther:
+    case Cause::kClosed:
+    case Cause::kNormal:
+    case Cause::kMalformed:
+    case Cause::kReplaced:
+    case Cause::kTooLarge:
+    case Cause::kSlowPeer:
+    case Cause::kIllegal:
+    case Cause::kUnknownChannel:
+    case Cause::kInternal: return "link_fails";
+    default: return word_of(cause);  // the finding has the word of the cause
+  }
+}
+
 // The first that stands in the text; narrower ones come first.
 struct Sign {
   std::string_view text;
   std::string_view id;
 };
-
-constexpr auto kFailures = std::to_array<Sign>({
-    {"is connected to the relay there", "robot_not_at_relay"},
-    {"cannot be resolved", "host_unknown"},
-    {"connection refused", "port_closed"},
-    {"is not in tls.pin", "certificate_pin"},
-    {"this is not the server of the invitation", "certificate_pin"},
-    {"certificate has expired", "certificate_expired"},
-    {"certificate is not valid yet", "clock_or_certificate_early"},
-    {"certificate is not for", "certificate_name"},
-    {"is from an unknown authority", "certificate_foreign"},
-    {"wants a client certificate", "client_certificate"},
-    {"showed no certificate", "client_certificate"},
-    {"does not trust the authority of our certificate", "client_certificate"},
-    {"client's certificate is refused", "client_certificate"},
-    {"certificate is refused", "certificate_foreign"},
-    {"does not speak TLS on this port", "tls_to_plain_port"},
-    {"plain HTTP on a TLS port", "plain_to_tls_port"},
-    {"is it a TLS port", "plain_to_tls_port"},
-    {"it wants a login", "proxy_login"},
-    {"it refuses this login", "proxy_login"},
-    {"it refuses CONNECT", "proxy_refuses"},
-    {"is not an HTTP proxy", "proxy_refuses"},
-    {"HTTP 404", "path_wrong"},
-    {"HTTP 511", "captive_portal"},
-    {"HTTP 502", "proxy_without_server"},
-    {"HTTP 503", "proxy_without_server"},
-    {"HTTP 504", "proxy_without_server"},
-    {"HTTP 400", "proxy_without_upgrade"},
-    {"HTTP 426", "proxy_without_upgrade"},
-    {"HTTP 501", "proxy_without_upgrade"},
-    {"HTTP 5", "proxy_without_server"},
-    {"HTTP 2", "captive_portal"},
-    {"HTTP 3", "captive_portal"},
-    {"HTTP 4", "proxy_without_upgrade"},
-    {"the answer to the WebSocket handshake is too large", "captive_portal"},
-    {"but not the subprotocol", "not_this_program"},
-    {"is not an HTTP server", "not_this_program"},
-    {"the answer to the WebSocket handshake is wrong", "not_this_program"},
-    {"login refused", "login_refused"},
-    {"login_refused", "login_refused"},
-    {"could not be judged", "login_not_judged"},
-    {"login_not_judged", "login_not_judged"},
-    {"too_many_connections", "too_many_connections"},
-    {"too many links", "too_many_connections"},
-    {"too many connections", "too_many_connections"},
-    {"revoked", "login_withdrawn"},
-    {"withdrawn", "login_withdrawn"},
-    {"expired", "login_expired"},
-    {"the peer is this process", "dialed_itself"},
-    {"same_side", "dialed_itself"},
-    {"protocol version", "version"},
-    {"(version)", "version"},
-    {"nothing heard from the peer", "link_silent"},
-    {"no answer", "no_answer"},
-    {"timed out", "no_answer"},
-    {"unreachable", "no_answer"},
-    {"No route", "no_answer"},
-    {"ended the connection", "not_this_program"},
-    {"reset the connection", "not_this_program"},
-});
 
 // What begins with ^ stands at the beginning: a key.
 constexpr auto kProblems = std::to_array<Sign>({
@@ -245,12 +212,12 @@ void Doctor::side(const Json& status) {
                                 [](const Json& link) { return is_set(link, "open"); });
   const auto now = moment_in(status, "time"), since = moment_in(status, "started");
   if (!open && is_client) {
-    const std::string failure = text_in(status, "last_failure");
-    add("not_linked", {}, failure);
-    if (!failure.empty()) {
-      Found why = diagnose_failure(failure);
-      add(why.id, std::move(why.subject), std::move(why.detail));
-    }
+    const std::string text = text_in(status, "last_failure");
+    add("not_linked", {}, text);
+    const std::string code = text_in(status, "last_failure_code");
+    if (!code.empty())
+      add(finding_for(value_of(kCauseWords, code).value_or(Cause::kOther)), {},
+          to_text(text, kTextBytes));
   }
   if (!open && !is_client) add("nobody_linked");
   if (const double wrong = number_in(part_of(status, "strangers"), "wrong_logins"); wrong > 0)
@@ -280,8 +247,8 @@ std::string value_of(const ProcessFacts& process, const char* name, const char* 
 
 }  // namespace
 
-Found diagnose_failure(const std::string& failure) {
-  return {sign_in(kFailures, failure, "link_fails"), {}, to_text(failure, kTextBytes)};
+Found diagnose(const Failure& failure) {
+  return {finding_for(failure.cause), {}, to_text(failure.text, kTextBytes)};
 }
 
 Found diagnose_problem(const std::string& problem) {

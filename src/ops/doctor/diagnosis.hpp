@@ -8,12 +8,13 @@
 
 #include "config/config.hpp"
 #include "core/base/json.hpp"
+#include "core/ports/failure.hpp"
 #include "ops/doctor/findings.hpp"
 
 namespace connect_bridge {
 
-// Why a client has no link: what its dial, or the server's close, said.
-[[nodiscard]] Found diagnose_failure(const std::string& failure);
+// The finding of a cause, with the failure's text as what was seen.
+[[nodiscard]] Found diagnose(const Failure& failure);
 // A line that says what is wrong with a parameter file.
 [[nodiscard]] Found diagnose_problem(const std::string& problem);
 // What is odd in a valid file.

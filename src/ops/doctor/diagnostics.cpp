@@ -17,10 +17,9 @@ using Level = Diagnostic::Level;
 constexpr Stamp kDay = 24 * 3600 * kStampSecond;
 constexpr Stamp kLoginDays = 7;
 
-// What ended the last connection has addresses in it: of it the kind of cause alone.
-std::string cause_of(const std::string& failure) {
-  const Finding* const finding =
-      failure.empty() ? nullptr : finding_of(diagnose_failure(failure).id);
+// The text of the last failure has addresses in it: the cause alone is shown.
+std::string shown_cause(const Failure& failure) {
+  const Finding* const finding = failure ? finding_of(diagnose(failure).id) : nullptr;
   return finding == nullptr ? "" : ": " + std::string(finding->cause);
 }
 
@@ -75,7 +74,7 @@ Diagnostic of_side(const StatusPicture& picture, Stamp now) {
   const bool linked =
       std::any_of(links.begin(), links.end(), [](const LinkStatus& link) { return link.open; });
   if (run.role == Role::kClient && !linked)
-    made.add(Level::kError, "no link to the server" + cause_of(side.last_failure));
+    made.add(Level::kError, "no link to the server" + shown_cause(side.last_failure));
   if (made.message.empty()) made.message = "runs";
   return made;
 }

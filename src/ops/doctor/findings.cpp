@@ -17,10 +17,17 @@ constexpr Finding kFindings[] = {
     // ---- the way to the server
     {"host_unknown", kFault, "the name of the server cannot be resolved",
      "check the host in `url`, and the name server of this network"},
+    {"resolver_silent", kFault, "no name server answers, so the name of the server is not known",
+     "check this machine's network and name server (/etc/resolv.conf), or give an IP address in "
+     "`url`"},
     {"port_closed", kFault, "nobody listens at this address and port",
-     "start the server; check the port in `url` against `listen.port` (9090 by default)"},
+     "start the server; check the port in `url` against `listen.port` (9090 by default); for other "
+     "machines the server needs `listen.address`: by default it listens on 127.0.0.1 alone"},
     {"no_answer", kFault, "nothing answers at this address",
      "check the address and the firewall: one TCP port must be open at the server"},
+    {"server_silent", kFault, "something accepts the connection there and does not answer",
+     "look at the server: is its process stopped or overloaded? A forwarded port without a server "
+     "behind it does the same"},
     {"path_wrong", kFault, "an HTTP server answers, and has nothing at this path",
      "check the path in `url` against the configuration of the proxy"},
     {"proxy_without_server", kFault, "a proxy answers, and has no server behind it",
@@ -31,6 +38,12 @@ constexpr Finding kFindings[] = {
     {"captive_portal", kFault,
      "a page answers in place of the server: a captive portal or web site",
      "log in to this network with a browser; check `url`"},
+    {"proxy_unreachable", kFault, "the HTTP proxy cannot be reached",
+     "check the proxy's address, or do without: `http_proxy: none`, or no_proxy in the "
+     "environment"},
+    {"proxy_silent", kFault, "the HTTP proxy is there, and does not answer CONNECT",
+     "check whether it reaches the server, or do without: `http_proxy: none`, or no_proxy in the "
+     "environment"},
     {"proxy_login", kFault, "the HTTP proxy wants another login", "set `http_proxy_login`"},
     {"proxy_refuses", kFault, "the HTTP proxy does not connect to this server",
      "have the proxy allow it, or set `http_proxy` to another one, or to none"},
@@ -57,12 +70,20 @@ constexpr Finding kFindings[] = {
      "dial wss:// instead of ws://"},
     {"not_this_program", kFault, "what answers there is no ROS2 Connect server",
      "check host and port; rosbridge has the same default port"},
+    {"relay_unreachable", kFault, "the relay cannot be reached",
+     "start the relay; check the relay's address and the firewall before it"},
+    {"relay_refuses", kFault, "the relay refuses this robot",
+     "`relay --robot NAME` at the relay prints another line: pair with it again"},
+    {"tls_fails", kFault, "the TLS handshake fails",
+     "look at the log of both sides; a proxy or firewall in between may not pass TLS on"},
     {"robot_not_at_relay", kFault, "the relay has no such robot now",
      "check the robot's name in `url`, and the robot's own connection to the relay"},
     {"version", kFault, "the two programs speak other versions of the protocol",
      "install the same version at both sides"},
     {"login_refused", kFault, "the server refuses the login",
      "check the token: is its entry in the server's token file, has it expired (`ctl token`)?"},
+    {"login_timeout", kFault, "the login was not complete in time",
+     "look at the server's log; its login method or the path is slow"},
     {"login_not_tried", kHint, "the way to the server is fine; no login was tried",
      "--token-file FILE, or CONNECT_BRIDGE_TOKEN, tries it"},
     {"login_expired", kFault, "the login has ended: the token or certificate has expired",
@@ -76,6 +97,9 @@ constexpr Finding kFindings[] = {
     {"dialed_itself", kFault, "the client has reached its own process", "check `url`"},
     {"link_silent", kFault, "the path is silent for longer than `dead_after`",
      "look at the network; a larger `dead_after` helps where silences are usual"},
+    {"connection_lost", kFault, "the connection ended without a word of the other side",
+     "look whether the server still runs, and at the network"},
+    {"peer_stops", kFault, "the server was stopped", "start it again"},
     {"link_fails", kFault, "the link does not come up", "look at the log of both sides"},
 
     // ---- a parameter file

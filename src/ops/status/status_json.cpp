@@ -191,7 +191,8 @@ OrderedJson facts_of(const StatusPicture& picture, Names names) {
                       {"types_not_installed", run.ros.types_not_installed},
                       {"reading_held", run.network.held},
                       {"extra_frames", run.network.extra_frames},
-                      {"last_failure", shows_failure ? status.last_failure : ""}};
+                      {"last_failure", shows_failure ? status.last_failure.text : ""},
+                      {"last_failure_code", word_of(status.last_failure.cause)}};
   if (run.certificate_end != 0) json["certificate_valid_until"] = rfc3339_of(run.certificate_end);
   if (run.audit) {
     json["audit"] = {{"lines", run.audit->lines}, {"left_out", run.audit->left_out}};

@@ -179,7 +179,9 @@ StatusAnswer StatusSite::readiness() const {
   const bool linked =
       std::any_of(links.begin(), links.end(), [](const LinkStatus& link) { return link.open; });
   if (picture_->run.role == Role::kServer || linked) return plain_answer(200, "ready");
-  return plain_answer(503, "no link to the server: " + picture_->side.last_failure);
+  const Failure& why = picture_->side.last_failure;
+  const std::string code = why ? " (" + std::string(word_of(why.cause)) + ")" : "";
+  return plain_answer(503, "no link to the server: " + why.text + code);
 }
 
 std::string StatusSite::history() const {

@@ -16,7 +16,8 @@ struct ToldFailures {
 
   // What is logged when a dial fails so at this minute.
   std::string fail(std::int64_t minute, const std::string& reason) {
-    failure.tell({LogLevel::kWarn, "cannot connect: ", reason, "; trying again"}, at(minute));
+    failure.tell({LogLevel::kWarn, "cannot connect: ", {Cause::kNoAnswer, reason}, "; trying again"},
+                 at(minute));
     return logged();
   }
   std::string logged() {
@@ -47,7 +48,7 @@ TEST(LastFailure, AnotherReasonIsToldAtOnce) {
   EXPECT_EQ(t.fail(1, "no route"), "cannot connect: no route; trying again");
   EXPECT_EQ(t.fail(2, "no route"), "");
   EXPECT_EQ(t.fail(11, "no route"), "still cannot connect, for 11 min: no route; trying again");
-  EXPECT_EQ(t.failure.reason(), "no route");
+  EXPECT_EQ(t.failure.last().text, "no route");
 }
 
 // Both sides may end a login that takes too long, now the one first and now the other.
@@ -74,7 +75,7 @@ TEST(LastFailure, OfReasonsThatNeverRepeatFewAreTold) {
   for (int dial = 0; dial < 100; ++dial)
     if (!t.fail(dial / 10, "HTTP 503: request " + std::to_string(dial)).empty()) ++lines;
   EXPECT_EQ(lines, LastFailure::kNews + 1) << "the last one after the first minute";
-  EXPECT_EQ(t.failure.reason(), "HTTP 503: request 99") << "the status has the last one";
+  EXPECT_EQ(t.failure.last().text, "HTTP 503: request 99") << "the status has the last one";
   EXPECT_EQ(t.fail(11, "HTTP 503: request 100"),
             "still cannot connect, for 11 min: HTTP 503: request 100; trying again");
   EXPECT_EQ(t.fail(18, "wrong certificate"), "");
@@ -87,7 +88,7 @@ TEST(LastFailure, OfReasonsThatNeverRepeatFewAreTold) {
 
 TEST(LastFailure, WhatWasToldElsewhereIsNotToldAgainSoon) {
   ToldFailures t;
-  t.failure.set("it is silent", ToldFailures::at(0));
+  t.failure.set({Cause::kNoAnswer, "it is silent"}, ToldFailures::at(0));
   EXPECT_EQ(t.fail(0, "it is silent"), "");
   EXPECT_EQ(t.fail(1, "it is silent"),
             "still cannot connect, for 1 min: it is silent; trying again");
@@ -97,7 +98,7 @@ TEST(LastFailure, ALinkThatOpensBeginsAnew) {
   ToldFailures t;
   t.fail(0, "refused");
   t.failure.clear();
-  EXPECT_EQ(t.failure.reason(), "");
+  EXPECT_EQ(t.failure.last(), Failure{});
   EXPECT_EQ(t.fail(30, "refused"), "cannot connect: refused; trying again");
   EXPECT_EQ(t.fail(40, "refused"), "still cannot connect, for 10 min: refused; trying again");
 }

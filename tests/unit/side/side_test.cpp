@@ -45,31 +45,31 @@ TEST(Side, AFailedDialIsTriedAgain) {
   Script s(client());
   s.give(TimePassed{});
   s.did();
-  s.give(DialFailed{{1}, "refused"});
+  s.give(DialFailed{{1}, {Cause::kPortClosed, "refused"}});
   s.pass(99);
   EXPECT_EQ(s.did(), "");
   s.pass(101);
   EXPECT_EQ(s.did(), "dial 2\n");
-  s.give(DialFailed{{1}, "an old one"});
+  s.give(DialFailed{{1}, {Cause::kPortClosed, "an old one"}});
   s.pass(10'000);
   EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.status().last_failure, "refused");
+  EXPECT_EQ(s.status().last_failure, (Failure{Cause::kPortClosed, "refused"}));
 }
 
 TEST(Side, AfterAChangeOfTheNetworkItDialsAtOnce) {
   Script s(client());
   s.give(TimePassed{});
   for (std::uint32_t dial = 1; dial < 8; ++dial) {
-    s.give(DialFailed{{dial}, "refused"});
+    s.give(DialFailed{{dial}, {Cause::kPortClosed, "refused"}});
     s.pass(1500);
   }
-  s.give(DialFailed{{8}, "refused"});
+  s.give(DialFailed{{8}, {Cause::kPortClosed, "refused"}});
   s.did();
   s.give(NetworkChanged{});
   EXPECT_EQ(s.did(), "dial 9\n");
   s.give(NetworkChanged{});  // one at a time
   EXPECT_EQ(s.did(), "");
-  s.give(DialFailed{{9}, "unreachable"});  // the next one follows soon
+  s.give(DialFailed{{9}, {Cause::kPortClosed, "unreachable"}});  // the next one follows soon
   s.pass(200);
   EXPECT_EQ(s.did(), "dial 10\n");
 }
@@ -271,7 +271,7 @@ TEST(Side, InputsOfUnknownConnectionsAreIgnored) {
   s.did();
   s.give(PacketReceived{{9}, false, {}});
   s.give(ConnectionClosed{{9}, {}, ""});
-  s.give(DialFailed{{9}, ""});
+  s.give(DialFailed{{9}, {Cause::kPortClosed, ""}});
   s.give(Authenticated{{9}, Identity{}, ""});
   s.give(JobDone{{9}, {}});
   s.give(MessageTaken{{9}, {}, 0, {}});
@@ -297,7 +297,7 @@ TEST(Side, TheSameSeedAndInputsGiveTheSameActions) {
     s.give(TimePassed{});
     for (std::uint32_t dial = 1; dial < 20; ++dial) {
       words += s.did();
-      s.give(DialFailed{{dial}, "refused"});
+      s.give(DialFailed{{dial}, {Cause::kPortClosed, "refused"}});
       words += std::to_string((*s.side.next_deadline() - TimePoint{}).count()) + "\n";
       s.pass(1500);
     }

@@ -34,13 +34,13 @@ class Tls : public testing::Test {
     return options;
   }
 
-  // The error of a client that dials a server with this certificate.
-  static std::string failure(const Authority::Files& files) {
+  // The failure of a client that dials a server with this certificate.
+  static Failure failure(const Authority::Files& files) {
     Pair pair{server_of(files)};
     EXPECT_EQ(pair.problem, "");
     EXPECT_FALSE(pair.connect(trusting(pair)));
     EXPECT_TRUE(pair.server.opened.empty());
-    return pair.client.failures[kDial];
+    return {pair.client.causes[kDial], pair.client.failures[kDial]};
   }
 };
 
@@ -131,14 +131,16 @@ TEST_F(Tls, CarriesPacketsBothWays) {
 }
 
 TEST_F(Tls, ChecksTheName) {
-  EXPECT_THAT(failure(authority().sign("other", "DNS:robot,IP:127.0.0.2")),
-              HasSubstr("not for '127.0.0.1'"));
+  const Failure why = failure(authority().sign("other", "DNS:robot,IP:127.0.0.2"));
+  EXPECT_EQ(why.cause, Cause::kCertificateName);
+  EXPECT_THAT(why.text, HasSubstr("not for '127.0.0.1'"));
   Pair pair{server_of(authority().sign("named", "DNS:robot"))};
   DialOptions options = trusting(pair);
   options.url.robot = "robot";
   EXPECT_TRUE(pair.connect(options));
   options.url.robot = "robots";
   EXPECT_FALSE(pair.connect(options, {78}));
+  EXPECT_EQ(pair.client.causes[{78}], Cause::kCertificateName);
   EXPECT_THAT(pair.client.failures[{78}], HasSubstr("not for 'robots'"));
 }
 
@@ -153,11 +155,12 @@ TEST_F(Tls, AWildcardIsAWholeWordOfAName) {
 }
 
 TEST_F(Tls, ChecksTheAuthorityAndTheDates) {
-  EXPECT_THAT(failure(authority().sign("old", "IP:127.0.0.1", -10, -1)), HasSubstr("has expired"));
-  EXPECT_THAT(failure(authority().sign("new", "IP:127.0.0.1", 1, 9)), HasSubstr("not valid yet"));
+  EXPECT_EQ(failure(authority().sign("old", "IP:127.0.0.1", -10, -1)).cause,
+            Cause::kCertificateExpired);
+  EXPECT_EQ(failure(authority().sign("new", "IP:127.0.0.1", 1, 9)).cause, Cause::kCertificateEarly);
   Pair pair{server_of(good())};
   EXPECT_FALSE(pair.connect(pair.dial_options("wss")));  // the system's store
-  EXPECT_THAT(pair.client.failures[kDial], HasSubstr("unknown authority"));
+  EXPECT_EQ(pair.client.causes[kDial], Cause::kCertificateForeign);
 }
 
 TEST_F(Tls, RefusesOldVersions) {
@@ -174,10 +177,11 @@ TEST_F(Tls, RefusesOldVersions) {
 TEST_F(Tls, TellsPlainClientsAndServersApart) {
   Pair tls{server_of(good())};
   EXPECT_FALSE(tls.connect(tls.dial_options("ws")));
+  EXPECT_EQ(tls.client.causes[kDial], Cause::kPlainToTlsPort);
   EXPECT_THAT(tls.client.failures[kDial], HasSubstr("use wss://"));
   Pair plain;
   EXPECT_FALSE(plain.connect(trusting(plain)));
-  EXPECT_THAT(plain.client.failures[kDial], HasSubstr("does not speak TLS"));
+  EXPECT_EQ(plain.client.causes[kDial], Cause::kTlsToPlainPort);
 }
 
 TEST_F(Tls, WantsClientCertificatesIfAskedTo) {
@@ -186,7 +190,7 @@ TEST_F(Tls, WantsClientCertificatesIfAskedTo) {
   Pair pair{options};
   DialOptions dial = trusting(pair);
   EXPECT_FALSE(pair.connect(dial));
-  EXPECT_THAT(pair.client.failures[kDial], HasSubstr("client certificate"));
+  EXPECT_EQ(pair.client.causes[kDial], Cause::kClientCertificate);
   const auto own = authority().sign("operator", "DNS:operator");
   dial.tls.certificate_file = own.certificate;
   dial.tls.private_key_file = own.key;
@@ -196,7 +200,7 @@ TEST_F(Tls, WantsClientCertificatesIfAskedTo) {
   dial.tls.certificate_file = strange.certificate;
   dial.tls.private_key_file = strange.key;
   EXPECT_FALSE(pair.connect(dial, {79}));
-  EXPECT_THAT(pair.client.failures[{79}], HasSubstr("does not trust"));
+  EXPECT_EQ(pair.client.causes[{79}], Cause::kClientCertificate);
 }
 
 TEST_F(Tls, NamesTheFileThatIsWrong) {
@@ -218,6 +222,7 @@ TEST_F(Tls, NamesTheFileThatIsWrong) {
   DialOptions dial = pair.dial_options("wss");
   dial.tls.ca_file = "/nowhere/ca.pem";
   EXPECT_FALSE(pair.connect(dial));
+  EXPECT_EQ(pair.client.causes[kDial], Cause::kCertificateFiles);
   EXPECT_THAT(pair.client.failures[kDial], HasSubstr("CA file '/nowhere/ca.pem' cannot be read"));
 }
 

@@ -42,8 +42,8 @@ TEST(DialProxy, TlsIsWithTheServer) {
   EXPECT_THAT(proxy.request, HasSubstr("\r\nProxy-Authorization: Basic bWU6c2VjcmV0\r\n"));
 }
 
-// The error of a dial through a proxy that answers this.
-std::string failure(const std::string& answer, const std::string& login = "") {
+// The failure of a dial through a proxy that answers this, without whose it is.
+Failure failure(const std::string& answer, const std::string& login = "") {
   Pair pair;
   FakeProxy proxy{pair.loop, answer};
   DialOptions options = pair.dial_options();
@@ -53,36 +53,49 @@ std::string failure(const std::string& answer, const std::string& login = "") {
   const std::string& text = pair.client.failures[kDial];
   const std::string by = " by the proxy 127.0.0.1:" + std::to_string(options.proxy->port) + ": ";
   EXPECT_THAT(text, HasSubstr(by));
-  return text.substr(std::min(text.find(by) + by.size(), text.size()));
+  return {pair.client.causes[kDial],
+          text.substr(std::min(text.find(by) + by.size(), text.size()))};
 }
 
 TEST(DialProxy, TellsWhatIsWrong) {
   const std::string wants = "HTTP/1.1 407 Proxy Authentication Required\r\n\r\n";
-  EXPECT_EQ(failure(wants), "it wants a login (http_proxy_login)");
-  EXPECT_EQ(failure(wants, "me:wrong"), "it refuses this login (http_proxy_login)");
+  EXPECT_EQ(failure(wants), (Failure{Cause::kProxyLogin, "it wants a login (http_proxy_login)"}));
+  EXPECT_EQ(failure(wants, "me:wrong"),
+            (Failure{Cause::kProxyLogin, "it refuses this login (http_proxy_login)"}));
   EXPECT_EQ(failure("HTTP/1.1 403 by policy\r\nContent-Length: 9\r\n\r\nforbidden"),
-            "it refuses CONNECT with HTTP 403 Forbidden");
-  EXPECT_THAT(failure("SSH-2.0-OpenSSH_9.2\r\n\r\n"), HasSubstr("not an HTTP proxy"));
-  EXPECT_EQ(failure(""), "it ended the connection instead of answering");
-  EXPECT_EQ(failure(std::string{kDone} + "early"), "it sent more than its answer");
-  EXPECT_THAT(failure("HTTP/1.1 200 OK\r\nX: " + std::string(9000, 'x')),
-              HasSubstr("not an HTTP proxy (header limit exceeded)"));
+            (Failure{Cause::kProxyRefuses, "it refuses CONNECT with HTTP 403 Forbidden"}));
+  for (const std::string& answer :
+       {std::string{"SSH-2.0-OpenSSH_9.2\r\n\r\n"}, std::string{}, std::string{kDone} + "early",
+        "HTTP/1.1 200 OK\r\nX: " + std::string(9000, 'x')})
+    EXPECT_EQ(failure(answer).cause, Cause::kProxyRefuses) << answer;
 }
 
 TEST(DialProxy, IsBoundInTime) {
   Pair pair;
-  const auto expect = [&](std::uint16_t port, const std::string& said) {
+  const auto expect = [&](std::uint16_t port, Cause cause, const std::string& said) {
     DialOptions options = pair.dial_options();
     options.proxy = HttpProxy{"127.0.0.1", port, ""};
     options.timeout = 200ms;
     EXPECT_FALSE(pair.connect(options));
+    EXPECT_EQ(pair.client.causes[kDial], cause);
     EXPECT_THAT(pair.client.failures[kDial], HasSubstr(said));
     pair.client.failures.clear();
   };
   tcp::acceptor silent{pair.loop.io, {asio::ip::address_v4::loopback(), 0}};
-  expect(silent.local_endpoint().port(), "no answer in time (CONNECT of the proxy)");
+  expect(silent.local_endpoint().port(), Cause::kProxySilent, "no answer in time (CONNECT of the proxy)");
   silent.close();
-  expect(1, "by the proxy 127.0.0.1:1: connection refused");
+  expect(1, Cause::kProxyUnreachable, "by the proxy 127.0.0.1:1: connection refused");
+}
+
+TEST(DialProxy, OfTheEnvironmentIsNamedWithItsVariable) {
+  Pair pair;
+  DialOptions options = pair.dial_options();
+  options.proxy = HttpProxy{"127.0.0.1", 1};
+  options.proxy->variable = "https_proxy";
+  EXPECT_FALSE(pair.connect(options));
+  EXPECT_EQ(pair.client.causes[kDial], Cause::kProxyUnreachable);
+  EXPECT_THAT(pair.client.failures[kDial],
+              HasSubstr(" by the proxy 127.0.0.1:1 (https_proxy of the environment): "));
 }
 
 }  // namespace

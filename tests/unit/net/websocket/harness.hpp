@@ -50,6 +50,7 @@ inline std::string text_of(const Payload& payload) {
 struct Closing {
   std::optional<std::uint16_t> code;
   std::string reason;
+  Cause cause = Cause::kNone;  // without a code
 };
 
 // Stands for the program's loop: records inputs, hands out packets.
@@ -88,14 +89,15 @@ struct Side {
       peers[opening->connection] = opening->peer;
       if (packet_bytes_max > 0) network.allow(opening->connection, packet_bytes_max);
     } else if (auto* failed = std::get_if<DialFailed>(&input)) {
-      failures[failed->connection] = failed->reason;
+      failures[failed->connection] = failed->why.text;
+      causes[failed->connection] = failed->why.cause;
       ++failure_count;
     } else if (auto* packet = std::get_if<PacketReceived>(&input)) {
       received_bytes += packet->payload.size();
       if (echo) send(packet->connection, Packet{packet->text, {packet->payload}});
       received[packet->connection].push_back(std::move(*packet));
     } else if (auto* closing = std::get_if<ConnectionClosed>(&input)) {
-      closed[closing->connection] = {closing->code, closing->reason};
+      closed[closing->connection] = {closing->code, closing->reason, closing->cause};
       ++closed_count;
     }
   }
@@ -111,6 +113,7 @@ struct Side {
   std::vector<ConnectionOpened> openings;
   std::map<ConnectionId, std::string> peers;
   std::map<ConnectionId, std::string> failures;
+  std::map<ConnectionId, Cause> causes;  // of these
   std::map<ConnectionId, std::vector<PacketReceived>> received;
   std::map<ConnectionId, Closing> closed;
   std::vector<std::string> logs;

@@ -316,7 +316,10 @@ TEST(Dial, ReportsARefusedConnection) {
   DialOptions options = pair.dial_options();
   options.url.port = 1;
   EXPECT_FALSE(pair.connect(options));
-  EXPECT_NE(pair.client.failures[kDial].find("connection refused"), std::string::npos);
+  EXPECT_EQ(pair.client.causes[kDial], Cause::kPortClosed);
+  options.url.robot = "robot";  // at that address is a relay
+  EXPECT_FALSE(pair.connect(options, {78}));
+  EXPECT_EQ(pair.client.causes[{78}], Cause::kRelayUnreachable);
 }
 
 TEST(Dial, ReportsAServerThatIsSilent) {
@@ -335,7 +338,7 @@ TEST(Dial, ReportsAServerThatIsSilent) {
   options.timeout = 200ms;
   pair.client.network.dial(kDial, options);
   EXPECT_TRUE(loop.until([&] { return pair.client.failures.count(kDial) != 0; }, 1s));
-  EXPECT_NE(pair.client.failures[kDial].find("WebSocket handshake"), std::string::npos);
+  EXPECT_EQ(pair.client.causes[kDial], Cause::kServerSilent);
   ::close(listener);
 }
 

@@ -45,64 +45,35 @@ TEST(Findings, CuresNameKeysThatExist) {
   }
 }
 
-// ---- the link: what the client says of it (e2e/test_doctor.py has the real ones)
+// ---- the link (e2e/test_doctor.py has the real ones)
 
-struct FailureCase {
-  const char* id;
-  const char* said;
-};
-
-class DoctorFailure : public testing::TestWithParam<FailureCase> {};
-
-TEST_P(DoctorFailure, IsRecognised) {
-  const Found found = diagnose_failure(GetParam().said);
-  EXPECT_EQ(found.id, GetParam().id);
-  EXPECT_EQ(found.detail, GetParam().said);
-  EXPECT_NE(finding_of(found.id), nullptr);
+TEST(DoctorFailure, EveryCauseHasAFinding) {
+  for (const auto& [cause, word] : kCauseWords) {
+    const Found found = diagnose({cause, "seen"});
+    EXPECT_NE(finding_of(found.id), nullptr) << word;
+    EXPECT_EQ(found.detail, "seen");
+  }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, DoctorFailure,
-    testing::Values(
-        FailureCase{"host_unknown", "ws://robt:9090/: the name 'robt' cannot be resolved: Host"},
-        FailureCase{"port_closed", "ws://h:1/: connection refused (nobody listens there)"},
-        FailureCase{"no_answer", "ws://h:1/: no answer in time (TCP connect)"},
-        FailureCase{"path_wrong", "ws://h:1/x: HTTP 404 Not Found"},
-        FailureCase{"proxy_without_server", "wss://h:1/: HTTP 502 Bad Gateway"},
-        FailureCase{"proxy_without_upgrade", "ws://h:1/: HTTP 400 Bad Request"},
-        FailureCase{"proxy_without_upgrade", "ws://h:1/: HTTP 426 Upgrade Required"},
-        FailureCase{"captive_portal", "ws://h:1/: HTTP 302 Found"},
-        FailureCase{"captive_portal", "ws://h:1/: HTTP 200 OK: <html>"},
-        FailureCase{"captive_portal", "ws://h:1/: HTTP 511 Network Authentication Required"},
-        FailureCase{"proxy_login", "ws://h:1/ by the proxy p:3128: it wants a login (http_proxy_l"},
-        FailureCase{"proxy_refuses", "ws://h:1/ by the proxy p:3128: it refuses CONNECT with HTTP"},
-        FailureCase{"clock_or_certificate_early",
-                    "wss://h:1/: TLS: the server's certificate is not valid yet (is this"},
-        FailureCase{"certificate_expired", "wss://h:1/: TLS: the server's certificate has expired"},
-        FailureCase{"certificate_foreign",
-                    "wss://h:1/: TLS: the server's certificate is from an unknown authority (x"},
-        FailureCase{"certificate_name",
-                    "wss://h:1/: TLS: the server's certificate is not for 'h' (dial a name"},
-        FailureCase{"certificate_pin",
-                    "TLS: the server's public key has the pin x, which is not in tls.pin"},
-        FailureCase{"client_certificate", "TLS: the server wants a client certificate"},
-        FailureCase{"tls_to_plain_port", "the other end does not speak TLS on this port (ws://"},
-        FailureCase{"plain_to_tls_port",
-                    "what answers there is not an HTTP server (x); is it a "
-                    "TLS port (wss://)?"},
-        FailureCase{"not_this_program",
-                    "the server there speaks WebSocket, but not the "
-                    "subprotocol ros2-connect.v1"},
-        FailureCase{"robot_not_at_relay", "TLS: no 'robot1' is connected to the relay there"},
-        FailureCase{"version", "no common protocol version (version)"},
-        FailureCase{"login_refused", "login refused"},
-        FailureCase{"login_expired", "the login has expired"},
-        FailureCase{"login_withdrawn", "the credential was withdrawn"},
-        FailureCase{"login_not_judged", "the login could not be judged, try again later"},
-        FailureCase{"too_many_connections", "too many links (too_many_connections)"},
-        FailureCase{"dialed_itself", "the peer is this process"},
-        FailureCase{"link_silent", "nothing heard from the peer"},
-        FailureCase{"link_fails", "something else"}));
+TEST(DoctorFailure, CausesHaveWordsOfTheirOwn) {
+  std::set<std::string_view> words;
+  for (const auto& [cause, word] : kCauseWords) EXPECT_TRUE(words.insert(word).second) << word;
+  EXPECT_EQ(word_of(Cause::kRelayUnreachable), "relay_unreachable");
+  EXPECT_EQ(word_of(Cause{200}), "other");
+}
+
+TEST(DoctorFailure, CloseCodesAreCausesOfTheirName) {
+  for (std::uint16_t code = 4001; code <= 4016; ++code)
+    EXPECT_EQ(word_of(cause_of(CloseCode{code})), name_of(CloseCode{code}));
+  EXPECT_EQ(cause_of(CloseCode{1001}), Cause::kGoingAway);
+  EXPECT_EQ(cause_of(CloseCode{1011}), Cause::kClosed) << "none of the protocol";
+}
+
+// A text that looks like another cause changes nothing.
+TEST(DoctorFailure, ATextIsNotRead) {
+  EXPECT_EQ(diagnose({Cause::kLoginRefused, "HTTP 404: connection refused"}).id, "login_refused");
+  EXPECT_EQ(diagnose({Cause::kOther, "certificate has expired"}).id, "link_fails");
+}
 
 // ---- a file
 
@@ -202,7 +173,9 @@ INSTANTIATE_TEST_SUITE_P(
     All, DoctorStatus,
     testing::Values(
         StatusCase{"not_linked", R"({"role": "client"})"},
-        StatusCase{"port_closed", R"({"role": "client", "last_failure": "connection refused"})"},
+        StatusCase{"port_closed", R"({"role": "client", "last_failure": "it",
+                                       "last_failure_code": "port_closed"})"},
+        StatusCase{"link_fails", R"({"role": "client", "last_failure_code": "of_a_later_version"})"},
         StatusCase{"nobody_linked", "{}"},
         StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
         StatusCase{"loop_slow", R"({"loop_lag_ms": 700})"},

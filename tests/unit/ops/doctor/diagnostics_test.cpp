@@ -59,7 +59,7 @@ TEST(Diagnostics, OfTheSideAndEachLinkInTheWordsOfTheStatus) {
 
 TEST(Diagnostics, NeitherPeopleNorAddressesLeaveThisMachine) {
   StatusPicture now = picture({7}, Role::kClient);
-  now.side.last_failure = "anna at 203.0.113.5:4 went";
+  now.side.last_failure = {Cause::kConnectionLost, "anna at 203.0.113.5:4 went"};
   StatusPicture lost = now;
   lost.side.links[0].open = false;
   auto all = told(now);
@@ -94,7 +94,7 @@ TEST(Diagnostics, WhatIsWorthALook) {
 
 TEST(Diagnostics, AClientWithoutALinkSaysWhy) {
   StatusPicture now = picture({}, Role::kClient);
-  now.side.last_failure = "wss://robot.example:9090/: connection refused";
+  now.side.last_failure = {Cause::kPortClosed, "wss://robot.example:9090/: refused"};
   const auto all = told(now);
   ASSERT_EQ(all.size(), 1U);
   EXPECT_EQ(all[0].level, Level::kError);

@@ -21,7 +21,7 @@ TEST(StatusJson, WithoutLinks) {
   status.memory_bytes = 7;
   status.shared_bytes = 8;
   status.shared_bytes_max = 9;
-  status.last_failure = "refused";
+  status.last_failure = {Cause::kPortClosed, "refused"};
   RunStatus run{"2026-01-31T12:00:00Z", true, "/connect", Role::kClient, 1.5};
   run.ros.taken = 2;
   run.ros.published = 3;
@@ -37,7 +37,7 @@ TEST(StatusJson, WithoutLinks) {
      "taken": 2, "published": 3, "types_not_installed": 4, "reading_held": 0,
      "extra_frames": 0,
     "traffic": {"sent_bytes": 5, "received_bytes": 6},
-    "last_failure": "refused", "links": []})"));
+    "last_failure": "refused", "last_failure_code": "port_closed", "links": []})"));
 }
 
 TEST(StatusJson, TheEndOfItsCertificate) {
@@ -160,7 +160,7 @@ TEST(StatusJson, NamesOfPeopleAreHiddenFromOtherUsers) {
   Status status;
   status.links.resize(1);
   status.links[0].identity = "anna";
-  status.last_failure = "anna is not permitted";
+  status.last_failure = {Cause::kLoginRefused, "anna is not permitted"};
   EXPECT_THAT(to_json({status, {}}), testing::HasSubstr("anna"));
   EXPECT_THAT(to_json({status, {}}, Names::kHidden), testing::Not(testing::HasSubstr("anna")));
 }
@@ -173,7 +173,7 @@ TEST(StatusJson, AClockThatIsNotKnownIsLeftOut) {
 
 TEST(StatusJson, BytesThatAreNoTextDoNotThrow) {
   Status status;
-  status.last_failure = "\xff\xfe";
+  status.last_failure = {Cause::kOther, "\xff\xfe"};
   EXPECT_EQ(Json::parse(to_json({status, {}})).at("last_failure"), "\xef\xbf\xbd\xef\xbf\xbd");
 }
 

@@ -45,7 +45,7 @@ class StatusSiteTest : public testing::Test {
   static std::shared_ptr<StatusPicture> picture(bool open) {
     auto made = std::make_shared<StatusPicture>();
     made->run.role = Role::kClient;
-    made->side.last_failure = "refused";
+    made->side.last_failure = {Cause::kPortClosed, "refused"};
     made->side.links.resize(open ? 1 : 0);
     if (open) made->side.links[0].open = true;
     return made;
@@ -73,7 +73,7 @@ TEST_F(StatusSiteTest, ALoopThatStandsStillIsNotAlive) {
 TEST_F(StatusSiteTest, AClientIsReadyWhenItIsLinked) {
   ASSERT_EQ(site.open(), "");
   site.publish(picture(false));
-  EXPECT_THAT(answer("/readyz"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("refused")));
+  EXPECT_THAT(answer("/readyz"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("refused (port_closed)")));
   site.publish(picture(true));
   EXPECT_THAT(answer("/readyz"), StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(answer("/api/history"), HasSubstr("\"path_queue_ms\":[0.0]"));
