@@ -44,8 +44,8 @@ void log_line(LogLevel level, const std::string& text) {
                text.c_str());
 }
 
-std::string why_not_readable(const std::string& file) {
-  return std::ifstream(file) ? "" : "it cannot be opened";
+Failure why_not_readable(const std::string& file) {
+  return std::ifstream(file) ? Failure{} : Failure{Cause::kFileUnreadable, "it cannot be opened"};
 }
 
 // Calls `tick` once a second.

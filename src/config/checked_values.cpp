@@ -94,7 +94,8 @@ Problem unknown_key(const std::string& key, const ParameterValue& value, Role ro
   } else {
     expected += "; docs/config.md lists them";
   }
-  return {key, may_be_secret(key, nearest) ? kHidden : to_text(value), expected};
+  return {key, may_be_secret(key, nearest) ? kHidden : to_text(value), expected,
+          Cause::kKeyUnknown};
 }
 
 }  // namespace
@@ -127,7 +128,8 @@ void CheckedValues::check(const std::string& key, const ParameterValue& value, R
     const bool server = role == Role::kServer;
     problems.push_back({key, shown(*spec, value),
                         fmt::format("nothing: it is a parameter of the {}, this is a {}",
-                                    server ? "client" : "server", server ? "server" : "client")});
+                                    server ? "client" : "server", server ? "server" : "client"),
+                        Cause::kKeyUnknown});
     return;
   }
   ParameterValue fitting = value;

@@ -62,8 +62,9 @@ class ConfigMaker {
 
  private:
   [[nodiscard]] bool is_server() const { return config_.role == Role::kServer; }
-  void add(std::string_view key, std::string value, std::string expected) {
-    parsed_.problems.push_back({std::string{key}, std::move(value), std::move(expected)});
+  void add(std::string_view key, std::string value, std::string expected,
+           Cause cause = Cause::kNone) {
+    parsed_.problems.emplace_back(std::string{key}, std::move(value), std::move(expected), cause);
   }
   void warn(std::string text) { config_.warnings.push_back(std::move(text)); }
 
@@ -184,14 +185,13 @@ class ConfigMaker {
 
   // A file that another user may change is that user's: it would decide who gets in.
   void check_file(const char* key, const std::string& file) {
-    const auto ask = [&](const auto& question) { return question ? question(file) : ""; };
     const std::string shown = to_text(value_to_show(*find_key(key), file));
-    if (const std::string why = ask(around_.unreadable); !why.empty())
-      return add(key, shown, "a file that this program can read: " + why);
-    if (!config_.auth.strict_modes) return;
-    if (const std::string why = ask(around_.distrusted); !why.empty())
-      add(key, shown,
-          fmt::format("a file that nobody else may change: {}; or {}", why, kNotStrict));
+    if (const Failure why = around_.unreadable ? around_.unreadable(file) : Failure{})
+      return add(key, shown, "a file that this program can read: " + why.text, why.cause);
+    if (!config_.auth.strict_modes || !around_.distrusted) return;
+    if (const std::string why = around_.distrusted(file); !why.empty())
+      add(key, shown, fmt::format("a file that nobody else may change: {}; or {}", why, kNotStrict),
+          Cause::kFileDistrusted);
   }
 
   void check_files() {

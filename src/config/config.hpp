@@ -62,8 +62,8 @@ struct Config {
 struct Surroundings {
   bool token_in_environment = false;
   Variable variable{};  // empty: none is set
-  // Why a file cannot be read, for people, or empty. Without the function files are not checked.
-  std::function<std::string(const std::string& file)> unreadable;
+  // Why a file cannot be read, or nothing. Without the function files are not checked.
+  std::function<Failure(const std::string& file)> unreadable;
   // Why somebody else may change a file, for people, or empty. The same.
   std::function<std::string(const std::string& file)> distrusted;
   std::function<bool(const std::string& type)> installed;  // a message type; empty: not checked

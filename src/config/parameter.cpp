@@ -49,6 +49,16 @@ std::string to_text(const ParameterValue& value) {
       value);
 }
 
+Cause cause_of_key(std::string_view key) {
+  if (key == "url") return Cause::kUrlWrong;
+  if (key == "prefix" || key == "remap") return Cause::kPrefixWrong;
+  if (key == "rules" || key.starts_with("rule.")) return Cause::kRuleWrong;
+  if (key == "auth.token" || key == "auth.token_file") return Cause::kTokenMissing;
+  for (const std::string_view file : {"tls.certificate", "tls.private_key", "tls.ca"})
+    if (key == file) return Cause::kCertificateFiles;
+  return Cause::kValueWrong;
+}
+
 std::string to_text(const Problem& problem) {
   if (problem.value.empty()) return fmt::format("{}: expected {}", problem.key, problem.expected);
   return fmt::format("{}: {} is wrong, expected {}", problem.key, problem.value, problem.expected);

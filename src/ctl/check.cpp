@@ -150,12 +150,13 @@ void say(std::FILE* to, std::string_view lines) {
 OfNode read_for_node(const std::string& file, const std::string& asked_role) {
   OfNode result;
   const ros::ParameterFile read = ros::read_parameter_file(file);
-  result.problems = read.problems;
+  for (const std::string& problem : read.problems) result.problems.push_back({read.cause, problem});
   if (!result.problems.empty()) return result;
   if (!find_role(read, asked_role, result)) {
     result.problems = {
-        "no parameters for connect_server or connect_client; for a node with another name give "
-        "--role server or --role client"};
+        {Cause::kSectionMissing,
+         "no parameters for connect_server or connect_client; for a node with another name give "
+         "--role server or --role client"}};
     return result;
   }
   result.node = result.role == Role::kServer ? kServerNode : kClientNode;
@@ -168,17 +169,20 @@ OfNode read_for_node(const std::string& file, const std::string& asked_role) {
 FileJudged judge_file(const std::string& file, const std::string& role) {
   FileJudged judged{read_for_node(file, role), {}, {}, {}};
   const OfNode& given = judged.given;
-  std::vector<std::string>& problems = judged.given.problems;
+  std::vector<Failure>& problems = judged.given.problems;
   if (!problems.empty()) return judged;
   Parsed parsed = parse_config(given.parameters, given.role, surroundings());
-  for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
+  for (const auto& problem : parsed.problems) problems.push_back(failure_of(problem));
   HostFindings host = check_host(given.parameters);
   append(problems, host.problems);
   append(problems, host.ended);
   if (parsed.config) {
     Assembled assembled = assemble_harmless(*parsed.config, given.node);
-    if (std::string why = who_may_change_rules(*parsed.config, {file}); !why.empty())
-      (parsed.config->reached_by_others ? problems : host.warnings).push_back(std::move(why));
+    const std::string others = who_may_change_rules(*parsed.config, {file});
+    if (!others.empty() && parsed.config->reached_by_others)
+      problems.push_back({Cause::kFileDistrusted, others});
+    else if (!others.empty())
+      host.warnings.push_back(others);
     append(problems, assembled.assembly.problems);
     judged.warnings = std::move(assembled.assembly.warnings);
     judged.not_loaded = std::move(assembled.not_loaded);
@@ -194,9 +198,9 @@ int check_file(const std::string& file, const std::string& asked_role) {
     judged.given.problems.push_back("the RMW is not installed (" + to_text(*missing) +
                                     "): install its package, or unset " + missing->variable);
   const OfNode& given = judged.given;
-  if (given.node.empty()) return report(file, given.problems);
+  if (given.node.empty()) return report(file, texts_of(given.problems));
   say(given.problems.empty() ? stdout : stderr, given.taken_as);
-  const int code = given.problems.empty() ? 0 : report(file, given.problems);
+  const int code = given.problems.empty() ? 0 : report(file, texts_of(given.problems));
   std::optional<Config> rest = judged.config;
   if (!rest) rest = parse_as_elsewhere(given.parameters, given.role).config;
   if (!rest) return code;
@@ -215,7 +219,7 @@ int explain_file(const std::string& file, const std::string& asked_role,
     return kExitConfiguration;
   }
   const OfNode of_node = read_for_node(file, asked_role);
-  if (!of_node.problems.empty()) return report(file, of_node.problems);
+  if (!of_node.problems.empty()) return report(file, texts_of(of_node.problems));
   const Parsed parsed = parse_as_elsewhere(of_node.parameters, of_node.role);
   if (!parsed.config) {
     std::vector<std::string> problems;

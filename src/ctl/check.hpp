@@ -9,6 +9,7 @@
 
 #include "config/explain_right.hpp"
 #include "core/base/parameter.hpp"
+#include "core/ports/failure.hpp"
 
 namespace connect_bridge {
 
@@ -21,7 +22,7 @@ struct OfNode {
   std::string node;      // full name; empty: the file cannot be read, and the rest is not known
   std::string taken_as;  // a line for people: the role, and why this one
   ParameterMap parameters;
-  std::vector<std::string> problems;
+  std::vector<Failure> problems;
 };
 // `role`: as for check_file().
 [[nodiscard]] OfNode read_for_node(const std::string& file, const std::string& role);

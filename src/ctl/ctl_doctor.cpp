@@ -92,7 +92,7 @@ MachineFacts this_machine() {
 std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Assembly assembly = assemble(config, "/ctl_doctor");
   std::vector<Found> found;
-  for (const std::string& problem : assembly.problems) found.push_back(diagnose_problem(problem));
+  for (const Failure& problem : assembly.problems) found.push_back(diagnose(problem));
   if (!assembly.parts) return found;
   Probe::Options options;
   options.logs_in = logs_in;
@@ -106,8 +106,8 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
-  for (const std::string& problem : judged.given.problems)
-    add_found(found, {diagnose_problem(problem)}, order.what);
+  for (const Failure& problem : judged.given.problems)
+    add_found(found, {diagnose(problem)}, order.what);
   if (!judged.config) return found;
   add_found(found, diagnose_config(*judged.config), order.what);
   const bool dials =

@@ -52,7 +52,7 @@ Start client_start(const std::string& file) {
   OfNode part = read_for_node(file, "client");
   Start start;
   start.parameters = std::move(part.parameters);
-  start.problems = std::move(part.problems);
+  start.problems = texts_of(part.problems);
   return start;
 }
 
@@ -67,7 +67,7 @@ std::unique_ptr<Probe> open_probe(const std::string& file, const char* node,
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   Assembly assembly;
   if (parsed.config) assembly = assemble(*parsed.config, node, start);
-  append(problems, assembly.problems);
+  append(problems, texts_of(assembly.problems));
   exit_code = complain(fmt::format("{}", fmt::join(problems, "\n")), kExitConfiguration);
   if (!assembly.parts) return nullptr;
   auto probe = std::make_unique<Probe>(std::move(*assembly.parts), options);

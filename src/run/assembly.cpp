@@ -44,6 +44,10 @@ SocketOptions socket_options(const Config& config) {
   return sockets;
 }
 
+void add(std::vector<Failure>& to, Cause cause, const std::vector<std::string>& problems) {
+  for (const std::string& problem : problems) to.push_back({cause, problem});
+}
+
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
                     Assembly& assembly) {
   AuthOptions auth{config.auth, std::nullopt};
@@ -58,7 +62,7 @@ void assemble_login(const Config& config, const Start& start, BridgeParts& parts
   if (auth.token.empty() && auth.token_file.empty())
     if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
   AuthSetup setup = make_authenticator(auth, system_now());
-  append(assembly.problems, setup.problems);
+  add(assembly.problems, setup.cause, setup.problems);
   append(assembly.warnings, setup.warnings);
   parts.authenticator = std::move(setup.authenticator);
 }
@@ -81,7 +85,8 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   const CredentialOptions at_relay{"token", "", config.relay_token_file, config.auth.strict_modes};
   const Credential token = client_credential(at_relay);
   for (const std::string& problem : token.problems)
-    assembly.problems.push_back("listen.relay.token_file, which is read as " + problem);
+    assembly.problems.push_back(
+        {token.cause, "listen.relay.token_file, which is read as " + problem});
   append(assembly.warnings, token.warnings);
   parts.listen.relay->tls.distrusted = parts.config.tls.distrusted;
   parts.listen.relay->code = start.relay_code;
@@ -100,7 +105,7 @@ void assemble_client(const Config& config, const Start& start, BridgeParts& part
                                   config.auth.strict_modes};
   if (!options.token_file.empty()) parts.credential_file.emplace(options);
   Credential credential = client_credential(options);
-  append(assembly.problems, credential.problems);
+  add(assembly.problems, credential.cause, credential.problems);
   append(assembly.warnings, credential.warnings);
   parts.side.credential = std::move(credential.bytes);
   parts.side.login_method = config.auth.method;

@@ -11,7 +11,7 @@ namespace connect_bridge {
 
 struct Assembly {
   std::optional<BridgeParts> parts;   // present exactly if there are no problems
-  std::vector<std::string> problems;  // sentences, each with its key or file
+  std::vector<Failure> problems;      // each names its key or file
   std::vector<std::string> warnings;
 };
 

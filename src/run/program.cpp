@@ -140,7 +140,7 @@ int start(ros::Node& node, Role role, LastSteps& last_steps) {
   std::vector<std::string> problems;
   const auto config = read_config(node, role, start.parameters, problems);
   const HostFindings host = check_host(start.parameters);
-  append(problems, host.problems);
+  append(problems, texts_of(host.problems));
   if (!config && says_nothing(start.parameters) && facts.others_with_parameters.empty())
     return refuse(problems,
                   role == Role::kServer
@@ -151,7 +151,7 @@ int start(ros::Node& node, Role role, LastSteps& last_steps) {
   const std::string others = who_may_change_rules(*config, facts.parameter_files);
   if (!others.empty() && config->reached_by_others) problems.push_back(others);
   Assembly assembly = assemble(*config, facts.full_name, start);
-  append(problems, assembly.problems);
+  append(problems, texts_of(assembly.problems));
   if (!problems.empty()) return refuse(problems);
   const std::string no_sockets = take_sockets(*assembly.parts);
   if (!no_sockets.empty()) return refuse({no_sockets});

@@ -104,7 +104,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Surroundings around;
   around.token_in_environment = (data[0] & 2) != 0;
   if ((data[0] & 4) != 0) {
-    around.unreadable = [](const std::string& file) { return file.size() % 2 == 0 ? "" : "x"; };
+    around.unreadable = [](const std::string& file) {
+      return file.size() % 2 == 0 ? Failure{} : Failure{Cause::kFileMissing, "x"};
+    };
     around.installed = [](const std::string& type) { return type.size() % 2 == 0; };
   }
   ParameterMap given;

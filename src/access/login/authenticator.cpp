@@ -18,11 +18,15 @@ class NoLogin : public Authenticator {
 void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
   TokenTable table;
   std::optional<FileWatch> watch;
+  setup.cause = Cause::kTokenMissing;
   if (!options.token.empty()) table.add_single(options.token, "auth.token", setup.problems);
   if (!options.token_file.empty()) {  // the configuration has one of the two
     watch.emplace(options.token_file);
-    table = read_token_file(options.token_file, options.strict_modes, now, setup.problems,
-                            setup.warnings);
+    std::vector<Failure> problems;
+    table =
+        read_token_file(options.token_file, options.strict_modes, now, problems, setup.warnings);
+    if (!problems.empty()) setup.cause = problems.front().cause;
+    for (Failure& problem : problems) setup.problems.push_back(std::move(problem.text));
   }
   if (setup.problems.empty() && table.size() == 0 && !options.pairing) {
     setup.problems.emplace_back(

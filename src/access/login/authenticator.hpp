@@ -75,6 +75,7 @@ struct AuthSetup {
   std::unique_ptr<Authenticator> authenticator;
   std::vector<std::string> problems;
   std::vector<std::string> warnings;
+  Cause cause = Cause::kValueWrong;  // of the problems
 };
 
 // Reads files; at start only.

@@ -29,10 +29,11 @@ Credential client_credential(const CredentialOptions& options) {
     return credential;
   }
   if (!options.token_file.empty()) {
-    std::string problem;
+    Failure problem;
     auto text = read_login_file(options.token_file, options.strict_modes, problem);
     if (!text) {
-      credential.problems.push_back("auth.token_file " + problem);
+      credential.problems.push_back("auth.token_file " + problem.text);
+      credential.cause = problem.cause;
       return credential;
     }
     take(*text, "auth.token_file '" + options.token_file + "'", credential);

@@ -7,6 +7,7 @@
 
 #include "access/login/file_watch.hpp"
 #include "core/base/bytes.hpp"
+#include "core/ports/failure.hpp"
 
 namespace connect_bridge {
 
@@ -24,6 +25,7 @@ struct Credential {
   std::string source;  // "parameter auth.token", "file ...", "environment variable ..."
   std::vector<std::string> problems;
   std::vector<std::string> warnings;
+  Cause cause = Cause::kTokenMissing;  // of the problems
 };
 
 // The first of: parameter, file, environment variable CONNECT_BRIDGE_TOKEN. The program has to

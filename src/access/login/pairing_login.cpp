@@ -72,7 +72,7 @@ PairingLogin::PairingLogin(PairingOptions options, std::string token_file,
 
 void PairingLogin::take_invited() {
   if (::access(options_.file.c_str(), F_OK) != 0) return;
-  std::string problem;
+  Failure problem;
   const auto text = read_login_file(options_.file, options_.strict_modes, problem);
   // One that stays would be taken again, with new time.
   if (::unlink(options_.file.c_str()) != 0) {
@@ -83,7 +83,7 @@ void PairingLogin::take_invited() {
     return;
   }
   stays_ = false;
-  if (!text) return untold_.problems.push_back(problem);
+  if (!text) return untold_.problems.push_back(problem.text);
   std::istringstream words(*text);
   std::string word;
   words >> word;

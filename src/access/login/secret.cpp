@@ -96,12 +96,15 @@ bool lacks_means_to_open(const std::string& file) {
 }
 
 std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
-                                           std::string& problem) {
-  auto text = read_secret_file(file, problem);
+                                           Failure& problem) {
+  std::string why;
+  auto text = read_secret_file(file, why);
+  if (!text) problem = {Cause::kFileUnreadable, std::move(why)};
   if (!text || !strict_modes) return text;
   // Afterwards: whoever may change it now could have done so before.
-  problem = who_else_may_change(file);
-  if (problem.empty()) return text;
+  why = who_else_may_change(file);
+  if (why.empty()) return text;
+  problem = {Cause::kFileDistrusted, std::move(why)};
   wipe(*text);
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/base/sha256.hpp"
+#include "core/ports/failure.hpp"
 
 namespace connect_bridge {
 
@@ -32,7 +33,7 @@ void wipe(std::string& secret);
 [[nodiscard]] bool lacks_means_to_open(const std::string& file);
 // As read_secret_file(), for a file that decides who may log in; `strict_modes` as in LoginOptions.
 [[nodiscard]] std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
-                                                         std::string& problem);
+                                                         Failure& problem);
 // Says that every user of this machine may read a secret, with the cure; empty: not every one may.
 [[nodiscard]] std::string who_else_may_read(const std::string& file);
 

@@ -8,15 +8,17 @@
 namespace connect_bridge {
 
 TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now,
-                           std::vector<std::string>& problems, std::vector<std::string>& warnings) {
+                           std::vector<Failure>& problems, std::vector<std::string>& warnings) {
   TokenTable table;
-  std::string problem;
+  Failure problem;
   auto text = read_login_file(file, strict_modes, problem);
   if (!text) {
-    problems.push_back("auth.token_file " + problem);
+    problems.push_back({problem.cause, "auth.token_file " + problem.text});
     return table;
   }
-  table.read(*text, file, now, problems, warnings);
+  std::vector<std::string> wrong;
+  table.read(*text, file, now, wrong, warnings);
+  for (std::string& line : wrong) problems.push_back({Cause::kTokenMissing, std::move(line)});
   wipe(*text);
   if (const std::string readers = who_else_may_read(file); !readers.empty() && table.has_plain())
     warnings.push_back("auth.token_file " + readers);
@@ -55,8 +57,10 @@ Refreshed TokenLogin::read_again(Stamp now) {
   Refreshed refreshed;
   if (!file_) return refreshed;
   file_->read_now();
+  std::vector<Failure> problems;
   TokenTable next =
-      read_token_file(file_->file(), strict_modes_, now, refreshed.problems, refreshed.warnings);
+      read_token_file(file_->file(), strict_modes_, now, problems, refreshed.warnings);
+  refreshed.problems = texts_of(problems);
   lacks_means_ = !refreshed.problems.empty() && lacks_means_to_open(file_->file());
   if (!refreshed.problems.empty()) return refreshed;  // mutant: token_file_whole
   refreshed.changes = table_.changes_to(next);

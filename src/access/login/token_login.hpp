@@ -45,7 +45,7 @@ class TokenLogin : public Authenticator {
 
 // All that is wrong with a token file, its permissions and its content, goes to `problems`.
 [[nodiscard]] TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now,
-                                         std::vector<std::string>& problems,
+                                         std::vector<Failure>& problems,
                                          std::vector<std::string>& warnings);
 
 }  // namespace connect_bridge

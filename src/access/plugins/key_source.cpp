@@ -10,10 +10,10 @@ namespace {
 
 std::vector<JwtKey> read_key_file(const std::string& file, bool strict_modes,
                                   std::vector<std::string>& problems) {
-  std::string problem;
+  Failure problem;
   auto text = read_login_file(file, strict_modes, problem);
   if (!text) {
-    problems.push_back("auth.jwt_keys " + problem);
+    problems.push_back("auth.jwt_keys " + problem.text);
     return {};
   }
   auto keys = read_jwt_keys(*text, file, problems);

@@ -3,9 +3,9 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/close_code.hpp"
 #include "core/wire/words.hpp"
@@ -83,8 +83,10 @@ enum class Cause : std::uint8_t {
   kCertificateFiles,  // certificate, key or authorities are missing or do not fit
   kFileMissing,       // a file that is named does not exist
   kFileNotPermitted,  // this user may not read it
-  kFileUnreadable,    // it cannot be read, or is not YAML
+  kFileUnreadable,    // it cannot be read for another reason
   kFileUnwritable,
+  kYamlWrong,       // a parameter file is not what ROS reads
+  kSectionMissing,  // it has nothing for this program
   kFileDistrusted,  // other users may change it
 };
 
@@ -149,6 +151,8 @@ inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
     {Cause::kFileNotPermitted, "file_not_permitted"},
     {Cause::kFileUnreadable, "file_unreadable"},
     {Cause::kFileUnwritable, "file_unwritable"},
+    {Cause::kYamlWrong, "yaml_wrong"},
+    {Cause::kSectionMissing, "section_missing"},
     {Cause::kFileDistrusted, "file_distrusted"},
 });
 
@@ -190,5 +194,11 @@ struct Failure {
   explicit operator bool() const { return cause != Cause::kNone; }
   bool operator==(const Failure&) const = default;
 };
+
+[[nodiscard]] inline std::vector<std::string> texts_of(const std::vector<Failure>& failures) {
+  std::vector<std::string> texts;
+  for (const Failure& failure : failures) texts.push_back(failure.text);
+  return texts;
+}
 
 }  // namespace connect_bridge

@@ -52,44 +52,6 @@ std::string_view finding_for(Cause cause) {
   }
 }
 
-// The first that stands in the text; narrower ones come first.
-struct Sign {
-  std::string_view text;
-  std::string_view id;
-};
-
-// What begins with ^ stands at the beginning: a key.
-constexpr auto kProblems = std::to_array<Sign>({
-    {"expected a known parameter", "key_unknown"},
-    {"has expired", "certificate_expired"},
-    {"does not belong to the certificate", "certificate_files"},
-    {"is not a PEM", "certificate_files"},
-    {"has no PEM", "certificate_files"},
-    {"belongs to the user", "file_distrusted"},
-    {"may change", "file_distrusted"},
-    {"may read", "file_distrusted"},
-    {"^tls.", "certificate_files"},
-    {"^auth.token", "token_missing"},
-    {"cannot be read", "file_unreadable"},
-    {"cannot read", "file_unreadable"},
-    {"does not exist", "file_unreadable"},
-    {"No such file", "file_unreadable"},
-    {"^prefix", "prefix_wrong"},
-    {"^remap", "prefix_wrong"},
-    {"^url", "url_wrong"},
-    {"^rule", "rule_wrong"},
-});
-
-template <std::size_t N>
-std::string_view sign_in(const std::array<Sign, N>& signs, std::string_view text,
-                         std::string_view otherwise) {
-  for (const Sign& sign : signs)
-    if (sign.text.starts_with('^') ? text.starts_with(sign.text.substr(1))
-                                   : text.find(sign.text) != std::string_view::npos)
-      return sign.id;
-  return otherwise;
-}
-
 // ---- a status
 
 // Of a name that is missing. Most reasons are findings.
@@ -249,10 +211,6 @@ std::string value_of(const ProcessFacts& process, const char* name, const char* 
 
 Found diagnose(const Failure& failure) {
   return {finding_for(failure.cause), {}, to_text(failure.text, kTextBytes)};
-}
-
-Found diagnose_problem(const std::string& problem) {
-  return {sign_in(kProblems, problem, "file_wrong"), {}, to_text(problem, kTextBytes)};
 }
 
 std::vector<Found> diagnose_config(const Config& config) {

@@ -15,8 +15,6 @@ namespace connect_bridge {
 
 // The finding of a cause, with the failure's text as what was seen.
 [[nodiscard]] Found diagnose(const Failure& failure);
-// A line that says what is wrong with a parameter file.
-[[nodiscard]] Found diagnose_problem(const std::string& problem);
 // What is odd in a valid file.
 [[nodiscard]] std::vector<Found> diagnose_config(const Config& config);
 // A running side, by its status (docs/status.md). Of a relay there is nothing to say.

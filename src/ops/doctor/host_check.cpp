@@ -46,12 +46,17 @@ std::string why_not_permitted(const std::filesystem::path& path) {
 }
 
 // In the words of a program's log.
-void check_end(asio::ssl::context& own, HostFindings& findings) {
+void check_end(asio::ssl::context& own, const std::string& file, HostFindings& findings) {
   Now now;
   now.system = system_now();
   CertificateEnd end = end_of_certificate(own);
-  if (auto line = end.take_line(now))
-    (end.is_over(now.system) ? findings.ended : findings.warnings).push_back(std::move(*line));
+  const auto line = end.take_line(now);
+  if (!line) return;
+  std::string text = "tls.certificate " + file + ": " + *line;
+  if (end.is_over(now.system))
+    findings.ended.push_back({Cause::kCertificateExpired, std::move(text)});
+  else
+    findings.warnings.push_back(std::move(text));
 }
 
 // The certificate and the authorities one after the other, so that both are reported.
@@ -62,12 +67,12 @@ void check_tls(const ParameterMap& given, HostFindings& findings) {
   std::string problem;
   if (is_readable(certificate) && is_readable(key)) {
     if (const TlsContext own = make_server_tls({certificate, key}, problem))
-      check_end(*own, findings);
+      check_end(*own, certificate, findings);
     else
-      findings.problems.push_back("tls: " + problem);
+      findings.problems.push_back({Cause::kCertificateFiles, "tls: " + problem});
   }
   if (is_readable(authorities) && !make_client_tls({.ca_file = authorities}, problem))
-    findings.problems.push_back("tls: " + problem);
+    findings.problems.push_back({Cause::kCertificateFiles, "tls: " + problem});
 }
 
 // Why no file can be made in the folder of this one; empty: one can.
@@ -94,23 +99,25 @@ std::string audit_problem(const std::string& file) {
   return user != 0 && user != found.st_uid ? "it belongs to another user" : "";
 }
 
-void note(std::vector<std::string>& list, const char* key, const std::string& file,
-          const std::string& why) {
-  if (!why.empty()) list.push_back(std::string(key) + ": cannot write " + file + ": " + why);
+// Empty: it can be written.
+std::string unwritable(const char* key, const std::string& file, const std::string& why) {
+  return why.empty() ? "" : std::string(key) + ": cannot write " + file + ": " + why;
 }
 
 }  // namespace
 
-std::string why_unreadable(const std::string& file) {
+Failure why_unreadable(const std::string& file) {
   if (is_readable(file)) return {};
   const int error = errno;
   const std::filesystem::path path = std::filesystem::absolute(file);
-  if (error == EACCES) return why_not_permitted(path);
-  if (error != ENOENT && error != ENOTDIR) return path.string() + ": " + std::strerror(error);
+  if (error == EACCES) return {Cause::kFileNotPermitted, why_not_permitted(path)};
+  if (error != ENOENT && error != ENOTDIR)
+    return {Cause::kFileUnreadable, path.string() + ": " + std::strerror(error)};
   const bool is_relative = std::filesystem::path(file).is_relative();
-  return path.string() + " is missing" +
-         (is_relative ? " (a relative path begins in the folder where the program was started)"
-                      : "");
+  return {Cause::kFileMissing,
+          path.string() + " is missing" +
+              (is_relative ? " (a relative path begins in the folder where the program was started)"
+                           : "")};
 }
 
 std::string who_may_change_rules(const Config& config, const std::vector<std::string>& files) {
@@ -125,10 +132,12 @@ HostFindings check_host(const ParameterMap& given) {
   HostFindings findings;
   check_tls(given, findings);
   if (const std::string file = string_at(given, "audit.file"); !file.empty())
-    note(findings.problems, "audit.file", file, audit_problem(file));
+    if (std::string wrong = unwritable("audit.file", file, audit_problem(file)); !wrong.empty())
+      findings.problems.push_back({Cause::kFileUnwritable, std::move(wrong)});
   // It is replaced by a new file, so that its folder decides. Without it the bridge runs on.
   if (const std::string file = string_at(given, "status_file"); !file.empty())
-    note(findings.warnings, "status_file", file, folder_problem(file));
+    if (std::string wrong = unwritable("status_file", file, folder_problem(file)); !wrong.empty())
+      findings.warnings.push_back(std::move(wrong));
   return findings;
 }
 

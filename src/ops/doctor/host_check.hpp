@@ -8,16 +8,18 @@
 
 #include "config/config.hpp"
 #include "core/base/parameter.hpp"
+#include "core/ports/failure.hpp"
 
 namespace connect_bridge {
 
-inline void append(std::vector<std::string>& to, const std::vector<std::string>& more) {
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
 struct HostFindings {
-  std::vector<std::string> problems;  // a program does not start with these
-  std::vector<std::string> ended;     // it starts with certificates that peers refuse by now
+  std::vector<Failure> problems;      // a program does not start with these
+  std::vector<Failure> ended;         // it starts with certificates that peers refuse by now
   std::vector<std::string> warnings;  // it starts, and lacks something
 };
 
@@ -30,8 +32,8 @@ struct HostFindings {
 [[nodiscard]] std::string who_may_change_rules(const Config& config,
                                                const std::vector<std::string>& files);
 
-// Why this program cannot read a file, for people: it is missing, or not permitted, with whom it
-// belongs to; always with the whole path that was tried. Empty: it can.
-[[nodiscard]] std::string why_unreadable(const std::string& file);
+// Why this program cannot read a file: it is missing, or not permitted, with whom it belongs to;
+// always with the whole path that was tried. Nothing: it can.
+[[nodiscard]] Failure why_unreadable(const std::string& file);
 
 }  // namespace connect_bridge

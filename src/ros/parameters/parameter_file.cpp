@@ -46,6 +46,11 @@ ParameterValue value_of(const rcl_variant_t& value) {
 
 constexpr std::size_t kKeyShown = 100;  // bytes
 
+Cause cause_of_open(int error) {
+  if (error == ENOENT || error == ENOTDIR) return Cause::kFileMissing;
+  return error == EACCES ? Cause::kFileNotPermitted : Cause::kFileUnreadable;
+}
+
 // rcl reads only what has a path: the content of a pipe, which was read to be looked into, gets
 // one.
 class MemoryFile {
@@ -128,7 +133,9 @@ ParameterFile read_parameter_file(const std::string& file) {
   ParameterFile result;
   std::ifstream in(file);
   if (!in) {
-    result.problems = {file + ": cannot be opened: " + std::strerror(errno)};
+    const int error = errno;
+    result.problems = {file + ": cannot be opened: " + std::strerror(error)};
+    result.cause = cause_of_open(error);
     return result;
   }
   const bool is_pipe = !can_be_read_twice(file);
@@ -136,16 +143,21 @@ ParameterFile read_parameter_file(const std::string& file) {
   if (is_pipe) copy << in.rdbuf();
   if (copy.bad() || std::filesystem::is_directory(file)) {
     result.problems = {file + ": cannot be read"};
+    result.cause = Cause::kFileUnreadable;
     return result;
   }
   const std::string text = copy.str();
   copy.clear();
   YamlProblems found = yaml_problems(file, is_pipe ? static_cast<std::istream&>(copy) : in);
+  result.cause = Cause::kYamlWrong;
   result.problems = std::move(found.certain);
   if (!result.problems.empty()) return result;
   const std::string words = is_pipe ? parse_by_rcl(MemoryFile(text).path(), result.sections)
                                     : parse_by_rcl(file, result.sections);
-  if (words.empty()) return result;
+  if (words.empty()) {
+    result.cause = Cause::kNone;
+    return result;
+  }
   result.problems = std::move(found.if_refused);
   if (result.problems.empty()) result.problems.push_back(file + ": " + words);
   return result;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/ports/failure.hpp"
 #include "ros/parameters/parameter.hpp"
 
 namespace connect_bridge::ros {
@@ -20,6 +21,7 @@ struct ParameterFile {
   // opened, is not YAML, gives a key twice, or has content that rcl refuses. rcl itself silently
   // uses the last of two equal keys, so a rule could lose its `groups` unseen.
   std::vector<std::string> problems;
+  Cause cause = Cause::kNone;  // of the problems
 
   // All problems in one line; empty: the file was read.
   [[nodiscard]] std::string problem() const;

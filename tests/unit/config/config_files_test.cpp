@@ -14,7 +14,7 @@ namespace {
 TEST(Config, UnreadableFilesAreNamed) {
   Surroundings around;
   around.unreadable = [](const std::string& file) {
-    return file == "/b.pem" ? "it is missing" : "";
+    return file == "/b.pem" ? Failure{Cause::kFileMissing, "it is missing"} : Failure{};
   };
   const Parsed parsed = parse_config(
       yaml("{auth: {token_file: /t}, tls: {certificate: /a.pem, private_key: /b.pem}}"),

@@ -104,10 +104,10 @@ TEST(Check, ACertificateThatHasEndedIsAProblem) {
   };
   const Printed soon = check_with(12);
   EXPECT_EQ(soon.code, 0) << soon.error;
-  EXPECT_THAT(soon.out, HasSubstr("warning: TLS: the certificate of robot ends in 12 days, on "));
+  EXPECT_THAT(soon.out, HasSubstr(".cert.pem: TLS: the certificate of robot ends in 12 days, on "));
   const Printed over = check_with(-3);
   EXPECT_EQ(over.code, 2);
-  EXPECT_THAT(over.error, HasSubstr("1 problem\n  TLS: the certificate of robot ended 3 days ago"));
+  EXPECT_THAT(over.error, HasSubstr(".cert.pem: TLS: the certificate of robot ended 3 days ago"));
   EXPECT_THAT(over.out, StartsWith("The rest of the file means:\n"));
   EXPECT_THAT(check_with(300).out, Not(HasSubstr("certificate of robot")));
 }

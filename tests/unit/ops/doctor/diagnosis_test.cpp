@@ -88,8 +88,7 @@ class DoctorFile : public testing::TestWithParam<FileCase> {};
 TEST_P(DoctorFile, IsRecognised) {
   const Parsed parsed = parse_config(yaml(GetParam().yaml), GetParam().role, {});
   std::vector<std::string> ids;
-  for (const auto& problem : parsed.problems)
-    ids.emplace_back(diagnose_problem(to_text(problem)).id);
+  for (const auto& problem : parsed.problems) ids.emplace_back(diagnose(failure_of(problem)).id);
   EXPECT_THAT(ids, Contains(GetParam().id));
 }
 
@@ -100,22 +99,31 @@ INSTANTIATE_TEST_SUITE_P(
                     FileCase{"prefix_wrong", Role::kServer, "prefix: '/a b'"},
                     FileCase{"rule_wrong", Role::kServer,
                              "{rules: [a], rule: {a: {import_topics: ['not a name']}}}"},
+                    FileCase{"file_wrong", Role::kServer, "dead_after: 0"},
                     FileCase{"certificate_files", Role::kServer, "tls: {certificate: a}"},
                     FileCase{"token_missing", Role::kClient,
                              "{url: 'ws://h', auth: {method: token}}"}));
 
-TEST(DoctorFileLines, OfFilesAndCertificates) {
-  EXPECT_EQ(diagnose_problem("the certificate 'a' has expired").id, "certificate_expired");
-  EXPECT_EQ(diagnose_problem("the private key 'k' does not belong to the certificate 'c'").id,
-            "certificate_files");
-  EXPECT_EQ(diagnose_problem("/etc/x.yaml cannot be read: Permission denied").id,
-            "file_unreadable");
-  EXPECT_EQ(diagnose_problem("anna may change /etc/x.yaml").id, "file_distrusted");
-  EXPECT_EQ(diagnose_problem("the parameter file x: x belongs to the user anna (chown it to ben); "
-                             "or strict_modes: false")
-                .id,
-            "file_distrusted");
-  EXPECT_EQ(diagnose_problem("dead_after: 0 is wrong, expected seconds").id, "file_wrong");
+// Why a file cannot be used is found where it is looked at.
+TEST(DoctorFile, WhatIsWrongWithAFileIsKept) {
+  Surroundings around;
+  around.unreadable = [](const std::string& file) {
+    if (file == "/none") return Failure{Cause::kFileMissing, "/none is missing"};
+    if (file == "/theirs") return Failure{Cause::kFileNotPermitted, "it belongs to ben"};
+    return Failure{};
+  };
+  around.distrusted = [](const std::string& file) {
+    return std::string(file == "/open" ? "every user may change it" : "");
+  };
+  const auto finding = [&](const std::string& file) {
+    const Parsed parsed = parse_config(
+        yaml("{url: 'ws://127.0.0.1', auth: {method: token, token_file: " + file + "}}"),
+        Role::kClient, around);
+    return parsed.problems.size() == 1 ? diagnose(failure_of(parsed.problems[0])).id : "several";
+  };
+  EXPECT_EQ(finding("/none"), "file_missing");
+  EXPECT_EQ(finding("/theirs"), "file_not_permitted") << "another token would not help";
+  EXPECT_EQ(finding("/open"), "file_distrusted");
 }
 
 TEST(DoctorConfig, ARuleThatKeepsLatchedTopicsFromLateSubscribers) {

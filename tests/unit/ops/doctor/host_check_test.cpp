@@ -18,9 +18,15 @@
 namespace connect_bridge {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
+using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+auto is(Cause cause, const std::string& part) {
+  return AllOf(Field(&Failure::cause, cause), Field(&Failure::text, HasSubstr(part)));
+}
 
 // Files of two authorities.
 struct TwoAuthorities {
@@ -57,9 +63,10 @@ TEST(HostCheck, TellsEverythingAtOnce) {
                                          {"audit.file", nowhere},
                                          {"status_file", nowhere}});
   EXPECT_THAT(found.problems,
-              ElementsAre(HasSubstr("does not belong to the certificate"),
-                          HasSubstr("has no PEM certificate"),
-                          HasSubstr("audit.file: cannot write " + nowhere + ": the folder ")));
+              ElementsAre(is(Cause::kCertificateFiles, "does not belong to the certificate"),
+                          is(Cause::kCertificateFiles, "has no PEM certificate"),
+                          is(Cause::kFileUnwritable,
+                             "audit.file: cannot write " + nowhere + ": the folder ")));
   EXPECT_THAT(found.warnings, ElementsAre(HasSubstr("status_file: cannot write " + nowhere)));
 }
 
@@ -69,7 +76,7 @@ TEST(HostCheck, GarbageIsNoCertificate) {
   EXPECT_THAT(
       check_host({{"tls.certificate", garbage}, {"tls.private_key", files().one + "/server.key"}})
           .problems,
-      ElementsAre(HasSubstr("is not a PEM certificate")));
+      ElementsAre(is(Cause::kCertificateFiles, "is not a PEM certificate")));
 }
 
 TEST(HostCheck, TellsThatACertificateEndsOrHasEnded) {
@@ -80,11 +87,14 @@ TEST(HostCheck, TellsThatACertificateEndsOrHasEnded) {
   };
   const HostFindings soon = found_with(12);
   EXPECT_THAT(soon.warnings,
-              ElementsAre(HasSubstr("TLS: the certificate of robot ends in 12 days, on ")));
+              ElementsAre(HasSubstr("ending_robot.cert.pem: TLS: the certificate of robot ends in 12 "
+                                    "days, on ")));
   EXPECT_THAT(soon.ended, IsEmpty());
   const HostFindings over = found_with(-3);
   EXPECT_THAT(over.ended,
-              ElementsAre(HasSubstr("TLS: the certificate of robot ended 3 days ago, on ")));
+              ElementsAre(is(Cause::kCertificateExpired,
+                             "ending_robot.cert.pem: TLS: the certificate of robot ended 3 days ago, "
+                             "on ")));
   EXPECT_THAT(over.warnings, IsEmpty());
   EXPECT_THAT(over.problems, IsEmpty()) << "a program starts with it";
   const HostFindings later = found_with(300);
@@ -106,17 +116,18 @@ TEST(HostCheck, MakesNoFile) {
   EXPECT_FALSE(std::filesystem::exists(audit));
   const std::string folder = test::scratch_folder();
   EXPECT_THAT(check_host({{"audit.file", folder.substr(0, folder.size() - 1)}}).problems,
-              ElementsAre(HasSubstr("it is not a regular file")));
+              ElementsAre(is(Cause::kFileUnwritable, "it is not a regular file")));
 }
 
 TEST(HostCheck, SaysThatAFileIsMissingAndWhereItWasLookedFor) {
-  EXPECT_EQ(why_unreadable("/nowhere/token"), "/nowhere/token is missing");
-  EXPECT_EQ(why_unreadable("no.token"),
+  EXPECT_EQ(why_unreadable("/nowhere/token"),
+            (Failure{Cause::kFileMissing, "/nowhere/token is missing"}));
+  EXPECT_EQ(why_unreadable("no.token").text,
             (std::filesystem::current_path() / "no.token").string() +
                 " is missing (a relative path begins in the folder where the program was started)");
   const std::string file = test::scratch_folder() + "is_there";
   std::ofstream(file) << "x";
-  EXPECT_EQ(why_unreadable(file), "");
+  EXPECT_FALSE(why_unreadable(file));
 }
 
 // Root may read everything, so that a process without its rights looks.
@@ -129,8 +140,9 @@ TEST(HostCheck, SaysWhomAFileBelongsToThatIsNotPermitted) {
   ASSERT_EQ(::chmod(file.c_str(), 0), 0);
   const auto look = [&] {
     if (::getuid() == 0 && ::setuid(65534) != 0) std::exit(1);
-    std::fprintf(stderr, "%s", why_unreadable(file).c_str());
-    std::exit(0);
+    const Failure why = why_unreadable(file);
+    std::fprintf(stderr, "%s", why.text.c_str());
+    std::exit(why.cause == Cause::kFileNotPermitted ? 0 : 1);
   };
   EXPECT_EXIT(look(), testing::ExitedWithCode(0),
               "^/.*/token is not permitted for user .+: it belongs to .+ .mode 0000.");
