@@ -20,6 +20,19 @@ struct Ending {
   std::string code{};    // code and reason are sent to the peer; empty: neither
 };
 
+// What is known of a topic's or service's channel, beside its traffic.
+struct ChannelFacts {
+  InterfaceKind kind = InterfaceKind::kTopic;
+  bool exported = false;
+  std::string name;  // local
+  std::string type;
+  std::string rule;          // of ours, that lets it cross
+  Ending declined{};         // exported: the peer does not import it, and why
+  std::string misfit{};      // imported: what some subscriber requests and no publisher offers
+  std::uint64_t messages = 0;
+  std::uint64_t lost_here = 0;  // exported: before the bridge got them
+};
+
 // A channel on which the peer sends: a topic or service that it offers, or its requests to a
 // service of ours. An error ends the connection with its code. It is registered in its link until
 // it is withdrawn or the connection is lost; when it ends earlier, it removes itself.

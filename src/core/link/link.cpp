@@ -81,7 +81,7 @@ void Link::decline(ChannelId number, InterfaceKind kind, std::pair<std::string, 
                    const Ending& why) {
   send(Decline{number, why.code, why.reason});
   if (declined_.size() < kDeclinedMax || declined_.contains(number))
-    declined_[number] = {kind, std::move(key), why.reason};
+    declined_[number] = {kind, std::move(key), why};
 }
 
 void Link::resume_incoming(ChannelId number, std::uint32_t sequence) {

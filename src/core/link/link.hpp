@@ -197,7 +197,7 @@ class Link final : public ConnectionUser {
   struct Declined {
     InterfaceKind kind;
     std::pair<std::string, std::string> key;  // local name, type
-    std::string reason;
+    Ending why;
   };
   [[nodiscard]] const std::map<ChannelId, Declined>& declined() const { return declined_; }
 

@@ -50,13 +50,14 @@ inline void audit(Outputs& outputs, const Link& link, AuditEvent event, AuditCha
 
 // The peer declines a channel of `what`, and why: `declined` keeps that. Logged the first time of a
 // channel, later at a limited rate, and nothing twice.
-inline void log_decline(Outputs& outputs, const Link& link, std::string& declined,
+inline void log_decline(Outputs& outputs, const Link& link, Ending& declined,
                         const std::string& what, const Decline& decline, const Now& now) {
   std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
-  if (declined == reason) return;
+  declined.code = decline.code;
+  if (declined.reason == reason) return;
   const std::string line = link.label() + " does not import " + what + ", and says: " + reason +
                            " (" + decline.code + ")";
-  const bool again = !std::exchange(declined, std::move(reason)).empty();
+  const bool again = !std::exchange(declined.reason, std::move(reason)).empty();
   if (again ? link.account->declines.count(now).has_value() : link.account->told.first(line))
     outputs.log(LogLevel::kWarn, line);
 }

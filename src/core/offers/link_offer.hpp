@@ -54,8 +54,8 @@ class LinkOffer {
   // The peer demands the topic, or attaches to the service.
   void on_taken() { declined_under_.reset(); }
   [[nodiscard]] bool is_declined() const { return declined_under_.has_value(); }
-  // The peer's last reason for a decline; empty: it has not declined.
-  [[nodiscard]] const std::string& declined() const { return declined_; }
+  // The peer's last decline, with its code; empty: it has not declined.
+  [[nodiscard]] const Ending& declined() const { return declined_; }
 
   // Writes a line of the audit log.
   void note(AuditEvent event, const Ending& why = {}) const;
@@ -80,7 +80,7 @@ class LinkOffer {
   // The peer's list of `accepts` under which it declined. A peer may forget declines when it
   // replaces that list, so it then receives the offer again (docs/protocol.md, "decline").
   std::optional<std::uint64_t> declined_under_;
-  std::string declined_;
+  Ending declined_;
 };
 
 }  // namespace connect_bridge

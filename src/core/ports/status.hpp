@@ -37,6 +37,7 @@ struct TopicStatus {
   Keep keep = Keep::kAll;         // exported
   std::string_view keep_because;  // exported: why
   std::string declined;           // exported: why the peer does not import it; empty if it does
+  std::string declined_code;      // its word in the protocol
   std::string rule;               // of ours, that lets it cross
   // Imported: what some subscriber here requests and no publisher offers ("reliability"); empty:
   // all can receive.
@@ -69,8 +70,9 @@ struct ServiceStatus {
   std::uint64_t duplicates = 0;  // requests or answers that had arrived before, or came too late
   std::uint64_t request_bytes = 0;
   std::uint64_t response_bytes = 0;
-  std::string declined;  // exported: why the peer does not import it; empty if it does
-  std::string rule;      // of ours, that lets it cross
+  std::string declined;       // exported: why the peer does not import it; empty if it does
+  std::string declined_code;  // its word in the protocol
+  std::string rule;           // of ours, that lets it cross
 };
 
 // Why a name does not cross.
@@ -115,6 +117,7 @@ struct MissingName {
   MissingReason reason = MissingReason::kNoRule;
   std::string rule;  // of ours, that decides; empty: none does
   std::string text;  // one sentence
+  std::string code;  // kDeclined: the importer's word in the protocol
 
   friend bool operator==(const MissingName&, const MissingName&) = default;
 };

@@ -245,4 +245,9 @@ void LocalService::add_status(const Link& link, LinkStatus& status) const {
   if (it != service_offers_.end()) it->second.add_status(status);
 }
 
+void LocalService::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
+  const auto it = service_offers_.find(link.id);
+  if (it != service_offers_.end()) it->second.add_channel(channels);
+}
+
 }  // namespace connect_bridge

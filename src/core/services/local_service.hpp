@@ -67,6 +67,7 @@ class LocalService {
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
 
   void add_status(const Link& link, LinkStatus& status) const;
+  void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
 
  private:
   using ServiceOffers = std::map<LinkId, ServiceOffer>;

@@ -61,4 +61,8 @@ void LocalServices::add_status(const Link& link, LinkStatus& status) const {
   for (const auto& [key, service] : services_) service.add_status(link, status);
 }
 
+void LocalServices::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
+  for (const auto& [key, service] : services_) service.add_channels(link, channels);
+}
+
 }  // namespace connect_bridge

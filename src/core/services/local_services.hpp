@@ -60,6 +60,7 @@ class LocalServices final : public SideView {
 
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers.deadline(); }
   void add_status(const Link& link, LinkStatus& status) const;
+  void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
 
   // ---- for the services

@@ -340,4 +340,9 @@ void PeerService::add_status(LinkStatus& status) const {
   status.services.push_back(std::move(s));
 }
 
+void PeerService::add_channel(std::vector<ChannelFacts>& channels) const {
+  const auto& [name, type] = service_.key();
+  channels.push_back({InterfaceKind::kService, false, name, type, decision_.rule});
+}
+
 }  // namespace connect_bridge

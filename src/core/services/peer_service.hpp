@@ -96,6 +96,7 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   [[nodiscard]] CallLoad& load() { return load_; }
 
   void add_status(LinkStatus& status) const;
+  void add_channel(std::vector<ChannelFacts>& channels) const;
 
  private:
   using Calls = std::map<CallId, MadeCall>;

@@ -186,4 +186,8 @@ void PeerServices::add_status(const Link& link, LinkStatus& status) const {
   for (const auto& [key, service] : services) service.add_status(link, status);
 }
 
+void PeerServices::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
+  for (const auto& [key, service] : services) service.add_channels(link, channels);
+}
+
 }  // namespace connect_bridge

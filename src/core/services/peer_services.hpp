@@ -60,6 +60,7 @@ class PeerServices final : public SideView {
   // A service of some peer is mirrored here.
   [[nodiscard]] bool has_mirror(const ServiceKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
+  void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
 
   // ---- for the services

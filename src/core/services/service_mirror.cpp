@@ -316,4 +316,9 @@ void ServiceMirror::add_status(const Link& link, LinkStatus& status) const {
   if (it != peer_services_.end()) it->second.add_status(status);
 }
 
+void ServiceMirror::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
+  const auto it = peer_services_.find(link.id);
+  if (it != peer_services_.end()) it->second.add_channel(channels);
+}
+
 }  // namespace connect_bridge

@@ -71,6 +71,7 @@ class ServiceMirror final : private Appearing::Waiting {
   [[nodiscard]] LinkId feeder() const { return feeder_; }
 
   void add_status(const Link& link, LinkStatus& status) const;
+  void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
 
  private:
   [[nodiscard]] PeerService* feeding();

@@ -331,10 +331,21 @@ void ServiceOffer::add_status(LinkStatus& status) const {
   s.exported = true;
   s.rule = offer_.decision().rule;
   s.attached = attached_;
-  if (!requests_) s.declined = offer_.declined();
+  if (!requests_) {
+    s.declined = offer_.declined().reason;
+    s.declined_code = offer_.declined().code;
+  }
   s.pending = static_cast<std::uint32_t>(calls_.size());
   s.waiting = static_cast<std::uint32_t>(service_.gate().waiting(link_.id));
   status.services.push_back(std::move(s));
+}
+
+void ServiceOffer::add_channel(std::vector<ChannelFacts>& channels) const {
+  if (!offer_.is_open()) return;
+  const auto& [name, type] = service_.key();
+  ChannelFacts facts{InterfaceKind::kService, true, name, type, offer_.decision().rule};
+  if (!requests_) facts.declined = offer_.declined();
+  channels.push_back(std::move(facts));
 }
 
 }  // namespace connect_bridge

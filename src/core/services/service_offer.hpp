@@ -99,6 +99,7 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
   [[nodiscard]] LinkId link() const { return link_.id; }
 
   void add_status(LinkStatus& status) const;
+  void add_channel(std::vector<ChannelFacts>& channels) const;
 
  private:
   void admit();

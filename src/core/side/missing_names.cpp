@@ -62,6 +62,7 @@ struct Why {
   MissingReason reason;
   std::string rule;
   std::string text;
+  std::string code = {};  // kDeclined
 };
 
 // No rule here opens it: which came nearest.
@@ -108,11 +109,8 @@ class Search {
  public:
   Search(const SideView& side, const Link& link, const LinkPicture& picture)
       : side_(side), link_(link), picture_(picture) {
-    for (const TopicStatus& topic : picture.channels.topics)
-      if (!topic.exported) offered_[{InterfaceKind::kTopic, topic.topic}].push_back(topic.type);
-    for (const ServiceStatus& service : picture.channels.services)
-      if (!service.exported)
-        offered_[{InterfaceKind::kService, service.service}].push_back(service.type);
+    for (const ChannelFacts& channel : picture.channels)
+      if (!channel.exported) offered_[{channel.kind, channel.name}].push_back(channel.type);
   }
 
   void import(const Wish& wish);
@@ -131,6 +129,7 @@ class Search {
     missing.reason = why.reason;
     missing.rule = std::move(why.rule);
     missing.text = std::move(why.text);
+    missing.code = std::move(why.code);
     names.push_back(std::move(missing));
   }
   // nullopt: some rule here allows it.
@@ -162,7 +161,8 @@ std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_n
 std::optional<Why> Search::declined(const Wish& wish) const {
   for (const auto& [number, offer] : link_.declined())
     if (offer.kind == wish.kind && offer.key.first == wish.name && offer.key.second == wish.type)
-      return Why{MissingReason::kDeclined, "", "declined here: " + offer.reason};
+      return Why{MissingReason::kDeclined, "", "declined here: " + offer.why.reason,
+                 offer.why.code};
   return std::nullopt;
 }
 
@@ -223,25 +223,21 @@ void Search::export_heard(const TopicKey& heard) {
 
 // What crosses, and yet does not reach everybody.
 void Search::channels() {
-  for (const TopicStatus& topic : picture_.channels.topics) {
-    const Wish wish{InterfaceKind::kTopic, topic.exported, topic.topic, topic.type};
+  for (const ChannelFacts& channel : picture_.channels) {
+    const Wish wish{channel.kind, channel.exported, channel.name, channel.type};
     if (!may_be_wished(wish.kind, wish.name, wish.type)) continue;
-    if (!topic.declined.empty())
-      add(wish, {MissingReason::kDeclined, topic.rule, "the peer declines it: " + topic.declined});
-    if (!topic.misfit.empty())
-      add(wish, {MissingReason::kQos, topic.rule,
-                 "a subscriber here requests a " + topic.misfit + " that no publisher offers"});
-    const std::uint64_t lost = topic.dropped.of(DropReason::kLostHere);
-    if (topic.exported && lost >= kLostMin && lost * kLostShare >= topic.messages + lost)
-      add(wish, {MissingReason::kLost, topic.rule,
+    const Ending& declined = channel.declined;
+    if (!declined.reason.empty())
+      add(wish, {MissingReason::kDeclined, channel.rule,
+                 "the peer declines it: " + declined.reason, declined.code});
+    if (!channel.misfit.empty())
+      add(wish, {MissingReason::kQos, channel.rule,
+                 "a subscriber here requests a " + channel.misfit + " that no publisher offers"});
+    const std::uint64_t lost = channel.lost_here;
+    if (lost >= kLostMin && lost * kLostShare >= channel.messages + lost)
+      add(wish, {MissingReason::kLost, channel.rule,
                  "many of its messages are lost in the middleware here before the bridge gets "
                  "them"});
-  }
-  for (const ServiceStatus& service : picture_.channels.services) {
-    const Wish wish{InterfaceKind::kService, service.exported, service.service, service.type};
-    if (!service.declined.empty() && may_be_wished(wish.kind, wish.name, wish.type))
-      add(wish,
-          {MissingReason::kDeclined, service.rule, "the peer declines it: " + service.declined});
   }
 }
 

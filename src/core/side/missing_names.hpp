@@ -37,7 +37,7 @@ using Answers = std::map<Wish, std::string>;
 
 // What crosses, and what is known of the rest.
 struct LinkPicture {
-  LinkStatus channels;          // topics and services alone
+  std::vector<ChannelFacts> channels;
   std::vector<TopicKey> heard;  // what the peer listens to, local names
   Answers answers;
   bool brought = false;  // some link brings what is wanted here

@@ -336,10 +336,10 @@ void Side::look_for_missing(const Now& now) {
   Link& link = found->second;
   const Outputs::Paying paying(outputs_, link.account->time);
   LinkPicture picture;
-  exports_.add_status(link, picture.channels);
-  imports_.add_status(link, picture.channels);
-  service_exports_.add_status(link, picture.channels);
-  service_imports_.add_status(link, picture.channels);
+  exports_.add_channels(link, picture.channels);
+  imports_.add_channels(link, picture.channels);
+  service_exports_.add_channels(link, picture.channels);
+  service_imports_.add_channels(link, picture.channels);
   picture.heard = exports_.listened_by(link);
   auto wishes = wishes_of(local_.view, local_.claims);
   picture.brought = std::erase_if(wishes, [&](const Wish& wish) {

@@ -133,4 +133,8 @@ void LinkTopics::add_status(LinkStatus& status) const {
   for (const auto& [number, topic] : topics_) topic.add_status(status);
 }
 
+void LinkTopics::add_channels(std::vector<ChannelFacts>& channels) const {
+  for (const auto& [number, topic] : topics_) topic.add_channel(channels);
+}
+
 }  // namespace connect_bridge

@@ -44,6 +44,7 @@ class LinkTopics {
   // Bytes of the bases of all its topics.
   [[nodiscard]] Budget& bases() { return bases_; }
   void add_status(LinkStatus& status) const;
+  void add_channels(std::vector<ChannelFacts>& channels) const;
 
  private:
   ImportContext& context_;

@@ -388,6 +388,11 @@ void LocalTopic::add_status(LinkId link, LinkStatus& status) const {
     offer->second.add_status(status);
 }
 
+void LocalTopic::add_channels(LinkId link, std::vector<ChannelFacts>& channels) const {
+  if (const auto offer = offers_.find(link); offer != offers_.end())
+    offer->second.add_channel(channels);
+}
+
 std::uint64_t LocalTopic::memory_bytes() const {
   return history_.bytes() + offers_.bytes();
 }

@@ -62,6 +62,7 @@ class LocalTopic {
   // How many samples of one origin a late local subscriber would get, as far as the graph shows.
   [[nodiscard]] std::uint32_t history_depth() const;
   void add_status(LinkId link, LinkStatus& status) const;
+  void add_channels(LinkId link, std::vector<ChannelFacts>& channels) const;
   // What is kept for the link; and whether the rules here still allow that.
   void add_kept(LinkId link, LinkStatus& status) const { backlogs_.add_status(link, status); }
   [[nodiscard]] bool may_keep(LinkId link) const { return backlogs_.may_stay(link); }

@@ -152,6 +152,10 @@ void LocalTopics::add_status(const Link& link, LinkStatus& status) const {
   for (const auto& [key, topic] : topics_) topic.add_status(link.id, status);
 }
 
+void LocalTopics::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
+  for (const auto& [key, topic] : topics_) topic.add_channels(link.id, channels);
+}
+
 void LocalTopics::add_kept(const Link& link, LinkStatus& status) const {
   if (!keeps(link.id)) return;
   for (const auto& [key, topic] : topics_) topic.add_kept(link.id, status);

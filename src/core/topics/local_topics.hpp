@@ -57,6 +57,7 @@ class LocalTopics {
     return earliest(context_.timers.deadline(), context_.listeners.deadline());
   }
   void add_status(const Link& link, LinkStatus& status) const;
+  void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   // What the peer listens to, whether our rules allow it or not; local names.
   [[nodiscard]] std::vector<TopicKey> listened_by(const Link& link) const {
     return context_.listeners.told_by(link.id);

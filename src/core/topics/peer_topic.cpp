@@ -394,4 +394,11 @@ void PeerTopic::add_status(LinkStatus& status) const {
   status.topics.push_back(std::move(s));
 }
 
+void PeerTopic::add_channel(std::vector<ChannelFacts>& channels) const {
+  ChannelFacts facts{InterfaceKind::kTopic, false, key_.first, key_.second, decision_.rule};
+  facts.misfit = context_.misfit(key_, origins_);
+  facts.messages = published_;
+  channels.push_back(std::move(facts));
+}
+
 }  // namespace connect_bridge

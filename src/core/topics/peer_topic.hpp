@@ -91,6 +91,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // one the exporter keeps nothing of the others.
   [[nodiscard]] bool all_come_again() const { return volatile_ == 0 && !drives(treatment(), key_); }
   void add_status(LinkStatus& status) const;
+  void add_channel(std::vector<ChannelFacts>& channels) const;
 
  private:
   struct Waiting {

@@ -188,6 +188,10 @@ void PeerTopics::add_status(const Link& link, LinkStatus& status) const {
   if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.add_status(status);
 }
 
+void PeerTopics::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
+  if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.add_channels(channels);
+}
+
 std::uint64_t PeerTopics::memory_bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& [link, peer] : peers_) bytes += peer.decoding().used();

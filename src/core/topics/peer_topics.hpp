@@ -57,6 +57,7 @@ class PeerTopics {
   // Whether some peer's publisher of this topic is mirrored here.
   [[nodiscard]] bool has_mirror(const TopicKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
+  void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
   // How often a topic has judged its demand: the work of all that happens here.
   [[nodiscard]] std::uint64_t judged() const { return context_.judged; }

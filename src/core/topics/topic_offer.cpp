@@ -320,7 +320,10 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.demanded = demanded();
   s.origins = static_cast<std::uint32_t>(topic_.origins().size());
   s.bytes = raw_bytes_;
-  s.declined = offer_.is_declined() ? offer_.declined() : "";
+  if (offer_.is_declined()) {
+    s.declined = offer_.declined().reason;
+    s.declined_code = offer_.declined().code;
+  }
   s.rule = offer_.decision().rule;
   s.keep = keep_.keep;
   s.keep_because = keep_.why;
@@ -337,6 +340,19 @@ void TopicOffer::add_status(LinkStatus& status) const {
       s.dropped.by_reason[i] += counts.dropped.by_reason[i];
   }
   status.topics.push_back(std::move(s));
+}
+
+void TopicOffer::add_channel(std::vector<ChannelFacts>& channels) const {
+  if (!is_open()) return;
+  const auto& [name, type] = topic_.key();
+  ChannelFacts facts{InterfaceKind::kTopic, true, name, type, offer_.decision().rule};
+  if (offer_.is_declined()) facts.declined = offer_.declined();
+  facts.lost_here = dropped_.of(DropReason::kLostHere);
+  if (queue_) {
+    facts.messages = queue_->counts().sent;
+    facts.lost_here += queue_->counts().dropped.of(DropReason::kLostHere);
+  }
+  channels.push_back(std::move(facts));
 }
 
 }  // namespace connect_bridge

@@ -110,6 +110,7 @@ class TopicOffer final : public OutgoingChannel {
   // Nothing waits here or in the link's queue.
   [[nodiscard]] bool drained() const;
   void add_status(LinkStatus& status) const;
+  void add_channel(std::vector<ChannelFacts>& channels) const;
 
  private:
   [[nodiscard]] ChannelId number() const { return offer_.number(); }

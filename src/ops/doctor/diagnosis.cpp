@@ -54,18 +54,21 @@ std::string_view finding_for(Cause cause) {
 
 // ---- a status
 
+// What the importer's code of a declined channel means (docs/protocol.md, "decline").
+std::string_view finding_of_decline(const std::string& code) {
+  if (code == "type_unknown") return "type_not_installed";
+  if (code == "type_mismatch") return "definitions_differ";
+  if (code == "not_permitted") return "not_taken";
+  return "declined";
+}
+
 // Of a name that is missing. Most reasons are findings.
-std::string_view missing_for(const std::string& reason, const std::string& why) {
+std::string_view finding_of_missing(const std::string& reason, const std::string& code) {
   if (reason == "type_unknown") return "type_not_installed";
   if (reason == "lost") return "lost_in_middleware";
+  if (reason == "declined") return finding_of_decline(code);
   const Finding* const same = finding_of(reason);
-  if (reason != "declined") return same ? same->id : "declined";
-  if (why.find("definition") != std::string::npos || why.find("hash") != std::string::npos)
-    return "definitions_differ";
-  if (why.find("install") != std::string::npos) return "type_not_installed";
-  if (why.find("no rule") != std::string::npos) return "not_taken";
-  if (why.find("type") != std::string::npos) return "other_type";
-  return "declined";
+  return same ? same->id : "declined";
 }
 
 class Doctor {
@@ -90,8 +93,8 @@ void Doctor::add(std::string_view id, std::string subject, std::string detail) {
 
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
-    const std::string text = text_in(name, "text");
-    add(missing_for(text_in(name, "reason"), text), text_in(name, "name"), text);
+    const auto finding = finding_of_missing(text_in(name, "reason"), text_in(name, "code"));
+    add(finding, text_in(name, "name"), text_in(name, "text"));
   }
 }
 

@@ -155,8 +155,9 @@ constexpr Finding kFindings[] = {
      "start that node; does it use the same name, domain and prefix?"},
     {"type_not_installed", kFault, "the type is not installed where it has to be",
      "install the package there, or source its workspace before the bridge starts"},
-    {"definitions_differ", kFault, "the type has another definition at the other side",
-     "use the same version of the package at both sides, or `allow_type_mismatch`"},
+    {"definitions_differ", kFault, "the type or its definition is another one at the other side",
+     "use the same type, and the same version of its package, at both sides; for another "
+     "definition `allow_type_mismatch` helps"},
     {"declined", kFault, "the importing side cannot take it", "its reason says why"},
     {"qos", kFault, "a subscriber requests a quality of service that no publisher offers",
      "change the QoS of the subscriber or the publisher, or `qos` in the rule"},

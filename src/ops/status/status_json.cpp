@@ -66,6 +66,7 @@ OrderedJson to_value(const TopicStatus& topic) {
     json["overload"] = fmt::format("more than the link carries: one of {:.1f} is sent",
                                    topic.published_for_each_sent);
   if (!topic.declined.empty()) json["declined"] = topic.declined;
+  if (!topic.declined_code.empty()) json["declined_code"] = topic.declined_code;
   return json;
 }
 
@@ -87,6 +88,7 @@ OrderedJson to_value(const ServiceStatus& service) {
                       {"response_bytes", service.response_bytes}};
   if (!service.rule.empty()) json["rule"] = service.rule;
   if (!service.declined.empty()) json["declined"] = service.declined;
+  if (!service.declined_code.empty()) json["declined_code"] = service.declined_code;
   return json;
 }
 
@@ -98,6 +100,7 @@ OrderedJson to_value(const MissingName& missing) {
                       {"reason", word_of(kMissingWords, missing.reason)},
                       {"text", missing.text}};
   if (!missing.rule.empty()) json["rule"] = missing.rule;
+  if (!missing.code.empty()) json["code"] = missing.code;
   return json;
 }
 

@@ -92,7 +92,8 @@ TEST(LinkOffer, WhatWasDeclinedIsOfferedAgainUnderAnotherList) {
   Offered s;
   ASSERT_TRUE(s.open());
   s.decline();
-  EXPECT_EQ(s.subject.declined(), "no room");
+  EXPECT_EQ(s.subject.declined().reason, "no room");
+  EXPECT_EQ(s.subject.declined().code, "limit");
   EXPECT_EQ(s.review(false), "");
   s.accept({"/a"});
   EXPECT_EQ(s.review(true), "");  // the peer uses it, so it knows it

@@ -21,7 +21,8 @@ struct MissingTest : testing::Test {
     for (const auto& name : status.links.at(link).missing)
       lines += std::string(name.exported ? "export " : "import ") +
                std::string(word_of(kKindWords, name.kind)) + " " + name.name + " " +
-               std::string(word_of(kMissingWords, name.reason)) + ": " + name.text +
+               std::string(word_of(kMissingWords, name.reason)) +
+               (name.code.empty() ? "" : " by " + name.code) + ": " + name.text +
                (name.rule.empty() ? "" : " [" + name.rule + "]") + "\n";
     return lines;
   }
@@ -228,7 +229,8 @@ TEST_F(MissingTest, WhatThePeerDeclines) {
   s.say(1, Decline{{1}, "type_mismatch", "another definition"});
   settle();
   EXPECT_EQ(missing(),
-            "export topic /a declined: the peer declines it: another definition [rule]\n");
+            "export topic /a declined by type_mismatch: the peer declines it: another definition "
+            "[rule]\n");
 }
 
 TEST_F(MissingTest, WhatThePeerListensToWithAnotherType) {

@@ -158,10 +158,11 @@ std::string topic_with(const std::string& text) {
   topic.merge_patch(Json::parse(text));
   return link_with(R"({"topics": [)" + topic.dump() + "]}");
 }
-std::string missing_for(const std::string& reason, const std::string& text = "") {
+std::string missing_for(const std::string& reason, const std::string& text = "",
+                        const std::string& code = "") {
   return link_with(R"({"missing": [{"kind": "topic", "name": "/t", "type": "p/msg/T",
     "direction": "import", "reason": ")" +
-                   reason + R"(", "text": ")" + text + R"("}]})");
+                   reason + R"(", "text": ")" + text + R"(", "code": ")" + code + R"("}]})");
 }
 
 struct StatusCase {
@@ -203,9 +204,10 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"not_there", missing_for("not_there")},
         StatusCase{"type_not_installed", missing_for("type_unknown")},
         StatusCase{"type_not_installed",
-                   missing_for("declined", "the type is not known here: install the package p")},
-        StatusCase{"definitions_differ", missing_for("declined", "another definition of the type")},
-        StatusCase{"declined", missing_for("declined", "no room")},
+                   missing_for("declined", "no matter what it says", "type_unknown")},
+        StatusCase{"definitions_differ", missing_for("declined", "it", "type_mismatch")},
+        StatusCase{"not_taken", missing_for("declined", "it", "not_permitted")},
+        StatusCase{"declined", missing_for("declined", "install a type", "limit")},
         StatusCase{"qos", missing_for("qos")},
         StatusCase{"lost_in_middleware", missing_for("lost")},
         StatusCase{"nothing_arrives", topic_with(R"({"messages": 0})")},

@@ -101,6 +101,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   exported.queued = 1, exported.published_for_each_sent = 3;
   exported.dropped.add(DropReason::kRate, 4);
   exported.declined = "no such type";
+  exported.declined_code = "type_unknown";
   exported.keep_because = "an event";
   exported.rule = "look";
   TopicStatus imported;
@@ -141,7 +142,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
-       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type",
+       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type", "declined_code": "type_unknown",
        "overload": "more than the link carries: one of 3.0 is sent"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
        "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
