@@ -88,6 +88,19 @@ MachineFacts this_machine() {
   return facts;
 }
 
+Found silent_program(const std::string& socket, const std::string& seen) {
+  return {"program_silent", "process " + std::to_string(process_of(socket)), seen};
+}
+
+// Programs of this user that are here and say nothing.
+std::vector<Found> silent_programs() {
+  std::vector<Found> found;
+  for (const std::string& socket : status_sockets())
+    if (const Asked asked(socket, "/healthz"); !asked.problem().empty())
+      found.push_back(silent_program(socket, asked.problem()));
+  return found;
+}
+
 // With the client's own code for the way, TLS and the login.
 std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Assembly assembly = assemble(config, "/ctl_doctor");
@@ -97,7 +110,12 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Probe::Options options;
   options.logs_in = logs_in;
   Probe probe(std::move(*assembly.parts), options);
-  if (const Failure failure = probe.open(kPatienceOfDoctor)) return {diagnose(failure)};
+  if (const Failure failure = probe.open(kPatienceOfDoctor)) {
+    found.push_back(diagnose(failure));
+    if (failure.cause == Cause::kServerSilent && syntax::is_loopback(config.dial.url.host))
+      add_found(found, silent_programs());
+    return found;
+  }
   probe.close();
   if (!logs_in) found.push_back({"login_not_tried", {}, {}});
   return found;
@@ -132,10 +150,11 @@ std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string
   return found;
 }
 
-// `role`: of who answers; empty: nobody does.
-std::vector<Found> look_at_side(const std::string& where, std::string& role) {
+// `role`: of who answers; empty: nobody does, and `problem` says what was seen.
+std::vector<Found> look_at_side(const std::string& where, std::string& role, std::string& problem) {
   Asked asked(where, "/api/status");
-  if (!asked.problem().empty()) return {};
+  problem = asked.problem();
+  if (!problem.empty()) return {};
   const Json status = read_status(asked.rest());
   role = text_in(status, "role");
   if (role.empty()) role = "unknown";
@@ -151,9 +170,10 @@ std::vector<Found> look_at_what_runs() {
   const auto sockets = status_sockets();
   bool any = false;
   for (const std::string& socket : sockets) {
-    std::string role;
-    add_found(found, look_at_side(socket, role), sockets.size() > 1 ? socket : "");
-    any = any || (!role.empty() && role != "relay");
+    std::string role, problem;
+    add_found(found, look_at_side(socket, role, problem), sockets.size() > 1 ? socket : "");
+    if (role.empty()) found.push_back(silent_program(socket, problem));
+    any = any || role != "relay";
   }
   if (!any) found.push_back({"nobody_runs", {}, {}});
   add_found(found, diagnose_machine(this_machine()));
@@ -194,9 +214,12 @@ int run_doctor(const DoctorOrder& order) {
     found = look_at_url(order, wrong);
     if (!wrong.empty()) return complain(what + ": " + wrong.front(), kExitConfiguration);
   } else if (is_socket(what) || syntax::parse_status_address(what)) {
-    std::string role;
-    found = look_at_side(what, role);
-    if (role.empty()) return complain(what + ": nobody answers", kExitConfiguration);
+    std::string role, problem;
+    found = look_at_side(what, role, problem);
+    if (role.empty() && is_socket(what))
+      found.push_back(silent_program(what, problem));
+    else if (role.empty())
+      return complain(what + ": nobody answers", kExitConfiguration);
   } else if (looks_like_host(what)) {
     return complain(what + ": no such file; did you mean wss://" + what + "?", kExitConfiguration);
   } else {

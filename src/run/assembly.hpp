@@ -10,8 +10,8 @@
 namespace connect_bridge {
 
 struct Assembly {
-  std::optional<BridgeParts> parts;   // present exactly if there are no problems
-  std::vector<Failure> problems;      // each names its key or file
+  std::optional<BridgeParts> parts;  // present exactly if there are no problems
+  std::vector<Failure> problems;     // each names its key or file
   std::vector<std::string> warnings;
 };
 

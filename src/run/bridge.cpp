@@ -223,8 +223,8 @@ void Bridge::on_network(Input&& input) {
     if (parts_.joining && ends_by(refused_invitation(*parts_.joining, closed->code))) return;
   }
   if (const auto* const failed = std::get_if<DialFailed>(&input))
-    if (parts_.joining && failed->why.cause == Cause::kOtherKey &&
-        ends_by(failed->why.text)) return;
+    if (parts_.joining && failed->why.cause == Cause::kOtherKey && ends_by(failed->why.text))
+      return;
   loop_.feed(std::move(input));
 }
 
@@ -311,6 +311,8 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
   run.ros = gateway_.counters();
   run.network = network_.counts();
   run.traffic = network_.traffic();
+  run.listens = network_.listen_addresses();
+  run.relay = network_.relay();
   if (audit_log_) run.audit = audit_log_->counts();
   return run;
 }

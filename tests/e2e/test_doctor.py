@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import pathlib
+import signal
 import socket
 import ssl
 import subprocess
@@ -119,6 +120,7 @@ def test_nobody_is_there():
         (http("502 Bad Gateway"), "proxy_without_server"),
         (http("400 Bad Request"), "proxy_without_upgrade"),
         (http("426 Upgrade Required"), "proxy_without_upgrade"),
+        (http("426 Upgrade Required", headers="Upgrade: TLS/1.0\r\n"), "plain_to_tls_port"),
         (http("302 Found", headers="Location: http://portal/\r\n"), "captive_portal"),
         (http("200 OK", "<html>Welcome to our hotel</html>"), "captive_portal"),
         (http("511 Network Authentication Required"), "captive_portal"),
@@ -299,6 +301,33 @@ def test_the_login(pair, tmp_path):
     variable = {**os.environ, "CONNECT_BRIDGE_TOKEN": "another-token-than-theirs-0123"}
     assert ids(url, env=variable) == {"login_refused"}
     until(lambda: wrong_logins() == 2, "the wrong logins in the status", timeout=20)
+
+
+def test_a_server_that_is_stopped(pair):
+    (server,) = pathlib.Path(pair.runtime).glob("connect_bridge/connect_server-*.status")
+    process = int(server.stem.rsplit("-", 1)[1])
+    os.kill(process, signal.SIGSTOP)
+    try:
+        env = {**pair.server.env, "XDG_RUNTIME_DIR": pair.runtime}
+        found = doctor(f"ws://127.0.0.1:{pair.bridge.port}", env=env)
+    finally:
+        os.kill(process, signal.SIGCONT)
+    assert {(one["id"], one["subject"]) for one in found} >= {
+        ("server_silent", f"ws://127.0.0.1:{pair.bridge.port}"),
+        ("program_silent", f"process {process}"),
+    }
+
+
+def test_a_server_on_the_loopback(pair):
+    pair.client.stop()
+    until(lambda: ("loopback_alone", "") in side_ids(pair, "server"), "the finding", timeout=20)
+
+
+def test_a_proxy_of_the_environment():
+    dead = f"http://127.0.0.1:{free_port()}"
+    (found,) = doctor("wss://robot.example:9090", env={**os.environ, "https_proxy": dead})
+    assert found["id"] == "proxy_unreachable"
+    assert "(https_proxy of the environment)" in found["detail"]
 
 
 def test_nobody_runs(tmp_path, fake):

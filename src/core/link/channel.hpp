@@ -26,9 +26,9 @@ struct ChannelFacts {
   bool exported = false;
   std::string name;  // local
   std::string type;
-  std::string rule;          // of ours, that lets it cross
-  Ending declined{};         // exported: the peer does not import it, and why
-  std::string misfit{};      // imported: what some subscriber requests and no publisher offers
+  std::string rule;      // of ours, that lets it cross
+  Ending declined{};     // exported: the peer does not import it, and why
+  std::string misfit{};  // imported: what some subscriber requests and no publisher offers
   std::uint64_t messages = 0;
   std::uint64_t lost_here = 0;  // exported: before the bridge got them
 };

@@ -155,8 +155,7 @@ bool is_orderly(const ConnectionClosed& closed) {
 
 // The reason in the peer's close frame may be any bytes.
 Failure failure_of(const ConnectionClosed& closed) {
-  const Cause cause =
-      closed.code ? cause_of(static_cast<CloseCode>(*closed.code)) : closed.cause;
+  const Cause cause = closed.code ? cause_of(static_cast<CloseCode>(*closed.code)) : closed.cause;
   if (is_orderly(closed)) return {cause, kPeerStops};
   const std::string said = to_text(closed.reason, kReasonBytesMax);
   if (said.empty()) return {cause, "the connection was closed"};
@@ -197,8 +196,7 @@ std::string advice(Cause cause) {
     case Cause::kRevoked:
       return "; the server's log says why. Dialing again after 5 s, and more rarely up to "
              "once a minute; where the credential is in a file, a new one there is used at once";
-    case Cause::kVersion:
-      return "; one of the two sides needs another version of ROS2 Connect";
+    case Cause::kVersion: return "; one of the two sides needs another version of ROS2 Connect";
     case Cause::kExpired:
       return "; another credential is needed: where it is in a file, a new one there is used at "
              "once";

@@ -32,15 +32,15 @@ enum class Cause : std::uint8_t {
   kRobotNotAtRelay,   // it has no such robot now
 
   // ---- TLS
-  kPlainToTlsPort,     // ws:// to a port with TLS
-  kTlsToPlainPort,     // wss:// to a port without TLS
-  kCertificateEarly,   // not valid yet
+  kPlainToTlsPort,    // ws:// to a port with TLS
+  kTlsToPlainPort,    // wss:// to a port without TLS
+  kCertificateEarly,  // not valid yet
   kCertificateExpired,
-  kCertificateName,    // it is for another name
-  kCertificateForeign, // its authority is not known, or the certificate is refused otherwise
-  kOtherKey,           // no key of tls.pin
-  kClientCertificate,  // the server wants one, or another one
-  kTlsFails,           // any other failure of the handshake
+  kCertificateName,     // it is for another name
+  kCertificateForeign,  // its authority is not known, or the certificate is refused otherwise
+  kOtherKey,            // no key of tls.pin
+  kClientCertificate,   // the server wants one, or another one
+  kTlsFails,            // any other failure of the handshake
 
   // ---- HTTP in place of a WebSocket
   kPathWrong,            // there is nothing at this path

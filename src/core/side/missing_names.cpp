@@ -228,8 +228,8 @@ void Search::channels() {
     if (!may_be_wished(wish.kind, wish.name, wish.type)) continue;
     const Ending& declined = channel.declined;
     if (!declined.reason.empty())
-      add(wish, {MissingReason::kDeclined, channel.rule,
-                 "the peer declines it: " + declined.reason, declined.code});
+      add(wish, {MissingReason::kDeclined, channel.rule, "the peer declines it: " + declined.reason,
+                 declined.code});
     if (!channel.misfit.empty())
       add(wish, {MissingReason::kQos, channel.rule,
                  "a subscriber here requests a " + channel.misfit + " that no publisher offers"});

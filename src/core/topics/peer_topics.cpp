@@ -189,7 +189,8 @@ void PeerTopics::add_status(const Link& link, LinkStatus& status) const {
 }
 
 void PeerTopics::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
-  if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.add_channels(channels);
+  if (const auto peer = peers_.find(link.id); peer != peers_.end())
+    peer->second.add_channels(channels);
 }
 
 std::uint64_t PeerTopics::memory_bytes() const {

@@ -130,9 +130,12 @@ void RelayDoor::on_connected(std::optional<TcpSocket> socket, const Failure& why
 
 void RelayDoor::on_tls(const ErrorCode& error) {
   SSL* const tls = lines_->tls();
-  Failure why = failure_of(error, tls, options_.url.host);
-  if (!error) why = pin_failure(tls, options_.tls.pins);
-  if (error || why) return fail({why.cause, "TLS: " + why.text});  // mutant: pin_of_relay
+  if (error) {
+    const Failure why = failure_of(error, tls, options_.url.host);
+    return fail({why.cause, "TLS: " + why.text});
+  }
+  const Failure other_key = pin_failure(tls, options_.tls.pins);
+  if (other_key) return fail({other_key.cause, "TLS: " + other_key.text});  // mutant: pin_of_relay
   if (!selected(tls, kRelayProtocol))
     return fail({Cause::kNotThisProgram, "what answers there is no relay"});
   const std::string token = options_.token ? options_.token() : "";

@@ -12,6 +12,7 @@
 #include "core/base/pace.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
+#include "core/ports/status.hpp"
 #include "net/tcp/proxy_header.hpp"
 #include "net/tls/tls_files.hpp"
 #include "net/tls/tls_lines.hpp"
@@ -41,8 +42,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   // The path to the relay may have changed, as a connection by it has ended: whether the relay is
   // still there is asked at once, unless it is asked already.
   void look();
-  // Why it is not welcome at the relay now; nothing: it is, or was not refused yet.
-  [[nodiscard]] const Failure& failure() const { return failure_; }
+  [[nodiscard]] RelayStatus status() const { return {welcome_, failure_}; }
 
  private:
   // A visitor's connection on its way.

@@ -124,8 +124,7 @@ Failure certificate_failure(long result, const std::string& name) {
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
       return {Cause::kCertificateForeign,
               std::string{"the server's certificate is from an unknown authority ("} +
-                  X509_verify_cert_error_string(result) +
-                  "; tls.ca names the authority to trust)"};
+                  X509_verify_cert_error_string(result) + "; tls.ca names the authority to trust)"};
     default:
       return {Cause::kCertificateForeign, std::string{"the server's certificate is refused: "} +
                                               X509_verify_cert_error_string(result)};

@@ -47,7 +47,7 @@ void TlsLines::read() {
 }
 
 void TlsLines::on_read(const ErrorCode& error, std::size_t bytes) {
-  if (error == asio::error::not_found) 
+  if (error == asio::error::not_found)
     return fail({Cause::kTooLarge, "the other end sends a line that is too long"});
   if (error) return fail(failure_of(error, tls(), {}));
   const std::string line = line_.substr(0, bytes - 1);
@@ -58,7 +58,7 @@ void TlsLines::on_read(const ErrorCode& error, std::size_t bytes) {
 }
 
 void TlsLines::say(const std::string& line) {
-  if (unsent_.size() + line.size() >= kUnsentMax) 
+  if (unsent_.size() + line.size() >= kUnsentMax)
     return fail({Cause::kSlowPeer, "the other end does not read"});
   unsent_ += line + '\n';
   if (sending_.empty()) write();

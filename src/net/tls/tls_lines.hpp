@@ -18,7 +18,7 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
  public:
   // May end the object from inside.
   struct Events {
-    std::function<void(std::string_view)> line;         // without its end
+    std::function<void(std::string_view)> line;     // without its end
     std::function<void(const Failure& why)> ended;  // once, nothing follows
   };
 

@@ -116,7 +116,7 @@ void Way::on_answered(const ErrorCode& error) {
   if (const Failure refusal = refusal_in(asking_->answer.get(), *proxy_))
     return finish({}, refusal);
   // Neither TLS nor HTTP servers speak first.
-  if (asking_->buffer.size() > 0) 
+  if (asking_->buffer.size() > 0)
     return finish({}, {Cause::kProxyRefuses, "it sent more than its answer"});
   finish(std::move(asking_->socket), {});
 }

@@ -108,10 +108,10 @@ void Dialing::on_tls(const ErrorCode& error) {
   // Checked before we send the first byte.
   const Failure other_key = pin_failure(tls, options_.tls.pins);
   if (other_key)  // mutant: pin
-    return fail({other_key.cause, (options_.tls.pins_by_invitation
-                                       ? "this is not the server of the invitation: "
-                                       : "TLS: ") +
-                                      other_key.text});
+    return fail({other_key.cause,
+                 (options_.tls.pins_by_invitation ? "this is not the server of the invitation: "
+                                                  : "TLS: ") +
+                     other_key.text});
   upgrade();
 }
 
@@ -182,8 +182,7 @@ void Dialing::fail(const Failure& why) {
   std::string by = proxy ? " by the proxy " + host_and_port(proxy->host, proxy->port) : "";
   if (proxy && !proxy->variable.empty()) by += " (" + proxy->variable + " of the environment)";
   const bool is_relay = !proxy && !options_.url.robot.empty();
-  const bool is_unreachable =
-      why.cause == Cause::kPortClosed || why.cause == Cause::kNoAnswer;
+  const bool is_unreachable = why.cause == Cause::kPortClosed || why.cause == Cause::kNoAnswer;
   finish(nullptr, {is_relay && is_unreachable ? Cause::kRelayUnreachable : why.cause,
                    options_.url.text("ws") + by + ": " + why.text});
 }

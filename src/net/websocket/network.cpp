@@ -305,6 +305,10 @@ Certified Network::certified(ConnectionId connection) const {
   return found && found->is_open() ? found->certified() : certified_by(nullptr);
 }
 
+std::optional<RelayStatus> Network::relay() const {
+  return state_->listener ? state_->listener->relay() : std::nullopt;
+}
+
 std::string Network::dial_problem(const DialOptions& options) {
   std::string problem;
   state_->client_tls(options, problem);

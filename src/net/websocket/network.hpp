@@ -12,6 +12,7 @@
 #include "core/flow/outbox.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
+#include "core/ports/status.hpp"
 #include "net/tcp/traffic.hpp"
 #include "net/websocket/network_events.hpp"
 
@@ -90,6 +91,8 @@ class Network {
   // The identity of an open connection's peer by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
+  // A server's place at its relay; nullopt: it has none.
+  [[nodiscard]] std::optional<RelayStatus> relay() const;
   // What would fail in every dial with these options, because of the files that they name; empty:
   // nothing.
   [[nodiscard]] std::string dial_problem(const DialOptions& options);

@@ -239,8 +239,8 @@ void Socket::close(std::uint16_t code, const std::string& reason) {
   socket_->async_close(why, [self = shared_from_this()](ErrorCode error) {
     const auto& peer = self->socket_->reason();
     const bool answered = !error && peer.code != websocket::close_code::none;
-    self->end(answered ? std::optional<std::uint16_t>{peer.code} : std::nullopt,
-              self->closing_, !error);
+    self->end(answered ? std::optional<std::uint16_t>{peer.code} : std::nullopt, self->closing_,
+              !error);
   });
 }
 
@@ -253,11 +253,11 @@ void Socket::fail(const ErrorCode& error) {
     return end(code, {Cause::kClosed, reason.empty() ? "closed by the other end" : reason}, true);
   }
   if (error == websocket::error::message_too_big) {
-    return end(std::nullopt,
-               {Cause::kTooLarge, gate_.is_open()
-                                      ? "the other end sent a packet beyond the limit"
-                                      : "the other end sent a packet too large for a login"},
-               true);
+    return end(
+        std::nullopt,
+        {Cause::kTooLarge, gate_.is_open() ? "the other end sent a packet beyond the limit"
+                                           : "the other end sent a packet too large for a login"},
+        true);
   }
   // Beast has sent the close frame of a protocol error itself.
   const bool protocol = error.category() == make_error_code(websocket::error::closed).category();
@@ -338,8 +338,8 @@ void Socket::check_address() {
   if (state_ != State::kOpen) return;
   const std::string address = lost_address(socket_->next_layer().socket());
   if (!address.empty())
-    end(std::nullopt,
-        {Cause::kAddressGone, "the address " + address + " of this machine is gone"}, false);
+    end(std::nullopt, {Cause::kAddressGone, "the address " + address + " of this machine is gone"},
+        false);
 }
 
 void Socket::follow_path() {

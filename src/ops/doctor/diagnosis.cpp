@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "config/syntax.hpp"
 #include "core/wire/text.hpp"
 #include "ops/doctor/worth_telling.hpp"
 #include "ops/status/json_members.hpp"
@@ -78,6 +79,7 @@ class Doctor {
 
  private:
   void add(std::string_view id, std::string subject = {}, std::string detail = {});
+  void way(const Json& status, bool is_client);
   void link(const Json& link, double running_seconds);
   void missing(const Json& link);
   void topic(const Json& link, const Json& topic);
@@ -170,21 +172,50 @@ void Doctor::link(const Json& link, double running_seconds) {
   if (!exports && number_in(link, "open_seconds") >= kOpenSeconds) add("nothing_here", who);
 }
 
+// "::1" of "[::1]:9090"
+std::string plain_host_of(const std::string& address) {
+  const std::string host = host_of(address);
+  return host.starts_with('[') ? host.substr(1, host.size() - 2) : host;
+}
+
+Cause cause_in(const Json& part) {
+  const std::string code = text_in(part, "last_failure_code");
+  return code.empty() ? Cause::kNone : value_of(kCauseWords, code).value_or(Cause::kOther);
+}
+
+bool listens_on_loopback_alone(const Json& status) {
+  const Json& addresses = part_of(status, "listens");
+  return !addresses.empty() && std::all_of(addresses.begin(), addresses.end(), [](const Json& one) {
+    return one.is_string() && syntax::is_loopback(plain_host_of(one.get<std::string>()));
+  });
+}
+
+// Why nobody is linked.
+void Doctor::way(const Json& status, bool is_client) {
+  if (is_client) {
+    const std::string text = text_in(status, "last_failure");
+    add("not_linked", {}, text);
+    if (const Cause cause = cause_in(status); cause != Cause::kNone)
+      add(finding_for(cause), {}, to_text(text, kTextBytes));
+    return;
+  }
+  const Json& relay = part_of(status, "relay");
+  const Cause cause = cause_in(relay);
+  if (!is_set(relay, "connected") && cause != Cause::kNone)
+    return add(finding_for(cause), "listen.relay.url",
+               to_text(text_in(relay, "last_failure"), kTextBytes));
+  if (!is_set(relay, "connected") && listens_on_loopback_alone(status))
+    return add("loopback_alone");
+  add("nobody_linked");
+}
+
 void Doctor::side(const Json& status) {
   const bool is_client = text_in(status, "role") == "client";
   const Json& links = part_of(status, "links");
   const bool open = std::any_of(links.begin(), links.end(),
                                 [](const Json& link) { return is_set(link, "open"); });
   const auto now = moment_in(status, "time"), since = moment_in(status, "started");
-  if (!open && is_client) {
-    const std::string text = text_in(status, "last_failure");
-    add("not_linked", {}, text);
-    const std::string code = text_in(status, "last_failure_code");
-    if (!code.empty())
-      add(finding_for(value_of(kCauseWords, code).value_or(Cause::kOther)), {},
-          to_text(text, kTextBytes));
-  }
-  if (!open && !is_client) add("nobody_linked");
+  if (!open) way(status, is_client);
   if (const double wrong = number_in(part_of(status, "strangers"), "wrong_logins"); wrong > 0)
     add("wrong_logins", {}, fmt::format("{:.0f} times", wrong));
   if (const double lag = number_in(status, "loop_lag_ms"); lag >= kLagMsWorthTelling)

@@ -133,9 +133,16 @@ constexpr Finding kFindings[] = {
     // ---- a running side
     {"nobody_runs", kFault, "no server or client of this user runs here",
      "start it; of another user or machine, give the address of its status"},
+    {"program_silent", kFault, "a program runs here and does not answer",
+     "it is stopped (kill -CONT), or hangs: look at its log, else end it and start it again"},
     {"not_linked", kFault, "the client has no link", "see the other findings, and the log"},
     {"nobody_linked", kHint, "nobody is linked with this server",
      "start a client; `ctl doctor FILE` there says what is in its way"},
+    {"loopback_alone", kHint,
+     "nobody is linked, and the server listens on the loopback alone: other machines do not reach "
+     "it",
+     "set `listen.address`, or pair with `server --pair`; a client on this machine, or a proxy or "
+     "tunnel here, needs no change"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "look at the server's log; make a token for who is to come (`ctl token`)"},
     {"no_rule", kHint, "no rule of this side allows a name that a node here uses",

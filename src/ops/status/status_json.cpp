@@ -201,6 +201,11 @@ OrderedJson facts_of(const StatusPicture& picture, Names names) {
     json["audit"] = {{"lines", run.audit->lines}, {"left_out", run.audit->left_out}};
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
+  if (!run.listens.empty()) json["listens"] = run.listens;
+  if (run.relay)
+    json["relay"] = {{"connected", run.relay->connected},
+                     {"last_failure", run.relay->failure.text},
+                     {"last_failure_code", word_of(run.relay->failure.cause)}};
   if (run.role == Role::kServer) json["strangers"] = to_value(status.strangers, run.network);
   return json;
 }

@@ -28,8 +28,10 @@ struct RunStatus {
   Traffic traffic = {};                        // since the start
   std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
   std::string version = {};
-  std::string started = {};   // RFC 3339
-  Stamp certificate_end = 0;  // 0: this side shows none that ends
+  std::string started = {};               // RFC 3339
+  Stamp certificate_end = 0;              // 0: this side shows none that ends
+  std::vector<std::string> listens = {};  // a server's addresses: "127.0.0.1:9090"
+  std::optional<RelayStatus> relay = {};  // none: there is no relay
 };
 
 // A small number for each link that there is, for names that must not come without end.

@@ -16,8 +16,9 @@ struct ToldFailures {
 
   // What is logged when a dial fails so at this minute.
   std::string fail(std::int64_t minute, const std::string& reason) {
-    failure.tell({LogLevel::kWarn, "cannot connect: ", {Cause::kNoAnswer, reason}, "; trying again"},
-                 at(minute));
+    failure.tell(
+        {LogLevel::kWarn, "cannot connect: ", {Cause::kNoAnswer, reason}, "; trying again"},
+        at(minute));
     return logged();
   }
   std::string logged() {

@@ -171,7 +171,8 @@ TEST(Lines, AClientThatCannotConnectSaysSoNowAndThen) {
   s.give(TimePassed{});
   std::uint32_t dial = 0;
   while (s.at < 21 * 60'000) {
-    if (s.did().find("dial ") != std::string::npos) s.give(DialFailed{{++dial}, {Cause::kPortClosed, "refused"}});
+    if (s.did().find("dial ") != std::string::npos)
+      s.give(DialFailed{{++dial}, {Cause::kPortClosed, "refused"}});
     s.pass(1000);
   }
   EXPECT_EQ(s.logged,

@@ -40,7 +40,8 @@ TEST(Side, WhatAServerAnswersIsTextInTheLog) {
   Script s(client());
   s.give(TimePassed{});
   s.did();
-  s.give(DialFailed{{1}, {Cause::kProxyWithoutServer, "HTTP 502: \x1b[2J\n[ERROR] forged\xc2\x9b"}});
+  s.give(
+      DialFailed{{1}, {Cause::kProxyWithoutServer, "HTTP 502: \x1b[2J\n[ERROR] forged\xc2\x9b"}});
   s.did();
   EXPECT_NE(s.logged.find("HTTP 502: ?[2J?[ERROR] forged?"), std::string::npos) << s.logged;
   EXPECT_EQ(s.logged.find("\xc2\x9b"), std::string::npos);

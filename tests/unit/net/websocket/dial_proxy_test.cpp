@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "net/tls/tls.hpp"
+#include "net/tls/way.hpp"
 #include "unit/net/tls/certificates.hpp"
 #include "unit/net/websocket/fake_proxy.hpp"
 #include "unit/net/websocket/harness.hpp"
@@ -53,8 +55,7 @@ Failure failure(const std::string& answer, const std::string& login = "") {
   const std::string& text = pair.client.failures[kDial];
   const std::string by = " by the proxy 127.0.0.1:" + std::to_string(options.proxy->port) + ": ";
   EXPECT_THAT(text, HasSubstr(by));
-  return {pair.client.causes[kDial],
-          text.substr(std::min(text.find(by) + by.size(), text.size()))};
+  return {pair.client.causes[kDial], text.substr(std::min(text.find(by) + by.size(), text.size()))};
 }
 
 TEST(DialProxy, TellsWhatIsWrong) {
@@ -82,7 +83,8 @@ TEST(DialProxy, IsBoundInTime) {
     pair.client.failures.clear();
   };
   tcp::acceptor silent{pair.loop.io, {asio::ip::address_v4::loopback(), 0}};
-  expect(silent.local_endpoint().port(), Cause::kProxySilent, "no answer in time (CONNECT of the proxy)");
+  expect(silent.local_endpoint().port(), Cause::kProxySilent,
+         "no answer in time (CONNECT of the proxy)");
   silent.close();
   expect(1, Cause::kProxyUnreachable, "by the proxy 127.0.0.1:1: connection refused");
 }
@@ -96,6 +98,20 @@ TEST(DialProxy, OfTheEnvironmentIsNamedWithItsVariable) {
   EXPECT_EQ(pair.client.causes[kDial], Cause::kProxyUnreachable);
   EXPECT_THAT(pair.client.failures[kDial],
               HasSubstr(" by the proxy 127.0.0.1:1 (https_proxy of the environment): "));
+}
+
+// Half a minute of a resolver cannot be waited for: what would be said at the end of the time.
+TEST(Dial, ANameServerThatIsSilentIsNoFirewall) {
+  Loop loop;
+  const auto silence = [&](std::optional<HttpProxy> proxy) {
+    return std::make_shared<Way>(loop.io, "robot.example", 443, std::move(proxy))->silence();
+  };
+  EXPECT_EQ(silence({}), (Failure{Cause::kResolverSilent, "no answer in time (the name look-up)"}));
+  EXPECT_EQ(silence(HttpProxy{"proxy.example", 3128}).cause, Cause::kProxyUnreachable);
+  const auto cause = [](const ErrorCode& error) { return failure_of(error, nullptr, "h").cause; };
+  EXPECT_EQ(cause(asio::error::host_not_found_try_again), Cause::kResolverSilent);
+  EXPECT_EQ(cause(asio::error::host_not_found), Cause::kHostUnknown);
+  EXPECT_EQ(cause(asio::error::host_unreachable), Cause::kNoAnswer);
 }
 
 }  // namespace

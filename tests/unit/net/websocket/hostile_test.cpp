@@ -341,8 +341,7 @@ TEST(Hostile, AServerThatIsNoneOfOursIsReported) {
   };
   const Case cases[] = {
       {"SSH-2.0-OpenSSH_9.2\r\n\r\n", Cause::kPlainToTlsPort},
-      {"HTTP/1.1 502 Bad Gateway\r\nContent-Length: 8\r\n\r\nupstream",
-       Cause::kProxyWithoutServer},
+      {"HTTP/1.1 502 Bad Gateway\r\nContent-Length: 8\r\n\r\nupstream", Cause::kProxyWithoutServer},
       {"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", Cause::kPathWrong},
       {"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n", Cause::kProxyWithoutUpgrade},
       {"HTTP/1.1 426 Upgrade Required\r\nUpgrade: websocket\r\nContent-Length: 0\r\n\r\n",

@@ -9,6 +9,7 @@
 
 #include "config/document.hpp"
 #include "unit/config/yaml_parameters.hpp"
+#include "unit/source_text.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -60,6 +61,12 @@ TEST(DoctorFailure, CausesHaveWordsOfTheirOwn) {
   for (const auto& [cause, word] : kCauseWords) EXPECT_TRUE(words.insert(word).second) << word;
   EXPECT_EQ(word_of(Cause::kRelayUnreachable), "relay_unreachable");
   EXPECT_EQ(word_of(Cause{200}), "other");
+}
+
+TEST(DoctorFailure, TheDocumentHasEveryCause) {
+  const std::string document = test::source_text("docs/status.md");
+  for (const auto& [cause, word] : kCauseWords)
+    EXPECT_THAT(document, HasSubstr("`" + std::string(word))) << word;
 }
 
 TEST(DoctorFailure, CloseCodesAreCausesOfTheirName) {
@@ -184,8 +191,17 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"not_linked", R"({"role": "client"})"},
         StatusCase{"port_closed", R"({"role": "client", "last_failure": "it",
                                        "last_failure_code": "port_closed"})"},
-        StatusCase{"link_fails", R"({"role": "client", "last_failure_code": "of_a_later_version"})"},
+        StatusCase{"link_fails",
+                   R"({"role": "client", "last_failure_code": "of_a_later_version"})"},
         StatusCase{"nobody_linked", "{}"},
+        StatusCase{"nobody_linked", R"({"listens": ["127.0.0.1:9090", "10.0.0.5:9090"]})"},
+        StatusCase{"loopback_alone", R"({"listens": ["127.0.0.1:9090", "[::1]:9090"]})"},
+        StatusCase{"nobody_linked", R"({"listens": ["127.0.0.1:9090"],
+                                       "relay": {"connected": true}})"},
+        StatusCase{"relay_unreachable", R"({"relay": {"connected": false, "last_failure": "it",
+                                           "last_failure_code": "relay_unreachable"}})"},
+        StatusCase{"relay_refuses", R"({"relay": {"connected": false,
+                                       "last_failure_code": "relay_refuses"}})"},
         StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
         StatusCase{"loop_slow", R"({"loop_lag_ms": 700})"},
         StatusCase{"memory_full", R"({"memory_max_used_bytes": 95})"},

@@ -86,15 +86,16 @@ TEST(HostCheck, TellsThatACertificateEndsOrHasEnded) {
     return check_host({{"tls.certificate", own.certificate}, {"tls.private_key", own.key}});
   };
   const HostFindings soon = found_with(12);
-  EXPECT_THAT(soon.warnings,
-              ElementsAre(HasSubstr("ending_robot.cert.pem: TLS: the certificate of robot ends in 12 "
-                                    "days, on ")));
+  EXPECT_THAT(soon.warnings, ElementsAre(HasSubstr(
+                                 "ending_robot.cert.pem: TLS: the certificate of robot ends in 12 "
+                                 "days, on ")));
   EXPECT_THAT(soon.ended, IsEmpty());
   const HostFindings over = found_with(-3);
-  EXPECT_THAT(over.ended,
-              ElementsAre(is(Cause::kCertificateExpired,
-                             "ending_robot.cert.pem: TLS: the certificate of robot ended 3 days ago, "
-                             "on ")));
+  EXPECT_THAT(
+      over.ended,
+      ElementsAre(is(Cause::kCertificateExpired,
+                     "ending_robot.cert.pem: TLS: the certificate of robot ended 3 days ago, "
+                     "on ")));
   EXPECT_THAT(over.warnings, IsEmpty());
   EXPECT_THAT(over.problems, IsEmpty()) << "a program starts with it";
   const HostFindings later = found_with(300);

@@ -40,6 +40,16 @@ TEST(StatusJson, WithoutLinks) {
     "last_failure": "refused", "last_failure_code": "port_closed", "links": []})"));
 }
 
+TEST(StatusJson, WhereAServerIsReached) {
+  RunStatus run;
+  run.listens = {"127.0.0.1:9090"};
+  run.relay = RelayStatus{false, {Cause::kRelayUnreachable, "refused"}};
+  const auto json = Json::parse(to_json({{}, run}));
+  EXPECT_EQ(json.at("listens"), Json::parse(R"(["127.0.0.1:9090"])"));
+  EXPECT_EQ(json.at("relay"), Json::parse(R"({"connected": false, "last_failure": "refused",
+                                              "last_failure_code": "relay_unreachable"})"));
+}
+
 TEST(StatusJson, TheEndOfItsCertificate) {
   RunStatus run;
   EXPECT_FALSE(Json::parse(to_json({{}, run})).contains("certificate_valid_until"));
@@ -142,7 +152,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
-       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type", "declined_code": "type_unknown",
+       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type",
+       "declined_code": "type_unknown",
        "overload": "more than the link carries: one of 3.0 is sent"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
        "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},

@@ -73,7 +73,8 @@ TEST_F(StatusSiteTest, ALoopThatStandsStillIsNotAlive) {
 TEST_F(StatusSiteTest, AClientIsReadyWhenItIsLinked) {
   ASSERT_EQ(site.open(), "");
   site.publish(picture(false));
-  EXPECT_THAT(answer("/readyz"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("refused (port_closed)")));
+  EXPECT_THAT(answer("/readyz"),
+              AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("refused (port_closed)")));
   site.publish(picture(true));
   EXPECT_THAT(answer("/readyz"), StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(answer("/api/history"), HasSubstr("\"path_queue_ms\":[0.0]"));
