@@ -196,17 +196,15 @@ void Doctor::way(const Json& status, bool is_client) {
     const std::string text = text_in(status, "last_failure");
     add("not_linked", {}, text);
     if (const Cause cause = cause_in(status); cause != Cause::kNone)
-      add(finding_for(cause), {}, to_text(text, kTextBytes));
+      add(finding_for(cause), {}, text);
     return;
   }
   const Json& relay = part_of(status, "relay");
   const Cause cause = cause_in(relay);
   if (!is_set(relay, "connected") && cause != Cause::kNone)
-    return add(finding_for(cause), "listen.relay.url",
-               to_text(text_in(relay, "last_failure"), kTextBytes));
-  if (!is_set(relay, "connected") && listens_on_loopback_alone(status))
-    return add("loopback_alone");
-  add("nobody_linked");
+    return add(finding_for(cause), "listen.relay.url", text_in(relay, "last_failure"));
+  const bool is_local = relay.empty() && listens_on_loopback_alone(status);
+  add(is_local ? "loopback_alone" : "nobody_linked");
 }
 
 void Doctor::side(const Json& status) {
