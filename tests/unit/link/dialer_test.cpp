@@ -11,12 +11,12 @@ namespace {
 
 using flow_test::now_ms;
 using std::chrono::milliseconds;
-using Failure = DialFailure;
+using Wait = DialFailure;
 
 constexpr DialerOptions kOptions{milliseconds(200), milliseconds(500)};
 
 // What a dialer waits after a failure now.
-Duration wait_of(Dialer& dialer, Random& random, Failure failure = Failure::kGone) {
+Duration wait_of(Dialer& dialer, Random& random, Wait failure = Wait::kGone) {
   dialer.failed(now_ms(1000).steady, failure, random);
   return *dialer.deadline() - now_ms(1000).steady;
 }
@@ -32,7 +32,7 @@ TEST(Dialer, TheNextOneIsDueAtItsTime) {
   Random random(1);
   Dialer dialer(kOptions);
   dialer.take_due(TimePoint{});
-  dialer.failed(now_ms(0).steady, Failure::kGone, random);
+  dialer.failed(now_ms(0).steady, Wait::kGone, random);
   const TimePoint next = dialer.deadline().value();
   EXPECT_FALSE(dialer.take_due(next - Duration(1)));
   EXPECT_TRUE(dialer.take_due(next));
@@ -69,7 +69,7 @@ TEST(Dialer, JitterReachesFromEndToEnd) {
   EXPECT_GT(waits.size(), 990U);
 }
 
-void expect_wait(Dialer& dialer, Random& random, Failure failure, int seconds) {
+void expect_wait(Dialer& dialer, Random& random, Wait failure, int seconds) {
   const Duration wait = wait_of(dialer, random, failure);
   EXPECT_GE(wait, std::chrono::seconds(seconds));
   EXPECT_LE(wait, milliseconds(1500) * seconds);
@@ -79,19 +79,19 @@ TEST(Dialer, ARefusedLoginWaitsLongerAndLonger) {
   Random random(1);
   Dialer dialer(kOptions);
   for (const int seconds : {5, 10, 20, 40, 40}) {
-    expect_wait(dialer, random, Failure::kRefused, seconds);
+    expect_wait(dialer, random, Wait::kRefused, seconds);
     EXPECT_LE(wait_of(dialer, random), milliseconds(500));
   }
   dialer.forget_refusal(now_ms(1000).steady);
-  expect_wait(dialer, random, Failure::kRefused, 5);
+  expect_wait(dialer, random, Wait::kRefused, 5);
   dialer.opened();
-  expect_wait(dialer, random, Failure::kRefused, 5);
+  expect_wait(dialer, random, Wait::kRefused, 5);
 }
 
 TEST(Dialer, ALoginThatIsPutOffIsTriedAsSoonEachTime) {
   Random random(1);
   Dialer dialer(kOptions);
-  for (int i = 0; i < 10; ++i) expect_wait(dialer, random, Failure::kPutOff, 5);
+  for (int i = 0; i < 10; ++i) expect_wait(dialer, random, Wait::kPutOff, 5);
   dialer.hurry(now_ms(1200).steady);
   EXPECT_GE(*dialer.deadline(), now_ms(6000).steady);
 }
@@ -101,7 +101,7 @@ TEST(Dialer, RefusedClientsDoNotReturnAtOnce) {
   std::set<Duration> waits;
   for (int i = 0; i < 100; ++i) {
     Dialer dialer(kOptions);
-    waits.insert(wait_of(dialer, random, Failure::kRefused));
+    waits.insert(wait_of(dialer, random, Wait::kRefused));
   }
   EXPECT_GT(waits.size(), 90U);
 }
@@ -111,19 +111,19 @@ TEST(Dialer, WhatIsAnsweredByOthersForLongIsDialedRarely) {
   Random random(1);
   Dialer dialer(kOptions);
   for (int i = 0; i < Dialer::kAnswersSoon; ++i)
-    EXPECT_LE(wait_of(dialer, random, Failure::kAnswered), milliseconds(500)) << i;
-  for (int i = 0; i < 10; ++i) expect_wait(dialer, random, Failure::kAnswered, 5);
+    EXPECT_LE(wait_of(dialer, random, Wait::kAnswered), milliseconds(500)) << i;
+  for (int i = 0; i < 10; ++i) expect_wait(dialer, random, Wait::kAnswered, 5);
   dialer.hurry(now_ms(1200).steady);  // another network
   EXPECT_EQ(dialer.deadline(), now_ms(1200).steady);
-  expect_wait(dialer, random, Failure::kAnswered, 5);
+  expect_wait(dialer, random, Wait::kAnswered, 5);
   EXPECT_LE(wait_of(dialer, random), milliseconds(500));  // it is gone: that costs little
-  EXPECT_LE(wait_of(dialer, random, Failure::kAnswered), milliseconds(500));
+  EXPECT_LE(wait_of(dialer, random, Wait::kAnswered), milliseconds(500));
 }
 
 TEST(Dialer, ALongRetryIsNotShortenedByARefusal) {
   Random random(1);
   Dialer dialer({std::chrono::seconds(20), std::chrono::seconds(60)});
-  EXPECT_GE(wait_of(dialer, random, Failure::kRefused), std::chrono::seconds(10));
+  EXPECT_GE(wait_of(dialer, random, Wait::kRefused), std::chrono::seconds(10));
 }
 
 TEST(Dialer, NeverGivesUp) {
@@ -159,7 +159,7 @@ TEST(Dialer, AfterAnotherKeyItTriesEveryFewMinutesOrInAnotherNetwork) {
   Random random(1);
   Dialer dialer(kOptions);
   for (int i = 0; i < 20; ++i) {
-    dialer.failed(now_ms(0).steady, Failure::kOtherKey, random);
+    dialer.failed(now_ms(0).steady, Wait::kOtherKey, random);
     ASSERT_GE(*dialer.deadline(), now_ms(120'000).steady);
     ASSERT_LE(*dialer.deadline(), now_ms(180'000).steady);
   }
@@ -170,7 +170,7 @@ TEST(Dialer, AfterAnotherKeyItTriesEveryFewMinutesOrInAnotherNetwork) {
 TEST(Dialer, StopsForGood) {
   Random random(1);
   Dialer dialer(kOptions);
-  dialer.failed(now_ms(0).steady, Failure::kGone, random);
+  dialer.failed(now_ms(0).steady, Wait::kGone, random);
   dialer.stop();
   EXPECT_FALSE(dialer.deadline());
   EXPECT_FALSE(dialer.take_due(now_ms(60'000).steady));
