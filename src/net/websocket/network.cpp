@@ -282,14 +282,16 @@ void Network::close(ConnectionId connection, CloseCode code, const std::string& 
     found->close(static_cast<std::uint16_t>(code), reason);
   }
   const auto dialing = state_->dials.find(connection);
-  if (dialing != state_->dials.end()) dialing->second->cancel("given up: " + reason);
+  if (dialing != state_->dials.end())
+    dialing->second->cancel({cause_of(code), "given up: " + reason});
 }
 
 void Network::stop() {
   state_->stopped = true;
   state_->routes.reset();
   if (state_->listener) state_->listener->close();
-  for (const auto& entry : state_->dials) entry.second->cancel("this side stops");
+  for (const auto& entry : state_->dials)
+    entry.second->cancel({Cause::kGoingAway, "this side stops"});
   for (const auto& entry : state_->connections) {
     entry.second->close(static_cast<std::uint16_t>(CloseCode::kGoingAway), "the peer is stopping");
   }
