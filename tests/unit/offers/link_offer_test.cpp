@@ -93,7 +93,7 @@ TEST(LinkOffer, WhatWasDeclinedIsOfferedAgainUnderAnotherList) {
   ASSERT_TRUE(s.open());
   s.decline();
   EXPECT_EQ(s.subject.declined().reason, "no room");
-  EXPECT_EQ(s.subject.declined().code, "limit");
+  EXPECT_EQ(s.subject.declined().code, "failed");
   EXPECT_EQ(s.review(false), "");
   s.accept({"/a"});
   EXPECT_EQ(s.review(true), "");  // the peer uses it, so it knows it

@@ -49,7 +49,7 @@ TEST(SideAudit, ALoginItsChannelsAndItsEnd) {
   s.say(1, Decline{{1}, "type_unknown", "no such type"});
   EXPECT_EQ(noted(s), "channel_refused 1 anna export /a by rule type_unknown: no such type\n");
   s.lose(1);
-  EXPECT_THAT(noted(s), HasSubstr("link_lost 1 anna"));
+  EXPECT_THAT(noted(s), HasSubstr("link_lost 1 anna connection_lost: lost"));
 }
 
 TEST(SideAudit, ARefusedStrangerAndWhatNobodyLetsHim) {

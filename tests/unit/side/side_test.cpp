@@ -56,6 +56,35 @@ TEST(Side, AFailedDialIsTriedAgain) {
   EXPECT_EQ(s.status().last_failure, (Failure{Cause::kPortClosed, "refused"}));
 }
 
+TEST(Side, WhyTheServerClosedIsACause) {
+  const auto last_failure = [](std::optional<std::uint16_t> code) {
+    Script s(client());
+    s.give(TimePassed{});
+    s.give(ConnectionOpened{{1}, "10.0.0.1"});
+    s.give(ConnectionClosed{{1}, code, "it", Cause::kAddressGone});
+    return s.status().last_failure;
+  };
+  EXPECT_EQ(last_failure(4003), (Failure{Cause::kLoginRefused, "it says: it"}));
+  EXPECT_EQ(last_failure(1011), (Failure{Cause::kClosed, "it says: it"}));
+  EXPECT_EQ(last_failure({}), (Failure{Cause::kAddressGone, "it"}));
+}
+
+TEST(Side, TheCauseDecidesWhenItDialsAgain) {
+  const auto dials_within = [](Cause cause, std::int64_t ms) {
+    Script s(client());
+    s.give(TimePassed{});
+    s.did();
+    s.give(DialFailed{{1}, {cause, "it"}});
+    s.pass(ms);
+    return s.did().find("dial 2") != std::string::npos;
+  };
+  EXPECT_TRUE(dials_within(Cause::kPortClosed, 1000));
+  EXPECT_TRUE(dials_within(Cause::kProxyWithoutServer, 1000));
+  EXPECT_FALSE(dials_within(Cause::kLoginRefused, 4000));
+  EXPECT_TRUE(dials_within(Cause::kLoginRefused, 8000));
+  EXPECT_FALSE(dials_within(Cause::kOtherKey, 100'000)) << "another server is there";
+}
+
 TEST(Side, AfterAChangeOfTheNetworkItDialsAtOnce) {
   Script s(client());
   s.give(TimePassed{});
