@@ -79,7 +79,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
       descriptors_problem(config.limits.links_max,
                           parts.listen.pending_max + 2 * StatusDoor::kConnectionsMax,  // and socket
                           raise_descriptors());
-  if (!too_many.empty()) assembly.problems.push_back(too_many);
+  if (!too_many.empty()) assembly.problems.push_back({Cause::kValueWrong, too_many});
   if (!config.tls.certificate_file.empty()) parts.listen.tls = parts.config.tls;
   if (!parts.listen.relay) return;
   const CredentialOptions at_relay{"token", "", config.relay_token_file, config.auth.strict_modes};
