@@ -4,6 +4,8 @@
 #include <utility>
 #include <variant>
 
+#include "core/wire/text.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -31,6 +33,7 @@ void Link::opened(std::unique_ptr<Connection> connection, const Now& now) {
   login.set_session(peer.session);
   connection_->carry(*this, &memory);
   life.opened(now);
+  if (!breaks_.empty() && breaks_.back().back == 0) breaks_.back().back = now.system;
 }
 
 void Link::lose(Loss loss, const Now& now) {
@@ -103,6 +106,11 @@ void Link::limit(const LimitsChanged& limits) {
 
 // ---- for people
 
+void Link::note_break(const std::string& reason, const Now& now) {
+  if (breaks_.size() == LinkBreak::kShownMax) breaks_.pop_front();
+  breaks_.push_back({now.system, 0, to_text(reason, LinkBreak::kReasonBytesMax)});
+}
+
 LinkStatus Link::status() const {
   LinkStatus shown;
   shown.number = id.value;
@@ -111,9 +119,11 @@ LinkStatus Link::status() const {
   shown.identity = login.identity().name;
   shown.open = open();
   shown.connects = life.connects();
+  shown.breaks.assign(breaks_.begin(), breaks_.end());
   shown.mirrors_waited = mirrors.waited();
   shown.memory_bytes = memory.used();
   if (!connection_) return shown;
+  shown.connection = connection_->id();
   shown.login_end = login.end(connection_->peer().expires);
   const Outbox& outbox = connection_->outbox();
   shown.sent_bytes = connection_->sent_bytes();

@@ -4,6 +4,7 @@
 // between two of these changes must find one owner.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -222,6 +223,8 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel_; }
 
   // ---- for people
+  // Why the link is about to be lost: kept for its status, the newest LinkBreak::kShownMax.
+  void note_break(const std::string& reason, const Now& now);
   // The link's own part of its status.
   [[nodiscard]] LinkStatus status() const;
   [[nodiscard]] std::uint64_t memory_bytes() const;  // of queues and unfinished messages
@@ -260,6 +263,7 @@ class Link final : public ConnectionUser {
   DueLinks* const due_;
   std::unique_ptr<Connection> connection_;
   LinkPeer peer_;
+  std::deque<LinkBreak> breaks_;
   // Behind the connection, so that their streams end first. Not hashed: the peer chooses the
   // numbers.
   std::map<ChannelId, Incoming> incoming_;

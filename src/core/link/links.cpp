@@ -203,6 +203,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
     const std::string why = "a newer connection of this session took over";
     audit(outputs_, link, AuditEvent::kLinkLost, why, name_of(CloseCode::kReplaced));
     close(link.connection()->id(), CloseCode::kReplaced, why);
+    link.note_break(why, now);
     lose(link, Loss::kBreak, now);
   }
   const Peer& peer = connection->peer();
@@ -269,6 +270,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   log(*link, level, end + why.text + hint, now);
   audit(outputs_, *link, AuditEvent::kLinkLost, why.text, word_of(why.cause));
   last_failure_.set(why, now);
+  link->note_break(why.text, now);
   lose(*link, loss_by(input.code, options_.role), now, how);
 }
 
@@ -313,6 +315,7 @@ void Links::close_failed(Link& link, const Now& now) {
   last_failure_.set({cause_of(error.code), error.message}, now);
   close(link.connection()->id(), error.code, error.message);
   note_offence(link, error.code, now);  // mutant: offences
+  link.note_break(error.message, now);
   lose(link, loss_by(error, link, now), now);
 }
 

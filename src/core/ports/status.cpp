@@ -7,7 +7,7 @@ namespace connect_bridge {
 namespace {
 
 bool is_used(const TopicStatus& topic) {
-  return topic.demanded || topic.messages > 0;
+  return topic.demanded || topic.kept || topic.messages > 0;
 }
 
 bool is_used(const ServiceStatus& service) {
@@ -26,6 +26,22 @@ std::vector<Shown> take_further(std::vector<Shown>& all) {
 }
 
 }  // namespace
+
+StateWord state_of(const TopicStatus& topic) {
+  if (!topic.declined.empty()) return StateWord::kDeclined;
+  if (!topic.demanded) return topic.kept ? StateWord::kKept : StateWord::kNoSubscriber;
+  if (topic.origins == 0) return StateWord::kNoPublisher;
+  return topic.published_for_each_sent > 1 ? StateWord::kOverloaded : StateWord::kFlows;
+}
+
+StateWord state_of(const ServiceStatus& service) {
+  if (!service.declined.empty()) return StateWord::kDeclined;
+  return service.attached ? StateWord::kReady : StateWord::kNoClient;
+}
+
+StateWord state_of(const LinkStatus& link) {
+  return link.open ? StateWord::kOpen : StateWord::kLost;
+}
 
 void LinkStatus::sum_up() {
   further_services = take_further(services).size();

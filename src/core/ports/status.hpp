@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/ids.hpp"
 #include "core/base/time.hpp"
 #include "core/flow/drops.hpp"
 #include "core/policy/treatment.hpp"
@@ -17,12 +18,44 @@
 
 namespace connect_bridge {
 
+// The state of a topic, a service or a link in one word, the same in every view.
+enum class StateWord : std::uint8_t {
+  kDeclined,      // exported: the peer does not import it
+  kKept,          // exported: messages are kept until the link returns
+  kNoSubscriber,  // where it is imported
+  kNoPublisher,   // where it is exported
+  kOverloaded,    // exported: the link carries less than is published
+  kFlows,
+  kNoClient,  // a service that nobody uses where it is imported
+  kReady,     // a service that can be called
+  kOpen,      // a link
+  kLost,      // a link that may return
+};
+
+inline constexpr std::array<Word<StateWord>, 10> kStateWords{{
+    {StateWord::kDeclined, "declined"},
+    {StateWord::kKept, "kept"},
+    {StateWord::kNoSubscriber, "no_subscriber"},
+    {StateWord::kNoPublisher, "no_publisher"},
+    {StateWord::kOverloaded, "overloaded"},
+    {StateWord::kFlows, "flows"},
+    {StateWord::kNoClient, "no_client"},
+    {StateWord::kReady, "ready"},
+    {StateWord::kOpen, "open"},
+    {StateWord::kLost, "lost"},
+}};
+
+[[nodiscard]] constexpr std::string_view name_of(StateWord state) {
+  return word_of(kStateWords, state);
+}
+
 // One topic on one link, as seen from this side.
 struct TopicStatus {
   std::string topic;  // local name
   std::string type;
   bool exported = false;  // else imported
   bool demanded = false;  // data flows
+  bool kept = false;      // exported: some messages wait for the return of a lost link
   std::uint32_t origins = 0;
   std::uint64_t messages = 0;  // exported: handed to the connection; imported: published
   std::uint64_t bytes = 0;     // uncompressed
@@ -42,6 +75,9 @@ struct TopicStatus {
   // Imported: what some subscriber here requests and no publisher offers ("reliability"); empty:
   // all can receive.
   std::string misfit;
+
+  // Exported: messages that this side took for the peer, forwarded or not.
+  [[nodiscard]] std::uint64_t published() const { return messages + dropped.total() + queued; }
 
   // The counts of the same topic on an earlier connection of the link.
   void add_past(const TopicStatus& past) {
@@ -132,6 +168,16 @@ struct ClockStatus {
   Duration last_offset{0};
 };
 
+// One time that a link was lost.
+struct LinkBreak {
+  static constexpr std::size_t kShownMax = 8;  // of a link, the newest
+  static constexpr std::size_t kReasonBytesMax = 200;
+
+  Stamp lost = 0;
+  Stamp back = 0;  // 0: the link has not returned
+  std::string reason;
+};
+
 struct LinkStatus {
   std::uint64_t number = 0;  // of this link, while this process lives
   std::string peer;          // address
@@ -148,6 +194,12 @@ struct LinkStatus {
   double rate = 0;                 // bytes per second that the path to it carries; 0: not known
   Duration path_queue{};           // how long packets wait on it
   std::uint64_t connects = 0;
+  std::vector<LinkBreak> breaks;  // the newest last
+  ConnectionId connection;        // while it is open
+  // TCP segments with data on this connection, and of these the retransmitted ones. Whoever owns
+  // the socket adds them.
+  std::uint64_t segments = 0;
+  std::uint64_t retransmitted = 0;
   // Publishers, services and subscriptions that had to wait for their turn or for a place.
   std::uint64_t mirrors_waited = 0;
   ClockStatus clock;
@@ -164,6 +216,10 @@ struct LinkStatus {
   std::vector<MissingName> missing;
   std::uint64_t further_missing = 0;  // beyond kMissingMax
 };
+
+[[nodiscard]] StateWord state_of(const TopicStatus& topic);
+[[nodiscard]] StateWord state_of(const ServiceStatus& service);
+[[nodiscard]] StateWord state_of(const LinkStatus& link);
 
 // A server's connections without a login.
 struct StrangersStatus {

@@ -167,6 +167,7 @@ void Backlogs::add_status(LinkId link, LinkStatus& status) const {
   auto shown = std::find_if(status.topics.begin(), status.topics.end(), is_own);
   if (shown == status.topics.end()) shown = status.topics.insert(shown, std::move(own));
   shown->queued += backlog->second.size();
+  shown->kept = true;
   for (std::size_t i = 0; i < kDropReasons; ++i)
     shown->dropped.by_reason[i] += backlog->second.dropped().by_reason[i];
 }

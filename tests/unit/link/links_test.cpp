@@ -148,6 +148,26 @@ TEST(Links, ASessionGoesOnOnAnotherConnection) {
 }
 
 // A session secret is no credential.
+TEST(Links, TheLastBreaksAreKeptWithTimeAndReason) {
+  Carried s;
+  s.enter(1, "anna");
+  const Token128 session = s.links.all().begin()->second.login.session();
+  const Link& link = s.links.all().begin()->second;
+  EXPECT_TRUE(link.status().breaks.empty());
+  for (std::uint64_t n = 1; n <= 10; ++n) {
+    const auto at = static_cast<std::int64_t>(100 * n);
+    s.lose(n, at, 1011);
+    EXPECT_EQ(link.status().breaks.back().back, 0);
+    EXPECT_FALSE(link.status().breaks.back().reason.empty());
+    s.enter(n + 1, "anna", at + 50, session);
+  }
+  const auto breaks = link.status().breaks;
+  ASSERT_EQ(breaks.size(), LinkBreak::kShownMax);
+  EXPECT_EQ(breaks.front().lost, now_ms(300).system);
+  EXPECT_EQ(breaks.back().lost, now_ms(1000).system);
+  EXPECT_EQ(breaks.back().back, now_ms(1050).system);
+}
+
 TEST(Links, TheSessionOfAnotherIdentityGoesOnForNobodyElse) {
   Carried s;
   s.enter(1, "anna");

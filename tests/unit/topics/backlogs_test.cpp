@@ -316,6 +316,8 @@ TEST(Backlogs, AreShownWithTheTopicsOwnCountsAndWithNoOthers) {
   ASSERT_EQ(status.topics.size(), 2U);
   EXPECT_EQ(status.topics.at(0).queued, 10U);
   EXPECT_EQ(status.topics.at(1).queued, 11U);
+  EXPECT_FALSE(status.topics.at(0).kept);
+  EXPECT_TRUE(status.topics.at(1).kept);
 }
 
 // Topics of one link are one line, when the last of them is decided.
