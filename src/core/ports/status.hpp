@@ -233,12 +233,6 @@ struct StrangersStatus {
   std::uint64_t logins_not_judged = 0;     // the login method did not answer as it should
 };
 
-// A server's place at its relay.
-struct RelayStatus {
-  bool connected = false;
-  Failure failure;  // since it was connected last; nothing: none yet
-};
-
 struct Status {
   std::vector<LinkStatus> links;
   StrangersStatus strangers;

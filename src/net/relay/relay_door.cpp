@@ -13,6 +13,7 @@
 #include "net/tcp/route_watch.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/tcp/steady_now.hpp"
+#include "net/tcp/system_now.hpp"
 #include "net/tls/openssl_owned.hpp"
 
 namespace connect_bridge {
@@ -73,7 +74,9 @@ RelayDoor::RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions s
       limit_(io),
       next_(io),
       retry_(kFirstRetry),
-      visitors_(kVisitorsAtOnce, kVisitorPeriod) {}
+      visitors_(kVisitorsAtOnce, kVisitorPeriod) {
+  place_.relay = options_.url.text("ws");
+}
 
 RelayDoor::~RelayDoor() = default;
 
@@ -162,7 +165,7 @@ void RelayDoor::on_line(std::string_view line) {
     welcome_ = true;
     retry_ = kFirstRetry;
     told_.clear();
-    failure_ = {};
+    place_.connected_since = system_now();
     limit_.cancel();
     events_.log(LogLevel::kInfo, "reached through the relay: " + options_.url.text("ws"));
     if (!std::exchange(was_welcome_, true) && options_.keep)
@@ -213,8 +216,9 @@ void RelayDoor::fail(const Failure& why) {
   limit_.cancel();
   asked_ = false;
   const bool was_welcome = std::exchange(welcome_, false);
+  place_.connected_since = 0;
+  place_.failure = why;
   const std::string text = "the relay " + options_.url.text("ws") + ": " + why.text;
-  failure_ = {why.cause, text};
   if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");
   told_ = text;
   after(next_, retry_, &RelayDoor::dial);

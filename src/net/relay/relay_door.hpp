@@ -12,7 +12,7 @@
 #include "core/base/pace.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
-#include "core/ports/status.hpp"
+#include "net/relay/place_at_relay.hpp"
 #include "net/tcp/proxy_header.hpp"
 #include "net/tls/tls_files.hpp"
 #include "net/tls/tls_lines.hpp"
@@ -42,7 +42,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   // The path to the relay may have changed, as a connection by it has ended: whether the relay is
   // still there is asked at once, unless it is asked already.
   void look();
-  [[nodiscard]] RelayStatus status() const { return {welcome_, failure_}; }
+  [[nodiscard]] const PlaceAtRelay& place() const { return place_; }
 
  private:
   // A visitor's connection on its way.
@@ -87,7 +87,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   bool was_welcome_ = false;  // ever
   bool asked_ = false;        // a ping is without an answer
   std::string told_;          // the last problem in the log
-  Failure failure_;           // since it was welcome last
+  PlaceAtRelay place_;
   std::set<TicketPtr> tickets_;
 };
 

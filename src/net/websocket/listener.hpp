@@ -63,10 +63,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
   [[nodiscard]] std::vector<std::string> addresses() const;
   [[nodiscard]] const DoorCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t pending() const { return visitors_.size(); }
-  // nullopt: no relay is configured.
-  [[nodiscard]] std::optional<RelayStatus> relay() const {
-    return relay_ ? std::optional(relay_->status()) : std::nullopt;
-  }
+  // Null: it has no place at a relay.
+  [[nodiscard]] const PlaceAtRelay* relay() const { return relay_ ? &relay_->place() : nullptr; }
 
  private:
   class Visitor;                                             // net/websocket/accept.hpp

@@ -307,10 +307,6 @@ Certified Network::certified(ConnectionId connection) const {
   return found && found->is_open() ? found->certified() : certified_by(nullptr);
 }
 
-std::optional<RelayStatus> Network::relay() const {
-  return state_->listener ? state_->listener->relay() : std::nullopt;
-}
-
 std::string Network::dial_problem(const DialOptions& options) {
   std::string problem;
   state_->client_tls(options, problem);
@@ -323,6 +319,16 @@ std::string Network::refused_options() const {
   probe.open(asio::ip::tcp::v4(), error);
   if (error) probe.open(asio::ip::tcp::v6(), error);
   return error ? "" : tune_socket(probe.native_handle(), state_->sockets);
+}
+
+TcpCounts Network::tcp_counts(ConnectionId connection) const {
+  const auto found = state_->find(connection);
+  return found && found->is_open() ? found->tcp_counts() : TcpCounts{};
+}
+
+std::vector<PlaceAtRelay> Network::relays() const {
+  const PlaceAtRelay* const place = state_->listener ? state_->listener->relay() : nullptr;
+  return place == nullptr ? std::vector<PlaceAtRelay>{} : std::vector{*place};
 }
 
 Traffic Network::traffic() const {

@@ -7,12 +7,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/ids.hpp"
 #include "core/flow/outbox.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
-#include "core/ports/status.hpp"
+#include "net/relay/place_at_relay.hpp"
 #include "net/tcp/traffic.hpp"
 #include "net/websocket/network_events.hpp"
 
@@ -91,14 +92,16 @@ class Network {
   // The identity of an open connection's peer by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
-  // A server's place at its relay; nullopt: it has none.
-  [[nodiscard]] std::optional<RelayStatus> relay() const;
   // What would fail in every dial with these options, because of the files that they name; empty:
   // nothing.
   [[nodiscard]] std::string dial_problem(const DialOptions& options);
   // What of the socket options this host refuses, in words; empty: nothing. Every connection goes
   // without that.
   [[nodiscard]] std::string refused_options() const;
+  // What TCP counts of an open connection; zeros: there is none.
+  [[nodiscard]] TcpCounts tcp_counts(ConnectionId connection) const;
+  // Server: its place at the relay, if it has one.
+  [[nodiscard]] std::vector<PlaceAtRelay> relays() const;
   // The bytes of all WebSockets since the start, without handshakes that failed.
   [[nodiscard]] Traffic traffic() const;
 

@@ -13,6 +13,7 @@
 #include "net/tcp/admission.hpp"
 #include "net/tcp/congestion_choice.hpp"
 #include "net/tcp/repair_watch.hpp"
+#include "net/tcp/traffic.hpp"
 #include "net/websocket/extra_frames.hpp"
 #include "net/websocket/gate.hpp"
 #include "net/websocket/network_events.hpp"
@@ -63,6 +64,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
   // ConnectionClosed was delivered.
   [[nodiscard]] bool has_ended() const { return state_ == State::kEnding; }
+  // Only while it is open.
+  [[nodiscard]] TcpCounts tcp_counts() { return tcp_counts_of(native()); }
   // Until now, or until its end.
   [[nodiscard]] Traffic traffic();
   [[nodiscard]] std::uint64_t extra_frames() const { return extra_frames_.total(); }
