@@ -312,7 +312,6 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
   run.network = network_.counts();
   run.traffic = network_.traffic();
   run.listens = network_.listen_addresses();
-  run.relay = network_.relay();
   if (audit_log_) run.audit = audit_log_->counts();
   return run;
 }

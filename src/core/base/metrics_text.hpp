@@ -9,11 +9,6 @@
 
 namespace connect_bridge {
 
-struct MetricHelp {
-  const char* name;  // a counter's without _total
-  const char* help;
-};
-
 // name="value", with any value.
 [[nodiscard]] inline std::string metric_label(std::string_view name, std::string_view value) {
   std::string text{name};
@@ -49,12 +44,12 @@ class MetricsText {
     family(name, counter, help);
     sample(value);
   }
-  // `series`: by metric, values by labels.
+  // `series`: by metric, values by labels. `name`: a counter's without _total.
   template <class Series>
-  void all_of(const MetricHelp& metric, bool counter, const Series& series) {
-    const auto found = series.find(metric.name);
+  void all_of(std::string_view name, std::string_view help, bool counter, const Series& series) {
+    const auto found = series.find(std::string(name));
     if (found == series.end()) return;
-    family(metric.name, counter, metric.help);
+    family(name, counter, help);
     for (const auto& [labels, value] : found->second) sample(value, labels);
   }
   [[nodiscard]] std::string take() { return std::move(text_) + (open_ ? "# EOF\n" : ""); }

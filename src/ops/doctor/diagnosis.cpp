@@ -199,11 +199,11 @@ void Doctor::way(const Json& status, bool is_client) {
       add(finding_for(cause), {}, text);
     return;
   }
-  const Json& relay = part_of(status, "relay");
-  const Cause cause = cause_in(relay);
-  if (!is_set(relay, "connected") && cause != Cause::kNone)
-    return add(finding_for(cause), "listen.relay.url", text_in(relay, "last_failure"));
-  const bool is_local = relay.empty() && listens_on_loopback_alone(status);
+  const Json& relays = part_of(status, "relays");
+  for (const Json& relay : relays)
+    if (const Cause cause = cause_in(relay); !is_set(relay, "connected") && cause != Cause::kNone)
+      return add(finding_for(cause), "listen.relay.url", text_in(relay, "last_failure"));
+  const bool is_local = relays.empty() && listens_on_loopback_alone(status);
   add(is_local ? "loopback_alone" : "nobody_linked");
 }
 

@@ -9,35 +9,22 @@
 namespace connect_bridge {
 namespace {
 
-// Everything that is counted or measured for a topic, a service or a link.
-constexpr MetricHelp kCounters[] = {
-    {"topic_messages", "Messages sent to peers (export) or published here (import)"},
-    {"topic_bytes", "Their bytes, before compression"},
-    {"topic_wire_bytes", "Their bytes on the connection"},
-    {"topic_dropped", "Messages that were not delivered, by reason"},
-    {"service_calls", "Calls that were begun"},
-    {"service_calls_ended", "Calls that have ended, by how"},
-};
-constexpr MetricHelp kLinkCounters[] = {
-    {"link_sent_bytes", "Bytes sent on the connection of a link"},
-    {"link_received_bytes", "Bytes received on it"},
-    {"link_connects", "Times that the link was connected"},
-};
-constexpr MetricHelp kGauges[] = {
-    {"topic_age_seconds", "Age of the last message at its publication here, the most of all links"},
-    {"topic_queued", "Messages that wait to be sent"},
-    {"service_calls_under_way", "Calls without an answer"},
-    {"link_open", "Whether a link is connected"},
-    {"link_round_trip_seconds", "Round trip of the path, without its queue"},
-    {"link_path_queue_seconds", "How long packets wait on the path"},
-    {"link_rate_bytes_per_second", "What the path carries"},
-    {"link_queued_bytes", "Bytes that wait to be sent"},
-    {"link_unacknowledged_bytes", "Bytes that were sent and not yet acknowledged"},
-    {"link_memory_bytes", "Memory that is held because of the peer"},
-};
+// Of a field's value, with what tells it apart: one, or one for each member of an object.
+template <class Of, class Take>
+void each_sample(const Field<Of>& field, const Of& of, Take take) {
+  const OrderedJson value = field.value(of);
+  const Series& series = field.series;
+  if (value.is_object()) {
+    for (const auto& [name, count] : value.items()) take(metric_label(series.label, name), count);
+  } else if (!value.is_null()) {
+    take(series.label.empty() ? "" : metric_label(series.label, field.name), value);
+  }
+}
 
-double in_seconds(Duration time) {
-  return std::chrono::duration<double>(time).count();
+template <class Of>
+double in_metric_units(const Field<Of>& field, const OrderedJson& value) {
+  const double number = value.is_boolean() ? double{value.get<bool>()} : value.get<double>();
+  return field.unit == Unit::kMilliseconds ? number / 1e3 : number;
 }
 
 }  // namespace
@@ -48,8 +35,10 @@ void Metrics::count(const StatusPicture& picture) {
   of_links_.clear();
   for (const LinkStatus& link : picture.side.links) {
     add_link(picture.places.of(link), link);
-    for (const auto& topic : link.topics) add_topic(link, topic);
-    for (const auto& service : link.services) add_service(link, service);
+    for (const auto& topic : link.topics)
+      add_channel(link, topic_fields(), topic, "topic", topic.topic);
+    for (const auto& service : link.services)
+      add_channel(link, service_fields(), service, "service", service.service);
   }
   before_ = std::exchange(next_, {});
 }
@@ -73,48 +62,55 @@ void Metrics::add(const LinkStatus& link, const std::string& own, const std::str
   next_[key] = total;
 }
 
-void Metrics::add_topic(const LinkStatus& link, const TopicStatus& topic) {
-  const std::string labels = labels_of("topic", topic.topic, topic.exported);
-  const std::string own = (topic.exported ? ">" : "<") + topic.topic + " " + topic.type;
-  add(link, own, "topic_messages", labels, topic.messages);
-  add(link, own, "topic_bytes", labels, topic.bytes);
-  add(link, own, "topic_wire_bytes", labels, topic.wire_bytes);
-  for (std::size_t i = 0; i < kDropReasons; ++i) {
-    const std::string reason = "," + metric_label("reason", name_of(static_cast<DropReason>(i)));
-    add(link, own + reason, "topic_dropped", labels + reason, topic.dropped.by_reason[i]);
+template <class Of>
+void Metrics::add_channel(const LinkStatus& link, std::span<const Field<Of>> fields, const Of& of,
+                          const std::string& kind, const std::string& name) {
+  const std::string labels = labels_of(kind, name, of.exported);
+  const std::string own = (of.exported ? ">" : "<") + name + " " + of.type;
+  for (const Field<Of>& field : fields) {
+    const Series& series = field.series;
+    if (series.kind == Series::Kind::kNone) continue;
+    each_sample(field, of, [&](const std::string& more, const OrderedJson& value) {
+      const std::string what = more.empty() ? "" : "," + more;
+      const std::string metric{series.name};
+      if (series.kind == Series::Kind::kCounter)
+        return add(link, own + what, metric, labels + what, value.get<std::uint64_t>());
+      // Ages of several links have no sum.
+      const double number = in_metric_units(field, value);
+      double& shown = now_[metric].try_emplace(labels + what, 0).first->second;
+      shown = field.unit == Unit::kMilliseconds ? std::max(shown, number) : shown + number;
+    });
   }
-  if (topic.exported) now_["topic_queued"][labels] += static_cast<double>(topic.queued);
-  if (!topic.latency_ms) return;
-  double& age =
-      now_["topic_age_seconds"].try_emplace(labels, *topic.latency_ms / 1e3).first->second;
-  age = std::max(age, *topic.latency_ms / 1e3);
-}
-
-void Metrics::add_service(const LinkStatus& link, const ServiceStatus& service) {
-  const std::string labels = labels_of("service", service.service, service.exported);
-  const std::string own = (service.exported ? ">" : "<") + service.service + " " + service.type;
-  add(link, own, "service_calls", labels, service.calls);
-  for (const auto& [how, count] : {std::pair{"answered", service.answered},
-                                   {"refused", service.refused},
-                                   {"timed_out", service.timed_out},
-                                   {"forgotten", service.forgotten},
-                                   {"lost", service.lost}})
-    add(link, own + how, "service_calls_ended", labels + "," + metric_label("how", how), count);
-  now_["service_calls_under_way"][labels] += service.pending;
 }
 
 void Metrics::add_link(std::size_t place, const LinkStatus& link) {
   const std::string labels = metric_label("link", std::to_string(place));
-  of_links_["link_sent_bytes"][labels] = link.sent_bytes;
-  of_links_["link_received_bytes"][labels] = link.received_bytes;
-  of_links_["link_connects"][labels] = link.connects;
-  now_["link_open"][labels] = link.open ? 1 : 0;
-  if (link.clock.known) now_["link_round_trip_seconds"][labels] = in_seconds(link.clock.round_trip);
-  now_["link_path_queue_seconds"][labels] = in_seconds(link.path_queue);
-  now_["link_rate_bytes_per_second"][labels] = link.rate;
-  now_["link_queued_bytes"][labels] = static_cast<double>(link.queued_bytes);
-  now_["link_unacknowledged_bytes"][labels] = static_cast<double>(link.unacknowledged_bytes);
-  now_["link_memory_bytes"][labels] = static_cast<double>(link.memory_bytes);
+  for (const auto& field : link_fields()) {
+    const std::string metric{field.series.name};
+    if (field.series.kind == Series::Kind::kNone) continue;
+    each_sample(field, link, [&](const std::string&, const OrderedJson& value) {
+      if (field.series.kind == Series::Kind::kCounter) {
+        of_links_[metric][labels] = value.get<std::uint64_t>();
+      } else {
+        now_[metric][labels] = in_metric_units(field, value);
+      }
+    });
+  }
+}
+
+template <class Of, class All>
+void Metrics::write(MetricsText& text, std::span<const Field<Of>> fields,
+                    const All& counters) const {
+  for (const Field<Of>& field : fields) {
+    const Series& series = field.series;
+    if (series.help.empty()) continue;
+    const bool counter = series.kind == Series::Kind::kCounter;
+    if (counter) {
+      text.all_of(series.name, series.help, true, counters);
+    } else {
+      text.all_of(series.name, series.help, false, now_);
+    }
+  }
 }
 
 std::string Metrics::text(bool open) const {
@@ -126,35 +122,27 @@ std::string Metrics::text(bool open) const {
   text.sample(1, metric_label("version", run.version) + "," +
                      metric_label("role", server ? "server" : "client") + "," +
                      metric_label("node", run.node));
-  text.one("loop_lag_seconds", false, "Longest delay of the loop in the last second",
-           run.loop_lag_ms / 1e3);
-  text.one("memory_bytes", false, "Memory that peers use, of memory_max", side.shared_bytes);
-  text.one("memory_max_bytes", false, "memory_max", side.shared_bytes_max);
-  text.one("taken", true, "Messages taken from the local graph", run.ros.taken);
-  text.one("published", true, "Messages published in the local graph", run.ros.published);
-  text.one("sent_bytes", true, "Bytes of IP packets sent", run.traffic.sent);
-  text.one("received_bytes", true, "Bytes of IP packets received", run.traffic.received);
-  text.one("reading_held", true, "Times that reading waited since a peer sent more than it may",
-           run.network.held);
+  for (const auto& field : side_fields()) {
+    const Series& series = field.series;
+    const OrderedJson value = field.value(last_);
+    if (series.kind == Series::Kind::kNone || value.is_null()) continue;
+    if (series.kind == Series::Kind::kCounter) {
+      text.one(series.name, true, series.help, value.get<std::uint64_t>());
+    } else {
+      text.one(series.name, false, series.help, in_metric_units(field, value));
+    }
+  }
   if (run.certificate_end != 0)
     text.one("certificate_end_time_seconds", false, "When the certificate in use ends",
              run.certificate_end / kStampSecond);
-  if (run.audit) {
-    text.one("audit_lines", true, "Lines written to the audit log", run.audit->lines);
-    text.one("audit_left_out", true, "Lines that were not", run.audit->left_out);
-  }
-  if (server) {
-    text.one("connections_refused", true, "Connections refused before a login",
-             run.network.refused);
-    text.one("wrong_logins", true, "Wrong logins", side.strangers.wrong_logins);
-    text.one("login_timeouts", true, "Connections without a login in time",
-             side.strangers.login_timeouts);
-  }
+  if (!run.relays.empty())
+    text.one("relay_connected", false, "Whether the server is connected to its relay",
+             static_cast<int>(run.relays.front().connected_since != 0));
   text.one("links", false, "Links, those that are lost and may return among them",
            side.links.size());
-  for (const auto& metric : kLinkCounters) text.all_of(metric, true, of_links_);
-  for (const auto& metric : kCounters) text.all_of(metric, true, totals_);
-  for (const auto& metric : kGauges) text.all_of(metric, false, now_);
+  write(text, link_fields(), of_links_);
+  write(text, topic_fields(), totals_);
+  write(text, service_fields(), totals_);
   return text.take();
 }
 

@@ -5,10 +5,13 @@
 #include <cstdint>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <tuple>
 
-#include "ops/status/status_json.hpp"
+#include "core/base/metrics_text.hpp"
+#include "ops/status/status_fields.hpp"
+#include "ops/status/status_picture.hpp"
 
 namespace connect_bridge {
 
@@ -30,8 +33,10 @@ class Metrics {
   using Series = std::map<std::string, std::map<std::string, Value>>;
   using Totals = std::map<std::tuple<std::uint64_t, std::string, std::string>, std::uint64_t>;
 
-  void add_topic(const LinkStatus& link, const TopicStatus& topic);
-  void add_service(const LinkStatus& link, const ServiceStatus& service);
+  // A topic or a service.
+  template <class Of>
+  void add_channel(const LinkStatus& link, std::span<const Field<Of>> fields, const Of& of,
+                   const std::string& kind, const std::string& name);
   void add_link(std::size_t place, const LinkStatus& link);
   // `kind` and `name` as labels, or "other" if there are too many names.
   [[nodiscard]] std::string labels_of(const std::string& kind, const std::string& name,
@@ -39,6 +44,10 @@ class Metrics {
   // Adds a counter of one link to the sum over all links. `own`: what identifies it on the link.
   void add(const LinkStatus& link, const std::string& own, const std::string& metric,
            const std::string& labels, std::uint64_t total);
+
+  // `counters`: where those of these fields are.
+  template <class Of, class All>
+  void write(MetricsText& text, std::span<const Field<Of>> fields, const All& counters) const;
 
   StatusPicture last_;
   std::set<std::string> names_;

@@ -1,107 +1,43 @@
 #include "ops/status/status_json.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-
-#include "core/base/json.hpp"
-#include "core/policy/treatment.hpp"
-#include "ops/audit/audit_json.hpp"
+#include <span>
+#include <utility>
 
 namespace connect_bridge {
 namespace {
 
-std::string rfc3339_of(Stamp time) {
-  return rfc3339(std::chrono::system_clock::time_point(
-      std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(time))));
-}
-
-OrderedJson to_value(const Traffic& traffic) {
-  return {{"sent_bytes", traffic.sent}, {"received_bytes", traffic.received}};
-}
-
-OrderedJson to_value(const StrangersStatus& strangers, const DoorCounts& doors) {
-  return {{"accepted", doors.accepted},
-          {"refused", doors.refused},
-          {"waiting", strangers.waiting},
-          {"gave_way", doors.gave_way + strangers.gave_way},
-          {"handshakes_waited", doors.handshakes_waited},
-          {"handshakes_dropped", doors.handshakes_dropped},
-          {"wrong_logins", strangers.wrong_logins},
-          {"wrong_logins_late", strangers.wrong_logins_late},
-          {"shut_out", strangers.shut_out},
-          {"login_timeouts", strangers.login_timeouts},
-          {"logins_without_place", strangers.logins_without_place},
-          {"logins_not_judged", strangers.logins_not_judged}};
-}
-
-OrderedJson to_value(const DropCounts& counts) {
-  OrderedJson dropped = OrderedJson::object();
-  for (std::size_t i = 0; i < kDropReasons; ++i)
-    if (counts.by_reason[i] > 0)
-      dropped[std::string(name_of(static_cast<DropReason>(i)))] = counts.by_reason[i];
-  return dropped;
-}
-
-OrderedJson to_value(const TopicStatus& topic) {
-  const OrderedJson dropped = to_value(topic.dropped);
-  OrderedJson json = {{"topic", topic.topic},
-                      {"type", topic.type},
-                      {"direction", topic.exported ? "export" : "import"},
-                      {"demanded", topic.demanded},
-                      {"origins", topic.origins},
-                      {"messages", topic.messages},
-                      {"bytes", topic.bytes},
-                      {"wire_bytes", topic.wire_bytes},
-                      {"queued", topic.queued},
-                      {"dropped", dropped}};
-  if (topic.exported) {
-    json["keep"] = word_of(kKeepWords, topic.keep);
-    json["keep_because"] = topic.keep_because;
+// Adds the fields of one row each to the object.
+template <class Of>
+void put(OrderedJson& json, std::span<const Field<Of>> fields, const Of& of, Names names,
+         Role role) {
+  for (const Field<Of>& field : fields) {
+    OrderedJson value = field.value(of);
+    if (value.is_null()) continue;
+    const bool hidden = names == Names::kHidden &&
+                        (field.seen_by == SeenBy::kUser ||
+                         (field.seen_by == SeenBy::kUserOfServer && role == Role::kServer));
+    if (hidden && !value.is_string()) continue;
+    if (hidden) value = "";
+    const std::size_t dot = field.name.find('.');
+    const std::string name{field.name.substr(0, dot)};
+    if (dot == std::string_view::npos) {
+      json[name] = std::move(value);
+    } else {
+      json[name][std::string(field.name.substr(dot + 1))] = std::move(value);
+    }
   }
-  if (!topic.rule.empty()) json["rule"] = topic.rule;
-  if (!topic.misfit.empty()) json["misfit"] = topic.misfit;
-  if (topic.latency_ms) json["latency_ms"] = *topic.latency_ms;
-  if (topic.published_for_each_sent > 1)
-    json["overload"] = fmt::format("more than the link carries: one of {:.1f} is sent",
-                                   topic.published_for_each_sent);
-  if (!topic.declined.empty()) json["declined"] = topic.declined;
-  if (!topic.declined_code.empty()) json["declined_code"] = topic.declined_code;
-  return json;
 }
 
-OrderedJson to_value(const ServiceStatus& service) {
-  OrderedJson json = {{"service", service.service},
-                      {"type", service.type},
-                      {"direction", service.exported ? "export" : "import"},
-                      {"attached", service.attached},
-                      {"pending", service.pending},
-                      {"waiting", service.waiting},
-                      {"calls", service.calls},
-                      {"answered", service.answered},
-                      {"refused", service.refused},
-                      {"timed_out", service.timed_out},
-                      {"forgotten", service.forgotten},
-                      {"lost", service.lost},
-                      {"duplicates", service.duplicates},
-                      {"request_bytes", service.request_bytes},
-                      {"response_bytes", service.response_bytes}};
-  if (!service.rule.empty()) json["rule"] = service.rule;
-  if (!service.declined.empty()) json["declined"] = service.declined;
-  if (!service.declined_code.empty()) json["declined_code"] = service.declined_code;
-  return json;
-}
-
-OrderedJson to_value(const MissingName& missing) {
-  OrderedJson json = {{"kind", word_of(kKindWords, missing.kind)},
-                      {"name", missing.name},
-                      {"type", missing.type},
-                      {"direction", missing.exported ? "export" : "import"},
-                      {"reason", word_of(kMissingWords, missing.reason)},
-                      {"text", missing.text}};
-  if (!missing.rule.empty()) json["rule"] = missing.rule;
-  if (!missing.code.empty()) json["code"] = missing.code;
-  return json;
+template <class Of>
+OrderedJson list_of(std::span<const Field<Of>> fields, const std::vector<Of>& all) {
+  OrderedJson list = OrderedJson::array();
+  for (const Of& one : all) {
+    OrderedJson json = OrderedJson::object();
+    put(json, fields, one, Names::kShown, Role::kServer);
+    list.push_back(std::move(json));
+  }
+  return list;
 }
 
 }  // namespace
@@ -126,27 +62,14 @@ std::size_t LinkPlaces::of(const LinkStatus& link) const {
 }
 
 OrderedJson facts_of(const LinkStatus& link, Names names) {
-  OrderedJson json = {
-      {"link", link.number},
-      {"peer", link.peer},
-      {"node", link.node},
-      {"identity", names == Names::kShown ? link.identity : ""},
-      {"open", link.open},
-      {"open_seconds", std::chrono::floor<std::chrono::seconds>(link.open_for).count()},
-      {"connects", link.connects},
-      {"mirrors_waited", link.mirrors_waited},
-      {"sent_bytes", link.sent_bytes},
-      {"received_bytes", link.received_bytes},
-      {"queued_bytes", link.queued_bytes},
-      {"unacknowledged_bytes", link.unacknowledged_bytes},
-      {"memory_bytes", link.memory_bytes},
-      {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
-      {"path_queue_ms", milliseconds_of(link.path_queue)}};
-  if (link.clock.known)
-    json["clock"] = {{"offset_ms", milliseconds_of(link.clock.offset)},
-                     {"round_trip_ms", milliseconds_of(link.clock.round_trip)},
-                     {"error_bound_ms", milliseconds_of(link.clock.error_bound)}};
-  if (link.login_end != 0) json["login_valid_until"] = rfc3339_of(link.login_end);
+  OrderedJson json = OrderedJson::object();
+  put(json, link_fields(), link, names, Role::kServer);
+  return json;
+}
+
+OrderedJson facts_of(const StatusPicture& picture, Names names) {
+  OrderedJson json = OrderedJson::object();
+  put(json, side_fields(), picture, names, picture.run.role);
   return json;
 }
 
@@ -154,61 +77,21 @@ namespace {
 
 OrderedJson to_value(const LinkStatus& link, Names names) {
   OrderedJson json = facts_of(link, names);
-  json["topics"] = OrderedJson::array();
-  for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
-  json["services"] = OrderedJson::array();
-  for (const auto& service : link.services) json["services"].push_back(to_value(service));
-  json["missing"] = OrderedJson::array();
-  for (const auto& missing : link.missing) json["missing"].push_back(to_value(missing));
+  json["topics"] = list_of(topic_fields(), link.topics);
+  json["services"] = list_of(service_fields(), link.services);
+  json["missing"] = list_of(missing_fields(), link.missing);
   if (link.further_missing > 0) json["further_missing"] = {{"count", link.further_missing}};
-  if (link.further_topics > 0)
-    json["further_topics"] = {
-        {"count", link.further_topics},  {"messages", link.further.messages},
-        {"bytes", link.further.bytes},   {"wire_bytes", link.further.wire_bytes},
-        {"queued", link.further.queued}, {"dropped", to_value(link.further.dropped)}};
+  if (link.further_topics > 0) {
+    OrderedJson& further = json["further_topics"] = {{"count", link.further_topics}};
+    for (const auto& field : topic_fields())
+      for (const char* summed : {"messages", "bytes", "wire_bytes", "queued", "dropped"})
+        if (field.name == summed) further[summed] = field.value(link.further);
+  }
   if (link.further_services > 0) json["further_services"] = {{"count", link.further_services}};
   return json;
 }
 
 }  // namespace
-
-OrderedJson facts_of(const StatusPicture& picture, Names names) {
-  const Status& status = picture.side;
-  const RunStatus& run = picture.run;
-  // That of a client is about its server.
-  const bool shows_failure = names == Names::kShown || run.role == Role::kClient;
-  OrderedJson json = {{"schema", kStatusSchema},
-                      {"time", run.time},
-                      {"running", run.running},
-                      {"started", run.started},
-                      {"version", run.version},
-                      {"node", run.node},
-                      {"role", run.role == Role::kServer ? "server" : "client"},
-                      {"loop_lag_ms", run.loop_lag_ms},
-                      {"memory_bytes", status.memory_bytes},
-                      {"memory_max_used_bytes", status.shared_bytes},
-                      {"memory_max_bytes", status.shared_bytes_max},
-                      {"taken", run.ros.taken},
-                      {"published", run.ros.published},
-                      {"traffic", to_value(run.traffic)},
-                      {"types_not_installed", run.ros.types_not_installed},
-                      {"reading_held", run.network.held},
-                      {"extra_frames", run.network.extra_frames},
-                      {"last_failure", shows_failure ? status.last_failure.text : ""},
-                      {"last_failure_code", word_of(status.last_failure.cause)}};
-  if (run.certificate_end != 0) json["certificate_valid_until"] = rfc3339_of(run.certificate_end);
-  if (run.audit) {
-    json["audit"] = {{"lines", run.audit->lines}, {"left_out", run.audit->left_out}};
-    if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
-  }
-  if (!run.listens.empty()) json["listens"] = run.listens;
-  if (run.relay)
-    json["relay"] = {{"connected", run.relay->connected},
-                     {"last_failure", run.relay->failure.text},
-                     {"last_failure_code", word_of(run.relay->failure.cause)}};
-  if (run.role == Role::kServer) json["strangers"] = to_value(status.strangers, run.network);
-  return json;
-}
 
 std::string to_json(const StatusPicture& picture, Names names, bool in_lines) {
   OrderedJson json = facts_of(picture, names);

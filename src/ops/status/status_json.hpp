@@ -2,57 +2,14 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "core/base/json.hpp"
-#include "core/ports/net_options.hpp"
 #include "core/ports/status.hpp"
-#include "net/websocket/network.hpp"
-#include "ops/audit/audit_log.hpp"
-#include "ros/entities/counters.hpp"
+#include "ops/status/status_fields.hpp"
+#include "ops/status/status_picture.hpp"
 
 namespace connect_bridge {
-
-// What the run layer adds to the core's status.
-struct RunStatus {
-  std::string time;     // when it was so (RFC 3339)
-  bool running = true;  // false: it has ended
-  std::string node;
-  Role role = Role::kServer;
-  double loop_lag_ms = 0;  // longest delay of the loop in the last second
-  ros::GatewayCounters ros = {};
-  NetworkCounts network = {};
-  Traffic traffic = {};                        // since the start
-  std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
-  std::string version = {};
-  std::string started = {};               // RFC 3339
-  Stamp certificate_end = 0;              // 0: this side shows none that ends
-  std::vector<std::string> listens = {};  // a server's addresses: "127.0.0.1:9090"
-  std::optional<RelayStatus> relay = {};  // none: there is no relay
-};
-
-// A small number for each link that there is, for names that must not come without end.
-// The lowest that is free is given: those of links that have ended serve again.
-class LinkPlaces {
- public:
-  // The links that there are now.
-  void follow(const std::vector<LinkStatus>& links);
-  // From 1 on; of a link of the last follow().
-  [[nodiscard]] std::size_t of(const LinkStatus& link) const;
-
- private:
-  std::vector<std::uint64_t> places_;  // the number of the link there; 0: free
-};
-
-// The status of a side at one moment; nobody changes it.
-struct StatusPicture {
-  Status side;
-  RunStatus run;
-  LinkPlaces places = {};  // of its links
-};
 
 // The version of what to_json() writes. It changes when a member is removed or changes its meaning.
 inline constexpr int kStatusSchema = 1;
@@ -60,9 +17,6 @@ inline constexpr int kStatusSchema = 1;
 [[nodiscard]] inline double milliseconds_of(Duration time) {
   return std::chrono::duration<double, std::milli>(time).count();
 }
-
-// Whether it says who the people on the links are.
-enum class Names : std::uint8_t { kShown, kHidden };
 
 // The members of the side, and of one link, without what is in lists of their own.
 [[nodiscard]] OrderedJson facts_of(const StatusPicture& picture, Names names);

@@ -76,6 +76,42 @@ TEST(Metrics, CountersOfATopicOnlyGrow) {
   EXPECT_EQ(shown(), "11");
 }
 
+TEST(Metrics, WhatIsPublishedAndWhatIsSentAgain) {
+  StatusPicture one = picture({{7, {topic("/a", 3)}}});
+  TopicStatus& shown = one.side.links[0].topics[0];
+  shown.exported = true;
+  shown.dropped.add(DropReason::kNewerAvailable, 27);
+  one.side.links[0].segments = 50;
+  one.side.links[0].retransmitted = 4;
+  one.run.relays = {{"wss://robot@relay:443", 1, {}}};
+  Metrics metrics;
+  metrics.count(one);
+  EXPECT_THAT(metrics.text(true),
+              AllOf(HasSubstr("topic_published_total{direction=\"export\",topic=\"/a\"} 30\n"),
+                    HasSubstr("connect_bridge_relay_connected 1\n"),
+                    HasSubstr("link_segments_total{link=\"1\"} 50\n"),
+                    HasSubstr("link_retransmitted_total{link=\"1\"} 4\n")));
+}
+
+// Ages of two links have no sum, calls have.
+TEST(Metrics, GaugesOfSeveralLinks) {
+  StatusPicture two = picture({{7, {topic("/a", 1)}}, {8, {topic("/a", 1)}}});
+  for (LinkStatus& link : two.side.links) {
+    link.topics[0].latency_ms = static_cast<double>(link.number);
+    ServiceStatus& service = link.services.emplace_back();
+    service.service = "/s";
+    service.pending = 2;
+    service.timed_out = 1;
+  }
+  Metrics metrics;
+  metrics.count(two);
+  EXPECT_THAT(metrics.text(true),
+              AllOf(HasSubstr("topic_age_seconds{direction=\"import\",topic=\"/a\"} 0.008\n"),
+                    HasSubstr("service_calls_under_way{direction=\"import\",service=\"/s\"} 4\n"),
+                    HasSubstr("service_calls_ended_total{direction=\"import\",service=\"/s\","
+                              "how=\"timed_out\"} 2\n")));
+}
+
 TEST(Metrics, APlaceServesAgain) {
   Metrics metrics;
   StatusPicture now = picture({{7, {}}, {8, {}}});

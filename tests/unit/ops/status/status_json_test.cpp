@@ -6,12 +6,15 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
+#include <string_view>
 #include <thread>
 
 #include "core/base/json.hpp"
 #include "ops/status/status_file.hpp"
 #include "unit/scratch.hpp"
+#include "unit/source_text.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -43,11 +46,7 @@ TEST(StatusJson, WithoutLinks) {
 TEST(StatusJson, WhereAServerIsReached) {
   RunStatus run;
   run.listens = {"127.0.0.1:9090"};
-  run.relay = RelayStatus{false, {Cause::kRelayUnreachable, "refused"}};
-  const auto json = Json::parse(to_json({{}, run}));
-  EXPECT_EQ(json.at("listens"), Json::parse(R"(["127.0.0.1:9090"])"));
-  EXPECT_EQ(json.at("relay"), Json::parse(R"({"connected": false, "last_failure": "refused",
-                                              "last_failure_code": "relay_unreachable"})"));
+  EXPECT_EQ(Json::parse(to_json({{}, run})).at("listens"), Json::parse(R"(["127.0.0.1:9090"])"));
 }
 
 TEST(StatusJson, TheEndOfItsCertificate) {
@@ -135,6 +134,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.path_queue = std::chrono::microseconds(1500);
   link.connects = 5;
   link.mirrors_waited = 7;
+  link.segments = 9;
+  link.retransmitted = 2;
   link.clock = {true, std::chrono::milliseconds(-1500), std::chrono::microseconds(2500),
                 std::chrono::microseconds(1250)};
   link.topics = {exported, imported};
@@ -145,21 +146,24 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   status.links = {link};
   EXPECT_EQ(Json::parse(to_json({status, {}})).at("links"), Json::parse(R"([{
     "link": 8, "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true,
-    "open_seconds": 61,
+    "state": "open", "open_seconds": 61, "segments": 9, "retransmitted": 2,
     "connects": 5, "mirrors_waited": 7, "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3,
     "unacknowledged_bytes": 4, "memory_bytes": 6, "rate_bytes_per_second": 2250000,
     "path_queue_ms": 1.5,
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
-       "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
+       "state": "declined", "published": 8, "messages": 3, "bytes": 30, "wire_bytes": 20,
+       "queued": 1,
+       "dropped": {"rate": 4},
        "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type",
        "declined_code": "type_unknown",
        "overload": "more than the link carries: one of 3.0 is sent"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
-       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
-       "misfit": "durability", "latency_ms": 2.5}],
+       "state": "no_subscriber", "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0,
+       "dropped": {}, "misfit": "durability", "latency_ms": 2.5}],
     "services": [
-      {"service": "/s", "type": "p/srv/S", "direction": "export", "attached": true, "pending": 1,
+      {"service": "/s", "type": "p/srv/S", "direction": "export", "state": "declined",
+       "attached": true, "pending": 1,
        "waiting": 2, "calls": 3, "answered": 4, "refused": 5, "timed_out": 6, "forgotten": 7,
        "lost": 8, "duplicates": 9, "request_bytes": 10, "response_bytes": 11,
        "declined": "no such type"}],
@@ -175,6 +179,94 @@ TEST(StatusJson, NamesOfPeopleAreHiddenFromOtherUsers) {
   status.last_failure = {Cause::kLoginRefused, "anna is not permitted"};
   EXPECT_THAT(to_json({status, {}}), testing::HasSubstr("anna"));
   EXPECT_THAT(to_json({status, {}}, Names::kHidden), testing::Not(testing::HasSubstr("anna")));
+}
+
+TEST(StatusJson, OneWordForWhatATopicDoes) {
+  TopicStatus topic;
+  EXPECT_EQ(name_of(state_of(topic)), "no_subscriber");
+  topic.kept = true;
+  EXPECT_EQ(name_of(state_of(topic)), "kept");
+  topic.demanded = true;
+  EXPECT_EQ(name_of(state_of(topic)), "no_publisher");
+  topic.origins = 1;
+  EXPECT_EQ(name_of(state_of(topic)), "flows");
+  topic.published_for_each_sent = 10;
+  EXPECT_EQ(name_of(state_of(topic)), "overloaded");
+  topic.declined = "no such type";
+  EXPECT_EQ(name_of(state_of(topic)), "declined");
+  ServiceStatus service;
+  EXPECT_EQ(name_of(state_of(service)), "no_client");
+  service.attached = true;
+  EXPECT_EQ(name_of(state_of(service)), "ready");
+  LinkStatus link;
+  EXPECT_EQ(name_of(state_of(link)), "lost");
+}
+
+// Nine of ten pictures are replaced: the tenth is not all of it.
+TEST(StatusJson, WhatIsPublishedBesideWhatIsForwarded) {
+  TopicStatus topic;
+  topic.exported = true;
+  topic.messages = 10;
+  topic.queued = 1;
+  topic.dropped.add(DropReason::kNewerAvailable, 89);
+  Status status;
+  status.links.resize(1);
+  status.links[0].topics = {topic};
+  const auto link = Json::parse(to_json({status, {}})).at("links").at(0);
+  const Json& json = link.at("topics").at(0);
+  EXPECT_EQ(json.at("messages"), 10);
+  EXPECT_EQ(json.at("published"), 100);
+}
+
+TEST(StatusJson, TheBreaksOfALink) {
+  LinkStatus link;
+  link.breaks = {{1796688000 * kStampSecond, 1796688004 * kStampSecond, "no answer"},
+                 {1796688100 * kStampSecond, 0, "closed"}};
+  Status status;
+  status.links = {link};
+  EXPECT_EQ(Json::parse(to_json({status, {}})).at("links").at(0).at("breaks"), Json::parse(R"([
+    {"lost": "2026-12-08T00:00:00.000Z", "back": "2026-12-08T00:00:04.000Z", "seconds": 4.0,
+     "reason": "no answer"},
+    {"lost": "2026-12-08T00:01:40.000Z", "reason": "closed"}])"));
+  // A reason may name a person.
+  EXPECT_FALSE(
+      Json::parse(to_json({status, {}}, Names::kHidden)).at("links").at(0).contains("breaks"));
+}
+
+TEST(StatusJson, TheRelayAndARefusedFile) {
+  RunStatus run;
+  EXPECT_FALSE(Json::parse(to_json({{}, run})).contains("relays"));
+  run.relays = {{"wss://r@relay:443", 1796688000 * kStampSecond, {}}};
+  run.refused_parameters = {"2026-12-08T00:00:00.000Z", "rule.a: unknown"};
+  auto json = Json::parse(to_json({{}, run}));
+  EXPECT_EQ(json.at("relays"), Json::parse(R"([{"relay": "wss://r@relay:443", "connected": true,
+    "connected_since": "2026-12-08T00:00:00.000Z"}])"));
+  EXPECT_EQ(json.at("refused_parameters"),
+            Json::parse(R"({"time": "2026-12-08T00:00:00.000Z", "problem": "rule.a: unknown"})"));
+  run.relays[0] = {"wss://r@relay:443", 0, {Cause::kRelayUnreachable, "no answer"}};
+  json = Json::parse(to_json({{}, run}, Names::kHidden));
+  EXPECT_EQ(json.at("relays").at(0).at("connected"), false);
+  EXPECT_EQ(json.at("relays").at(0).at("last_failure"), "no answer");
+  EXPECT_EQ(json.at("relays").at(0).at("last_failure_code"), "relay_unreachable");
+  EXPECT_EQ(json.at("refused_parameters").at("problem"), "");
+}
+
+// A field is one row: every view has it by that.
+TEST(StatusFields, TheDocumentHasTheTables) {
+  EXPECT_THAT(test::source_text("docs/status.md"), testing::HasSubstr(status_tables()))
+      << "make them again: ctl status-doc, between the marks";
+}
+
+TEST(StatusFields, NamesAreThereOnce) {
+  const auto check = [](auto fields) {
+    std::set<std::string_view> names;
+    for (const auto& field : fields) EXPECT_TRUE(names.insert(field.name).second) << field.name;
+  };
+  check(side_fields());
+  check(link_fields());
+  check(topic_fields());
+  check(service_fields());
+  check(missing_fields());
 }
 
 TEST(StatusJson, AClockThatIsNotKnownIsLeftOut) {

@@ -1,0 +1,598 @@
+#include "ops/status/status_fields.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "core/policy/treatment.hpp"
+#include "ops/audit/audit_json.hpp"
+#include "ops/status/status_json.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using As = Column::As;
+using In = Column::In;
+
+// What a member holds.
+template <auto member, class Of>
+OrderedJson get(const Of& of) {
+  return of.*member;
+}
+
+// Left out while it is empty.
+template <auto member, class Of>
+OrderedJson if_any(const Of& of) {
+  return (of.*member).empty() ? OrderedJson() : OrderedJson(of.*member);
+}
+
+template <class Of>
+OrderedJson direction(const Of& of) {
+  return of.exported ? "export" : "import";
+}
+
+template <class Of>
+OrderedJson state(const Of& of) {
+  return name_of(state_of(of));
+}
+
+OrderedJson time_of(Stamp time) {
+  if (time == 0) return {};
+  return rfc3339(std::chrono::system_clock::time_point(
+      std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(time))));
+}
+
+constexpr Series counter(std::string_view name, std::string_view help,
+                         std::string_view label = {}) {
+  return {Series::Kind::kCounter, name, help, label};
+}
+constexpr Series gauge(std::string_view name, std::string_view help) {
+  return {Series::Kind::kGauge, name, help, {}};
+}
+
+// ---- the side
+
+template <auto member>
+OrderedJson of_run(const StatusPicture& side) {
+  return side.run.*member;
+}
+template <auto member>
+OrderedJson of_ros(const StatusPicture& side) {
+  return side.run.ros.*member;
+}
+template <auto member>
+OrderedJson of_network(const StatusPicture& side) {
+  return side.run.network.*member;
+}
+template <auto member>
+OrderedJson of_core(const StatusPicture& side) {
+  return side.side.*member;
+}
+// Nothing at a client.
+template <auto member>
+OrderedJson at_door(const StatusPicture& side) {
+  return side.run.role == Role::kServer ? of_network<member>(side) : OrderedJson();
+}
+template <auto member>
+OrderedJson of_strangers(const StatusPicture& side) {
+  return side.run.role == Role::kServer ? OrderedJson(side.side.strangers.*member) : OrderedJson();
+}
+
+OrderedJson relays(const StatusPicture& side) {
+  if (side.run.relays.empty()) return {};
+  OrderedJson all = OrderedJson::array();
+  for (const PlaceAtRelay& place : side.run.relays) {
+    OrderedJson one = {{"relay", place.relay}, {"connected", place.connected_since != 0}};
+    if (place.connected_since != 0) one["connected_since"] = time_of(place.connected_since);
+    if (place.failure.cause != Cause::kNone) {
+      one["last_failure"] = place.failure.text;
+      one["last_failure_code"] = word_of(place.failure.cause);
+    }
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+constexpr Field<StatusPicture> kSideFields[] = {
+    {"schema", Unit::kNone, [](const StatusPicture&) { return OrderedJson(kStatusSchema); },
+     "1; another number says that a member has gone or means something else"},
+    {"time", Unit::kNone, of_run<&RunStatus::time>, "the moment of this status"},
+    {"running", Unit::kNone, of_run<&RunStatus::running>, "false: the program has ended"},
+    {"started", Unit::kNone, of_run<&RunStatus::started>, "when the program started"},
+    {"version", Unit::kNone, of_run<&RunStatus::version>, "of the program"},
+    {"node", Unit::kNone, of_run<&RunStatus::node>, "name of its node"},
+    {"role", Unit::kNone,
+     [](const StatusPicture& s) {
+       return OrderedJson(s.run.role == Role::kServer ? "server" : "client");
+     },
+     "`server` or `client`"},
+    {"loop_lag_ms", Unit::kMilliseconds, of_run<&RunStatus::loop_lag_ms>,
+     "longest delay of the loop in the last second",
+     gauge("loop_lag_seconds", "Longest delay of the loop in the last second")},
+    {"memory_bytes", Unit::kBytes, of_core<&Status::memory_bytes>, "queues, histories, reassembly"},
+    {"memory_max_used_bytes", Unit::kBytes, of_core<&Status::shared_bytes>,
+     "memory that all peers use, of `memory_max`",
+     gauge("memory_bytes", "Memory that peers use, of memory_max")},
+    {"memory_max_bytes", Unit::kBytes, of_core<&Status::shared_bytes_max>, "`memory_max`",
+     gauge("memory_max_bytes", "memory_max")},
+    {"taken", Unit::kNone, of_ros<&ros::GatewayCounters::taken>,
+     "messages taken from the local graph",
+     counter("taken", "Messages taken from the local graph")},
+    {"published", Unit::kNone, of_ros<&ros::GatewayCounters::published>,
+     "messages published in the local graph",
+     counter("published", "Messages published in the local graph")},
+    {"traffic.sent_bytes", Unit::kBytes,
+     [](const StatusPicture& s) { return OrderedJson(s.run.traffic.sent); },
+     "since the start, as a provider counts: IP packets with headers, TLS and retransmissions",
+     counter("sent_bytes", "Bytes of IP packets sent")},
+    {"traffic.received_bytes", Unit::kBytes,
+     [](const StatusPicture& s) { return OrderedJson(s.run.traffic.received); },
+     "the same, received", counter("received_bytes", "Bytes of IP packets received")},
+    {"types_not_installed", Unit::kNone, of_ros<&ros::GatewayCounters::types_not_installed>,
+     "types that are carried without their package"},
+    {"reading_held", Unit::kNone, of_network<&NetworkCounts::held>,
+     "times that reading waited since a peer sent more than it may",
+     counter("reading_held", "Times that reading waited since a peer sent more than it may")},
+    {"extra_frames", Unit::kNone, of_network<&NetworkCounts::extra_frames>,
+     "WebSocket frames beyond one for each message"},
+    {"last_failure",
+     Unit::kNone,
+     [](const StatusPicture& s) { return OrderedJson(s.side.last_failure.text); },
+     "why the last connection closed, for people",
+     {},
+     {},
+     SeenBy::kUserOfServer},
+    {"last_failure_code", Unit::kNone,
+     [](const StatusPicture& s) { return OrderedJson(word_of(s.side.last_failure.cause)); },
+     "the same as a word of [the causes](#causes); empty while a link is open"},
+    {"listens", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.listens.empty() ? OrderedJson() : OrderedJson(s.run.listens);
+     },
+     "server: the addresses at which it listens"},
+    {"certificate_valid_until", Unit::kNone,
+     [](const StatusPicture& s) { return time_of(s.run.certificate_end); },
+     "of the certificate in use"},
+    {"audit.lines", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.audit ? OrderedJson(s.run.audit->lines) : OrderedJson();
+     },
+     "lines written to the audit log", counter("audit_lines", "Lines written to the audit log")},
+    {"audit.left_out", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.audit ? OrderedJson(s.run.audit->left_out) : OrderedJson();
+     },
+     "lines that were not", counter("audit_left_out", "Lines that were not")},
+    {"audit.problem", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.audit && !s.run.audit->problem.empty() ? OrderedJson(s.run.audit->problem)
+                                                           : OrderedJson();
+     },
+     "why the audit log cannot be written"},
+    {"refused_parameters.time", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.refused_parameters ? OrderedJson(s.run.refused_parameters->time)
+                                       : OrderedJson();
+     },
+     "when a changed parameter file was refused; the parameters before it stay in use"},
+    {"refused_parameters.problem",
+     Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.refused_parameters ? OrderedJson(s.run.refused_parameters->problem)
+                                       : OrderedJson();
+     },
+     "what is wrong with it",
+     {},
+     {},
+     SeenBy::kUser},
+    {"relays", Unit::kNone, relays,
+     "server behind a relay: `relay`, `connected`, `connected_since`, `last_failure`, "
+     "`last_failure_code`"},
+    {"strangers.accepted", Unit::kNone, at_door<&NetworkCounts::accepted>,
+     "server: [connections without a login](#unauthenticated-connections)"},
+    {"strangers.refused", Unit::kNone, at_door<&NetworkCounts::refused>, "refused before a login",
+     counter("connections_refused", "Connections refused before a login")},
+    {"strangers.waiting", Unit::kNone, of_strangers<&StrangersStatus::waiting>, "now"},
+    {"strangers.gave_way", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.role == Role::kServer
+                  ? OrderedJson(s.run.network.gave_way + s.side.strangers.gave_way)
+                  : OrderedJson();
+     },
+     "closed for newer connections"},
+    {"strangers.handshakes_waited", Unit::kNone, at_door<&NetworkCounts::handshakes_waited>,
+     "handshakes that waited for a place"},
+    {"strangers.handshakes_dropped", Unit::kNone, at_door<&NetworkCounts::handshakes_dropped>,
+     "handshakes that got none"},
+    {"strangers.wrong_logins", Unit::kNone, of_strangers<&StrangersStatus::wrong_logins>,
+     "wrong or expired logins", counter("wrong_logins", "Wrong logins")},
+    {"strangers.wrong_logins_late", Unit::kNone, of_strangers<&StrangersStatus::wrong_logins_late>,
+     "of these: answered late, since there were too many"},
+    {"strangers.shut_out", Unit::kNone, of_strangers<&StrangersStatus::shut_out>,
+     "right logins put off, since links of the identity had offended"},
+    {"strangers.login_timeouts", Unit::kNone, of_strangers<&StrangersStatus::login_timeouts>,
+     "no login in time", counter("login_timeouts", "Connections without a login in time")},
+    {"strangers.logins_without_place", Unit::kNone,
+     of_strangers<&StrangersStatus::logins_without_place>,
+     "right logins refused at `connections_max`"},
+    {"strangers.logins_not_judged", Unit::kNone, of_strangers<&StrangersStatus::logins_not_judged>,
+     "the login method did not answer as it should"},
+};
+
+// ---- links
+
+template <auto member>
+OrderedJson of_clock(const LinkStatus& link) {
+  return link.clock.known ? OrderedJson(milliseconds_of(link.clock.*member)) : OrderedJson();
+}
+
+OrderedJson breaks(const LinkStatus& link) {
+  if (link.breaks.empty()) return {};
+  OrderedJson all = OrderedJson::array();
+  for (const LinkBreak& one : link.breaks) {
+    OrderedJson shown = {{"lost", time_of(one.lost)}, {"reason", one.reason}};
+    if (one.back != 0) {
+      shown["back"] = time_of(one.back);
+      shown["seconds"] = static_cast<double>(one.back - one.lost) / kStampSecond;
+    }
+    all.push_back(std::move(shown));
+  }
+  return all;
+}
+
+constexpr Field<LinkStatus> kLinkFields[] = {
+    {"link", Unit::kNone, get<&LinkStatus::number>, "number of the link"},
+    {"peer", Unit::kNone, get<&LinkStatus::peer>, "address of the peer"},
+    {"node", Unit::kNone, get<&LinkStatus::node>, "name of its node"},
+    {"identity",
+     Unit::kNone,
+     get<&LinkStatus::identity>,
+     "who it logged in as",
+     {},
+     {},
+     SeenBy::kUser},
+    {"state", Unit::kNone, state<LinkStatus>, "`open` or `lost`"},
+    {"open", Unit::kNone, get<&LinkStatus::open>, "the same as a boolean",
+     gauge("link_open", "Whether a link is connected")},
+    {"open_seconds", Unit::kSeconds,
+     [](const LinkStatus& l) {
+       return OrderedJson(std::chrono::floor<std::chrono::seconds>(l.open_for).count());
+     },
+     "since the link was connected"},
+    {"connects", Unit::kNone, get<&LinkStatus::connects>, "times that the link was connected",
+     counter("link_connects", "Times that the link was connected")},
+    {"breaks",
+     Unit::kNone,
+     breaks,
+     "the last 8 breaks: `lost`, `reason`, and once it is over `back` and `seconds`",
+     {},
+     {},
+     SeenBy::kUser},
+    {"mirrors_waited", Unit::kNone, get<&LinkStatus::mirrors_waited>,
+     "publishers, services and subscriptions that waited for a place"},
+    {"sent_bytes", Unit::kBytes, get<&LinkStatus::sent_bytes>, "sent on this connection",
+     counter("link_sent_bytes", "Bytes sent on the connection of a link")},
+    {"received_bytes", Unit::kBytes, get<&LinkStatus::received_bytes>, "received on it",
+     counter("link_received_bytes", "Bytes received on it")},
+    {"segments", Unit::kNone, get<&LinkStatus::segments>, "TCP segments with data sent on it",
+     counter("link_segments", "TCP segments with data sent on the connection of a link")},
+    {"retransmitted", Unit::kNone, get<&LinkStatus::retransmitted>,
+     "of these: sent again after a loss",
+     counter("link_retransmitted", "TCP segments that were sent again")},
+    {"queued_bytes", Unit::kBytes, get<&LinkStatus::queued_bytes>, "wait to be sent",
+     gauge("link_queued_bytes", "Bytes that wait to be sent")},
+    {"unacknowledged_bytes", Unit::kBytes, get<&LinkStatus::unacknowledged_bytes>,
+     "sent and not yet acknowledged",
+     gauge("link_unacknowledged_bytes", "Bytes that were sent and not yet acknowledged")},
+    {"memory_bytes", Unit::kBytes, get<&LinkStatus::memory_bytes>,
+     "memory held because of the peer",
+     gauge("link_memory_bytes", "Memory that is held because of the peer")},
+    {"rate_bytes_per_second", Unit::kBytesPerSecond,
+     [](const LinkStatus& l) { return OrderedJson(static_cast<std::uint64_t>(l.rate)); },
+     "estimated bandwidth of the path; 0: not known",
+     gauge("link_rate_bytes_per_second", "Estimated bandwidth of the path")},
+    {"path_queue_ms", Unit::kMilliseconds,
+     [](const LinkStatus& l) { return OrderedJson(milliseconds_of(l.path_queue)); },
+     "queueing delay on the path", gauge("link_path_queue_seconds", "Queueing delay on the path")},
+    {"clock.offset_ms", Unit::kMilliseconds, of_clock<&ClockStatus::offset>,
+     "the peer's system clock minus this one"},
+    {"clock.round_trip_ms", Unit::kMilliseconds, of_clock<&ClockStatus::round_trip>,
+     "round trip of the path, without its queue",
+     gauge("link_round_trip_seconds", "Round trip of the path, without its queue")},
+    {"clock.error_bound_ms", Unit::kMilliseconds, of_clock<&ClockStatus::error_bound>,
+     "how far off the offset may be"},
+    {"login_valid_until", Unit::kNone, [](const LinkStatus& l) { return time_of(l.login_end); },
+     "server: when the login expires"},
+};
+
+// ---- topics
+
+OrderedJson dropped(const TopicStatus& topic) {
+  OrderedJson counts = OrderedJson::object();
+  for (std::size_t i = 0; i < kDropReasons; ++i)
+    if (topic.dropped.by_reason[i] > 0)
+      counts[std::string(name_of(static_cast<DropReason>(i)))] = topic.dropped.by_reason[i];
+  return counts;
+}
+
+OrderedJson overload(const TopicStatus& topic) {
+  if (topic.published_for_each_sent <= 1) return {};
+  return fmt::format("more than the link carries: one of {:.1f} is sent",
+                     topic.published_for_each_sent);
+}
+
+constexpr Field<TopicStatus> kTopicFields[] = {
+    {"topic", Unit::kNone, get<&TopicStatus::topic>, "local name"},
+    {"type", Unit::kNone, get<&TopicStatus::type>, "", {}, {"type"}},
+    {"direction",
+     Unit::kNone,
+     direction<TopicStatus>,
+     "`export` or `import`",
+     {},
+     {"direction", As::kText, In::kWide}},
+    {"state",
+     Unit::kNone,
+     state<TopicStatus>,
+     "one word, [below](#states)",
+     {},
+     {"state", As::kWord, In::kNarrow}},
+    {"demanded", Unit::kNone, get<&TopicStatus::demanded>,
+     "somebody subscribes where it is imported"},
+    {"origins",
+     Unit::kNone,
+     get<&TopicStatus::origins>,
+     "publishers",
+     {},
+     {"publishers", As::kCount}},
+    {"published", Unit::kNone,
+     [](const TopicStatus& t) { return t.exported ? OrderedJson(t.published()) : OrderedJson(); },
+     "export: messages taken here for the peer, forwarded or not",
+     counter("topic_published", "Messages taken for peers, forwarded or not")},
+    {"messages",
+     Unit::kNone,
+     get<&TopicStatus::messages>,
+     "messages forwarded",
+     counter("topic_messages", "Messages sent to peers (export) or published here (import)"),
+     {"messages/s", As::kGrowth, In::kNarrow, "published"}},
+    {"bytes",
+     Unit::kBytes,
+     get<&TopicStatus::bytes>,
+     "their bytes before compression",
+     counter("topic_bytes", "Their bytes, before compression"),
+     {"uncompressed", As::kGrowth}},
+    {"wire_bytes",
+     Unit::kBytes,
+     get<&TopicStatus::wire_bytes>,
+     "their bytes on the connection",
+     counter("topic_wire_bytes", "Their bytes on the connection"),
+     {"on the wire", As::kGrowth, In::kWide}},
+    {"queued",
+     Unit::kNone,
+     get<&TopicStatus::queued>,
+     "messages that wait",
+     gauge("topic_queued", "Messages that wait"),
+     {"queued", As::kCount, In::kWide}},
+    {"dropped",
+     Unit::kNone,
+     dropped,
+     "messages that were not delivered, by reason",
+     counter("topic_dropped", "Messages that were not delivered, by reason", "reason"),
+     {"dropped", As::kReasons, In::kNarrow}},
+    {"keep",
+     Unit::kNone,
+     [](const TopicStatus& t) {
+       return t.exported ? OrderedJson(word_of(kKeepWords, t.keep)) : OrderedJson();
+     },
+     "export: which messages wait where the link carries less than is published",
+     {},
+     {"keep"}},
+    {"keep_because",
+     Unit::kNone,
+     [](const TopicStatus& t) { return t.exported ? OrderedJson(t.keep_because) : OrderedJson(); },
+     "export: why",
+     {},
+     {"because"}},
+    {"rule", Unit::kNone, if_any<&TopicStatus::rule>, "the rule here that allows it", {}, {"rule"}},
+    {"misfit",
+     Unit::kNone,
+     if_any<&TopicStatus::misfit>,
+     "import: the QoS policy that a subscriber here requests and no publisher offers",
+     {},
+     {"QoS misfit"}},
+    {"latency_ms",
+     Unit::kMilliseconds,
+     [](const TopicStatus& t) { return t.latency_ms ? OrderedJson(*t.latency_ms) : OrderedJson(); },
+     "of the last message: its age at its publication here (import), its wait before it was sent "
+     "(export)",
+     gauge("topic_age_seconds",
+           "Age of the last message at its publication here, the most of all "
+           "links"),
+     {"age", As::kText, In::kWide}},
+    {"overload",
+     Unit::kNone,
+     overload,
+     "in words, while the link carries less than is published",
+     {},
+     {"overload"}},
+    {"declined",
+     Unit::kNone,
+     if_any<&TopicStatus::declined>,
+     "export: why the peer does not import it",
+     {},
+     {"declined"}},
+    {"declined_code", Unit::kNone, if_any<&TopicStatus::declined_code>,
+     "export: the same as a word of `decline` ([protocol.md](protocol.md))"},
+};
+
+// ---- services
+
+constexpr Field<ServiceStatus> kServiceFields[] = {
+    {"service", Unit::kNone, get<&ServiceStatus::service>, "local name"},
+    {"type", Unit::kNone, get<&ServiceStatus::type>, "", {}, {"type"}},
+    {"direction",
+     Unit::kNone,
+     direction<ServiceStatus>,
+     "`export` or `import`",
+     {},
+     {"direction", As::kText, In::kWide}},
+    {"state",
+     Unit::kNone,
+     state<ServiceStatus>,
+     "one word, [below](#states)",
+     {},
+     {"state", As::kWord, In::kNarrow}},
+    {"attached", Unit::kNone, get<&ServiceStatus::attached>, "calls can be made"},
+    {"pending",
+     Unit::kNone,
+     get<&ServiceStatus::pending>,
+     "calls without an answer",
+     gauge("service_calls_under_way", "Calls without an answer"),
+     {"pending", As::kCount, In::kNarrow}},
+    {"waiting",
+     Unit::kNone,
+     get<&ServiceStatus::waiting>,
+     "export: of these, calls that wait for their turn",
+     {},
+     {"waiting", As::kCount}},
+    {"calls",
+     Unit::kNone,
+     get<&ServiceStatus::calls>,
+     "calls that were begun",
+     counter("service_calls", "Calls that were begun"),
+     {"calls", As::kCount, In::kNarrow}},
+    {"answered",
+     Unit::kNone,
+     get<&ServiceStatus::answered>,
+     "",
+     counter("service_calls_ended", "Calls that have ended, by how", "how"),
+     {"answered", As::kCount, In::kWide}},
+    {"refused", Unit::kNone, get<&ServiceStatus::refused>, "at a limit, or impossible",
+     counter("service_calls_ended", "", "how")},
+    {"timed_out", Unit::kNone, get<&ServiceStatus::timed_out>,
+     "given up after the rule's `call_timeout`", counter("service_calls_ended", "", "how")},
+    {"forgotten", Unit::kNone, get<&ServiceStatus::forgotten>, "their caller went away",
+     counter("service_calls_ended", "", "how")},
+    {"lost", Unit::kNone, get<&ServiceStatus::lost>, "with the link or the server",
+     counter("service_calls_ended", "", "how")},
+    {"duplicates",
+     Unit::kNone,
+     get<&ServiceStatus::duplicates>,
+     "requests or answers that came twice or late",
+     {},
+     {"duplicates", As::kCount}},
+    {"request_bytes", Unit::kBytes, get<&ServiceStatus::request_bytes>, ""},
+    {"response_bytes", Unit::kBytes, get<&ServiceStatus::response_bytes>, ""},
+    {"rule",
+     Unit::kNone,
+     if_any<&ServiceStatus::rule>,
+     "the rule here that allows it",
+     {},
+     {"rule"}},
+    {"declined",
+     Unit::kNone,
+     if_any<&ServiceStatus::declined>,
+     "export: why the peer does not import it",
+     {},
+     {"declined"}},
+    {"declined_code", Unit::kNone, if_any<&ServiceStatus::declined_code>,
+     "export: the same as a word of `decline` ([protocol.md](protocol.md))"},
+};
+
+// ---- missing names
+
+constexpr Field<MissingName> kMissingFields[] = {
+    {"kind",
+     Unit::kNone,
+     [](const MissingName& m) { return OrderedJson(word_of(kKindWords, m.kind)); },
+     "`topic`, `service` or `action`",
+     {},
+     {"kind", As::kText, In::kWide}},
+    {"name", Unit::kNone, get<&MissingName::name>, "local name"},
+    {"type", Unit::kNone, get<&MissingName::type>, "", {}, {"type"}},
+    {"direction",
+     Unit::kNone,
+     direction<MissingName>,
+     "`export` or `import`",
+     {},
+     {"direction", As::kText, In::kWide}},
+    {"reason", Unit::kNone,
+     [](const MissingName& m) { return OrderedJson(word_of(kMissingWords, m.reason)); },
+     "[one word](#what-is-not-forwarded)"},
+    {"text",
+     Unit::kNone,
+     get<&MissingName::text>,
+     "the same as a sentence",
+     {},
+     {"why", As::kText, In::kNarrow}},
+    {"rule", Unit::kNone, if_any<&MissingName::rule>, "the rule here that decides", {}, {"rule"}},
+    {"code", Unit::kNone, if_any<&MissingName::code>,
+     "for `declined`: the word of `decline` ([protocol.md](protocol.md))"},
+};
+
+// ---- views of the table
+
+std::string_view word_of(Unit unit) {
+  constexpr std::string_view kWords[] = {"", "bytes", "bytes/s", "ms", "s"};
+  return kWords[static_cast<std::size_t>(unit)];
+}
+
+template <class Of>
+OrderedJson columns(std::span<const Field<Of>> fields) {
+  constexpr std::string_view kAs[] = {"text", "word", "count", "growth", "reasons"};
+  constexpr std::string_view kIn[] = {"narrow", "wide", "detail"};
+  OrderedJson all = OrderedJson::array();
+  for (const Field<Of>& field : fields) {
+    const Column& column = field.column;
+    if (column.title.empty()) continue;
+    all.push_back({{"name", field.name},
+                   {"title", column.title},
+                   {"says", field.says},
+                   {"unit", word_of(field.unit)},
+                   {"as", kAs[static_cast<std::size_t>(column.as)]},
+                   {"in", kIn[static_cast<std::size_t>(column.in)]},
+                   {"part_of", column.part_of}});
+  }
+  return all;
+}
+
+template <class Of>
+std::string table(std::string_view before, std::span<const Field<Of>> fields) {
+  std::string text = "| member | unit | meaning |\n| --- | --- | --- |\n";
+  for (const Field<Of>& field : fields)
+    text +=
+        fmt::format("| `{}{}` | {} | {} |\n", before, field.name, word_of(field.unit), field.says);
+  return text;
+}
+
+}  // namespace
+
+std::span<const Field<StatusPicture>> side_fields() {
+  return kSideFields;
+}
+std::span<const Field<LinkStatus>> link_fields() {
+  return kLinkFields;
+}
+std::span<const Field<TopicStatus>> topic_fields() {
+  return kTopicFields;
+}
+std::span<const Field<ServiceStatus>> service_fields() {
+  return kServiceFields;
+}
+std::span<const Field<MissingName>> missing_fields() {
+  return kMissingFields;
+}
+
+OrderedJson page_columns() {
+  return {{"topics", columns(topic_fields())},
+          {"services", columns(service_fields())},
+          {"missing", columns(missing_fields())}};
+}
+
+std::string status_tables() {
+  return "### The side\n\n" + table("", side_fields()) + "\n### `links[]`\n\n" +
+         table("", link_fields()) + "\n### `links[].topics[]`\n\n" + table("", topic_fields()) +
+         "\n### `links[].services[]`\n\n" + table("", service_fields()) +
+         "\n### `links[].missing[]`\n\n" + table("", missing_fields());
+}
+
+}  // namespace connect_bridge
