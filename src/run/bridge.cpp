@@ -313,6 +313,8 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
   run.traffic = network_.traffic();
   run.listens = network_.listen_addresses();
   if (audit_log_) run.audit = audit_log_->counts();
+  run.relays = network_.relays();
+  run.refused_parameters = parameters_.refused_files();
   return run;
 }
 
@@ -337,8 +339,12 @@ void Bridge::take_status_of_next() {
       status_file_.write(file, picture);
     return taking_.reset();
   }
-  if (auto link = side_.status_of(left.back(), loop_.now()))
+  if (auto link = side_.status_of(left.back(), loop_.now())) {
+    const TcpCounts tcp = network_.tcp_counts(link->connection);
+    link->segments = tcp.segments;
+    link->retransmitted = tcp.repairs.repeated;
     picture->side.links.push_back(*std::move(link));
+  }
   left.pop_back();
   boost::asio::post(io_, [this] { take_status_of_next(); });
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <chrono>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -14,6 +15,7 @@
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_changes.hpp"
+#include "ops/audit/audit_json.hpp"
 #include "ops/doctor/host_check.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/surroundings.hpp"
@@ -116,6 +118,11 @@ void LiveParameters::refuse(const std::string& why) {
   changes_.audit(AuditEvent::kRulesRefused, why);
 }
 
+void LiveParameters::refuse_files(const std::string& why) {
+  refused_files_ = {rfc3339(std::chrono::system_clock::now()), why};
+  refuse(why);
+}
+
 void LiveParameters::check_files() {
   bool changed = false;
   for (auto& file : files_) changed = file.settled_change() || changed;
@@ -167,15 +174,17 @@ void LiveParameters::reload(bool changed) {
     unread = who_may_change_rules(config_, node_.facts().parameter_files);
   if (unread.empty() && changed && !std::exchange(has_looked_, true) &&
       again == filled(node_.facts().parameter_overrides, added_)) {
+    refused_files_.reset();
     speaking_ = speaking_files();
     return;
   }
   if (unread.empty())
-    if (const std::string emptied = emptied_file(again); !emptied.empty()) return refuse(emptied);
+    if (const std::string emptied = emptied_file(again); !emptied.empty())
+      return refuse_files(emptied);
   if (!unread.empty()) {
     bool news = !changed;
     for (auto& file : files_) news = file.failed(unread) || news;
-    return news ? refuse(unread) : void();
+    return news ? refuse_files(unread) : void();
   }
   Surroundings around = surroundings();
   // Files of keys that need a restart are not checked.
@@ -184,7 +193,9 @@ void LiveParameters::reload(bool changed) {
   FileChanges found = file_changes(config_, again, around);
   if (found.problems.empty())
     found.problems = apply_change(config_, found.changes, around).problems;
-  if (!found.problems.empty()) return refuse("in the parameter file: " + joined(found.problems));
+  if (!found.problems.empty())
+    return refuse_files("in the parameter file: " + joined(found.problems));
+  refused_files_.reset();
   speaking_ = speaking_files();
   if (!found.fixed.empty())
     node_.log(LogLevel::kWarn,

@@ -11,6 +11,7 @@
 #include "access/pairing/pairing_folder.hpp"
 #include "config/config.hpp"
 #include "core/ports/audit.hpp"
+#include "ops/status/status_picture.hpp"
 #include "ros/node/node.hpp"
 #include "ros/services/parameter_server.hpp"
 
@@ -32,6 +33,10 @@ class LiveParameters {
                  std::optional<PairingFolder> folder, Changes changes);
 
   [[nodiscard]] const Config& config() const { return config_; }
+  // The files as they are now were refused; empty: they were not.
+  [[nodiscard]] const std::optional<RefusedParameters>& refused_files() const {
+    return refused_files_;
+  }
   // Reads the parameter files again if one has changed and is not being written. The first check
   // after the start always reads, and logs nothing if nothing has changed. Blocks as long as the
   // disk does.
@@ -49,6 +54,7 @@ class LiveParameters {
   ros::SetResult set(const std::vector<Parameter>& parameters);
   void answer();
   void refuse(const std::string& why);
+  void refuse_files(const std::string& why);
   // The parameters of the node's files and arguments, and of the pairing. `problem`: the reason if
   // they cannot be read.
   [[nodiscard]] ParameterMap read_again(std::string& problem) const;
@@ -69,6 +75,7 @@ class LiveParameters {
   // The files with parameters for this node at their last use; at first all files.
   std::vector<std::string> speaking_;
   bool lacks_means_ = false;
+  std::optional<RefusedParameters> refused_files_;
   bool has_looked_ = false;  // whether a change since the program read them was looked for
 };
 

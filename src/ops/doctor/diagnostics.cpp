@@ -69,6 +69,10 @@ Diagnostic of_side(const StatusPicture& picture, Stamp now) {
     made.add(Level::kWarn, "the memory that peers may use is nearly full (memory_max)");
   if (run.audit && !run.audit->problem.empty())
     made.add(Level::kError, "the audit log cannot be written: " + run.audit->problem);
+  if (run.refused_parameters)
+    made.add(Level::kWarn, "a changed parameter file was refused; the log has the reason");
+  for (const PlaceAtRelay& place : run.relays)
+    if (place.connected_since == 0) made.add(Level::kError, "no connection to the relay");
   if (run.certificate_end != 0)
     add_end(made, "certificate", run.certificate_end, kCertificateDaysWorthTelling, now);
   const auto& links = side.links;
@@ -89,12 +93,19 @@ Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, Stamp n
   add_values(made, facts);
   if (link.login_end != 0) add_end(made, "login", link.login_end, kLoginDays, now);
   if (!link.open) {
-    made.add(Level::kWarn, "lost, may return");
+    made.add(Level::kWarn, std::string(name_of(state_of(link))) + ", may return");
   } else if (const double queue_ms = milliseconds_of(link.path_queue);
              queue_ms > kQueueMsWorthTelling) {
     made.add(Level::kWarn, fmt::format("packets wait {:.1f} s on the path", queue_ms / 1e3));
   }
-  if (made.message.empty()) made.message = "open";
+  const auto overloaded = std::count_if(
+      link.topics.begin(), link.topics.end(),
+      [](const TopicStatus& topic) { return state_of(topic) == StateWord::kOverloaded; });
+  if (overloaded > 0)
+    made.add(Level::kWarn,
+             fmt::format("{} topic{} {}: the link carries less than is published", overloaded,
+                         overloaded == 1 ? "" : "s", name_of(StateWord::kOverloaded)));
+  if (made.message.empty()) made.message = name_of(state_of(link));
   return made;
 }
 

@@ -92,6 +92,24 @@ TEST(Diagnostics, WhatIsWorthALook) {
   EXPECT_EQ(told(now)[0].level, Level::kError);
 }
 
+TEST(Diagnostics, AnOverloadARefusedFileAndALostRelayAreWorthALook) {
+  StatusPicture now = picture({7});
+  TopicStatus& topic = now.side.links[0].topics.emplace_back();
+  topic.exported = topic.demanded = true;
+  topic.origins = 1;
+  topic.topic = "/of_anna/image";
+  topic.published_for_each_sent = 10;
+  EXPECT_EQ(told(now)[0].level, Level::kOk);
+  EXPECT_EQ(told(now)[1].level, Level::kWarn);
+  EXPECT_EQ(told(now)[1].message, "1 topic overloaded: the link carries less than is published");
+  now.run.refused_parameters = {"2026-12-08T00:00:00.000Z", "anna: unknown"};
+  EXPECT_EQ(told(now)[0].level, Level::kWarn);
+  EXPECT_THAT(told(now)[0].message, AllOf(HasSubstr("refused"), Not(HasSubstr("anna"))));
+  now.run.relays = {{"wss://robot@relay:443", 0, "no answer"}};
+  EXPECT_EQ(told(now)[0].level, Level::kError);
+  EXPECT_THAT(told(now)[0].message, HasSubstr("no connection to the relay"));
+}
+
 TEST(Diagnostics, AClientWithoutALinkSaysWhy) {
   StatusPicture now = picture({}, Role::kClient);
   now.side.last_failure = {Cause::kPortClosed, "wss://robot.example:9090/: refused"};
