@@ -14,6 +14,7 @@
 #include "ctl/ctl_asked.hpp"
 #include "ctl/ctl_commands.hpp"
 #include "ctl/status_text.hpp"
+#include "ops/status/status_fields.hpp"
 #include "ops/status/status_screen.hpp"
 #include "run/exit_codes.hpp"
 
@@ -30,12 +31,15 @@ struct StatusQuestion {
 constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
 constexpr int kNobodyAnswers = 1;
 
-std::size_t rows_of_screen() {
+// Where nobody sees a screen, everything.
+ScreenSize screen_size() {
+  constexpr std::size_t kEndless = std::numeric_limits<std::size_t>::max() / 2;
   winsize size{};
-  if (::isatty(STDOUT_FILENO) == 0 || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 ||
-      size.ws_row == 0)
-    return std::numeric_limits<std::size_t>::max() / 2;
-  return size.ws_row > kLinesBesides ? size.ws_row - kLinesBesides : 1;
+  if (::isatty(STDOUT_FILENO) == 0) return {kEndless, 0, false};
+  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0)
+    return {kEndless, 0, true};
+  return {size.ws_row > kLinesBesides ? size.ws_row - kLinesBesides : std::size_t{1}, size.ws_col,
+          true};
 }
 
 int show_json(const std::string& where) {
@@ -59,7 +63,7 @@ int show_screen(const std::string& where, bool watch) {
       return complain(where + ": no status comes any longer", kNobodyAnswers);
     const bool clears = watch && ::isatty(STDOUT_FILENO) != 0;
     std::fputs(clears ? "\033[H\033[2J" : "", stdout);
-    std::fputs(status_screen(now, before, rows_of_screen()).c_str(), stdout);
+    std::fputs(status_screen(now, before, screen_size()).c_str(), stdout);
     std::fflush(stdout);
     before = now;
   } while (watch);
@@ -104,5 +108,8 @@ void add_status_command(CLI::App& app, int& exit_code) {
                      "this user's programs on this machine");
   auto* json = status->add_flag("--json", question->json, "As JSON (docs/status.md)");
   status->add_flag("--watch", question->watch, "Again every second, until Ctrl-C")->excludes(json);
+  auto* document =
+      app.add_subcommand("status-doc", "Print the tables of the status's fields (docs/status.md)");
+  document->callback([] { std::fputs(status_tables().c_str(), stdout); });
   status->callback([question, &exit_code] { exit_code = run_status(*question); });
 }

@@ -3,20 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cctype>
+#include <functional>
+#include <iterator>
 #include <map>
+#include <span>
 #include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/wire/text.hpp"
 #include "ops/status/json_members.hpp"
+#include "ops/status/screen_table.hpp"
+#include "ops/status/status_fields.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kCellBytes = 200;
-constexpr std::string_view kGoal = "/_action/get_result";
-using Cells = std::vector<std::string>;
 
 std::string shown_bytes(double n) {
   for (const char* unit : {"B", "kB", "MB"}) {
@@ -46,187 +51,407 @@ std::string joined_counts(const Json& counts) {
   return text;
 }
 
-std::string topic_state(const Json& topic) {
-  const auto declined = text_in(topic, "declined");
-  if (!declined.empty()) return "does not cross: " + declined;
-  if (!is_set(topic, "demanded"))
-    return text_in(topic, "direction") == "export" ? "nobody listens there" : "nobody listens here";
-  if (count_in(topic, "origins") == 0) return "no publisher";
-  return "flows";
+std::string plural(std::uint64_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-struct Row {
-  double weight = 0;
-  Cells cells;
+// The seconds between two moments of the status; 0: one is not known.
+double seconds_between(const Json& since, const char* name, const Json& now) {
+  const auto from = moment_in(since, name), to = moment_in(now, "time");
+  return from && to ? *to - *from : 0;
+}
+
+Tone tone_of(std::string_view state) {
+  const auto is = [&](StateWord word) { return state == name_of(word); };
+  if (is(StateWord::kOverloaded) || is(StateWord::kKept)) return Tone::kWarn;
+  if (is(StateWord::kLost) || is(StateWord::kDeclined)) return Tone::kBad;
+  return is(StateWord::kFlows) || is(StateWord::kReady) || is(StateWord::kOpen) ? Tone::kGood
+                                                                                : Tone::kPlain;
+}
+
+// ---- the columns of the table of fields (status_fields.hpp)
+
+struct FieldColumn {
+  std::string name;
+  Unit unit = Unit::kNone;
+  Column column;
 };
 
-class StatusTable {
- public:
-  explicit StatusTable(Cells heads) { rows_.push_back({0, std::move(heads)}); }
+// The state comes last, the drops before it.
+template <class Of>
+std::vector<FieldColumn> columns_of(std::span<const Field<Of>> fields) {
+  std::vector<FieldColumn> columns;
+  for (const Field<Of>& field : fields)
+    if (!field.column.title.empty() && field.column.in != Column::In::kDetail)
+      columns.push_back({std::string(field.name), field.unit, field.column});
+  const auto place = [](const FieldColumn& one) {
+    return one.column.as == Column::As::kWord ? 2 : one.column.as == Column::As::kReasons ? 1 : 0;
+  };
+  std::stable_sort(columns.begin(), columns.end(),
+                   [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  return columns;
+}
 
-  void add(double weight, Cells cells) { rows_.push_back({weight, std::move(cells)}); }
-  [[nodiscard]] std::size_t size() const { return rows_.size() - 1; }
-
-  // With at most `rows` of its rows, the heaviest first.
-  [[nodiscard]] std::string text(std::size_t rows) {
-    std::stable_sort(rows_.begin() + 1, rows_.end(),
-                     [](const Row& a, const Row& b) { return a.weight > b.weight; });
-    const std::size_t shown = std::min(rows, size());
-    std::vector<std::size_t> widths(rows_[0].cells.size());
-    for (std::size_t r = 0; r <= shown; ++r)
-      for (std::size_t i = 0; i < widths.size(); ++i)
-        widths[i] = std::max(widths[i], rows_[r].cells[i].size());
-    std::string text;
-    for (std::size_t r = 0; r <= shown; ++r) {
-      std::string line;
-      for (std::size_t i = 0; i < widths.size(); ++i)
-        line += fmt::format("{:<{}}  ", rows_[r].cells[i], widths[i]);
-      line.erase(line.find_last_not_of(' ') + 1);
-      text += line + "\n";
-    }
-    if (shown < size()) text += fmt::format("... and {} more (--json has all)\n", size() - shown);
-    return text;
+std::vector<ScreenTable::Head> heads_of(std::string name, bool links,
+                                        const std::vector<FieldColumn>& columns) {
+  std::vector<ScreenTable::Head> heads{{std::move(name)}};
+  if (links) heads.push_back({"LINK", true});
+  for (const FieldColumn& one : columns) {
+    std::string title{one.column.title};
+    for (char& c : title) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    heads.push_back({std::move(title), one.column.in == Column::In::kWide});
   }
+  return heads;
+}
 
- private:
-  std::vector<Row> rows_;  // the first: the heads
-};
+std::string shown_rate(double rate) {
+  return fmt::format("{:.{}f}", rate, rate < 10 ? 1 : 0);
+}
 
-// Counts of the earlier status, by link, direction and name.
+// Growths per second, by the name of the counter; empty: there is no earlier status.
+using Growth = std::map<std::string, double, std::less<>>;
+
+ScreenTable::Cell cell_of(const FieldColumn& of, const Json& item, const Growth& growth) {
+  const char* const name = of.name.c_str();
+  switch (of.column.as) {
+    case Column::As::kReasons: return {joined_counts(part_of(item, name))};
+    case Column::As::kWord: {
+      const std::string state = text_in(item, name), declined = text_in(item, "declined");
+      std::string shown = state;
+      std::replace(shown.begin(), shown.end(), '_', ' ');
+      return {declined.empty() ? shown : shown + ": " + declined, tone_of(state)};
+    }
+    case Column::As::kGrowth: {
+      const auto found = growth.find(of.name);
+      if (found == growth.end()) return {};
+      const double rate = found->second;
+      if (of.unit == Unit::kBytes) return {shown_bytes(rate) + "/s"};
+      const auto whole = growth.find(of.column.part_of);
+      // A tick of the status may come between a message and its count.
+      const bool is_part = whole != growth.end() && whole->second > 1.05 * rate + 0.2;
+      return {shown_rate(rate) + (is_part ? " of " + shown_rate(whole->second) : "")};
+    }
+    case Column::As::kCount: {
+      const std::uint64_t count = count_in(item, name);
+      return {count == 0 ? "" : std::to_string(count)};
+    }
+    case Column::As::kText: break;
+  }
+  if (of.unit == Unit::kMilliseconds)
+    return {item.contains(name) ? shown_ms(number_in(item, name)) : ""};
+  return {text_in(item, name)};
+}
+
+// ---- topics
+
+// Of an action the base name and the part, "feedback"; empty: the name is of no action.
+std::pair<std::string, std::string> action_of(const std::string& name) {
+  constexpr std::string_view kAction = "/_action/";
+  const std::size_t at = name.rfind(kAction);
+  if (at == std::string::npos) return {};
+  return {name.substr(0, at), name.substr(at + kAction.size())};
+}
+
 std::string topic_key(const Json& link, const Json& topic) {
   return fmt::format("{} {} {} {}", count_in(link, "link"), text_in(topic, "direction"),
                      text_in(topic, "topic"), text_in(topic, "type"));
 }
 
-StatusTable topic_table(const Json& now, const Json& before) {
-  std::map<std::string, std::pair<double, double>> had;
+ScreenTable topic_table(const Json& now, const Json& before) {
+  const std::vector<FieldColumn> columns = columns_of(topic_fields());
+  std::map<std::string, const Json*> had;
   for (const Json& link : part_of(before, "links"))
-    for (const Json& topic : part_of(link, "topics"))
-      had[topic_key(link, topic)] = {number_in(topic, "messages"), number_in(topic, "bytes")};
-  const auto then = moment_in(before, "time"), at = moment_in(now, "time");
-  const double seconds = then && at ? *at - *then : 0;
-  StatusTable table(
-      {"TOPIC", "DIRECTION", "LINK", "MESSAGES/S", "BYTES/S", "AGE", "QUEUED", "DROPPED", "STATE"});
-  for (const Json& link : part_of(now, "links"))
+    for (const Json& topic : part_of(link, "topics")) had[topic_key(link, topic)] = &topic;
+  const double seconds = seconds_between(before, "time", now);
+  const Json& links = part_of(now, "links");
+  ScreenTable table(heads_of("TOPIC", links.size() > 1, columns));
+  for (const Json& link : links)
     for (const Json& topic : part_of(link, "topics")) {
+      const std::string name = text_in(topic, "topic");
+      if (!action_of(name).first.empty()) continue;
+      Growth growth;
       const auto old = had.find(topic_key(link, topic));
-      const bool known = old != had.end() && seconds > 0;
-      const auto rate = [&](const char* name, double was) {
-        return known ? std::max(0.0, number_in(topic, name) - was) / seconds : 0;
+      const auto grow = [&](const std::string& of) {
+        if (old != had.end() && seconds > 0 && topic.contains(of))
+          growth[of] =
+              std::max(0.0, number_in(topic, of.c_str()) - number_in(*old->second, of.c_str())) /
+              seconds;
       };
-      const double messages = rate("messages", known ? old->second.first : 0);
-      const double bytes = rate("bytes", known ? old->second.second : 0);
-      table.add(bytes,
-                {text_in(topic, "topic"), text_in(topic, "direction"),
-                 std::to_string(count_in(link, "link")),
-                 known ? fmt::format("{:.{}f}", messages, messages < 10 ? 1 : 0) : "",
-                 known ? shown_bytes(bytes) : "",
-                 topic.contains("latency_ms") ? shown_ms(number_in(topic, "latency_ms")) : "",
-                 std::to_string(count_in(topic, "queued")),
-                 joined_counts(part_of(topic, "dropped")), topic_state(topic)});
+      for (const FieldColumn& one : columns)
+        if (one.column.as == Column::As::kGrowth) {
+          grow(one.name);
+          if (!one.column.part_of.empty()) grow(std::string(one.column.part_of));
+        }
+      std::vector<ScreenTable::Cell> cells{{name}};
+      if (links.size() > 1) cells.push_back({std::to_string(count_in(link, "link"))});
+      for (const FieldColumn& one : columns) cells.push_back(cell_of(one, topic, growth));
+      const auto bytes = growth.find("wire_bytes");
+      table.add(bytes == growth.end() ? 0 : bytes->second, std::move(cells));
     }
   return table;
 }
 
-StatusTable call_table(const Json& now) {
-  StatusTable table({"SERVICE OR ACTION", "DIRECTION", "LINK", "UNDER WAY", "CALLS", "ANSWERED",
-                     "FAILED", "STATE"});
-  for (const Json& link : part_of(now, "links"))
-    for (const Json& service : part_of(link, "services")) {
-      auto name = text_in(service, "service");
-      if (name.ends_with(kGoal)) name = name.substr(0, name.size() - kGoal.size()) + " (goals)";
-      Json failed = Json::object();
-      for (const char* how : {"refused", "timed_out", "forgotten", "lost"})
-        failed[how] = count_in(service, how);
-      const auto declined = text_in(service, "declined");
-      const auto count = [&](const char* what) { return std::to_string(count_in(service, what)); };
-      table.add(number_in(service, "pending") + number_in(service, "calls") / 1e9,
-                {name, text_in(service, "direction"), std::to_string(count_in(link, "link")),
-                 count("pending"), count("calls"), count("answered"), joined_counts(failed),
-                 !declined.empty()             ? "does not cross: " + declined
-                 : is_set(service, "attached") ? "can be called"
-                                               : "nobody calls"});
+// ---- services and actions
+
+constexpr std::string_view kParameterServices[] = {
+    "describe_parameters", "get_parameters", "get_parameter_types",
+    "list_parameters",     "set_parameters", "set_parameters_atomically"};
+
+// The services and topics of an action are one row, and so are the parameter services of a node.
+struct Called {
+  Json shown = Json::object();
+  Json failed = Json::object();
+};
+
+std::string row_name(const std::string& name) {
+  if (const auto action = action_of(name).first; !action.empty()) return action + " (action)";
+  const std::size_t slash = name.rfind('/');
+  if (slash == std::string::npos || slash == 0) return name;
+  const std::string last = name.substr(slash + 1);
+  const bool own = std::find(std::begin(kParameterServices), std::end(kParameterServices), last) !=
+                   std::end(kParameterServices);
+  return own ? name.substr(0, slash) + " (parameters)" : name;
+}
+
+// Of the states of a row's parts the one that a person has to know first.
+bool comes_before(std::string_view one, std::string_view other) {
+  constexpr StateWord kOrder[] = {StateWord::kOverloaded, StateWord::kDeclined, StateWord::kReady,
+                                  StateWord::kKept, StateWord::kNoClient};
+  const auto place = [&](std::string_view state) {
+    return std::find_if(std::begin(kOrder), std::end(kOrder),
+                        [&](StateWord word) { return name_of(word) == state; });
+  };
+  return place(one) < place(other);
+}
+
+void add_part(Called& row, const Json& part, const std::string& name, bool is_topic) {
+  const std::string what = action_of(name).second, state = text_in(part, "state");
+  if (!row.shown.contains("direction")) row.shown["direction"] = text_in(part, "direction");
+  if (!row.shown.contains("state") || comes_before(state, text_in(row.shown, "state")))
+    row.shown["state"] = state;
+  if (const auto declined = text_in(part, "declined"); !declined.empty())
+    row.shown["declined"] = declined;
+  const auto add = [](Json& to, const std::string& key, std::uint64_t count) {
+    if (count > 0) to[key] = count_in(to, key.c_str()) + count;
+  };
+  for (const char* how : {"refused", "timed_out", "forgotten", "lost"})
+    add(row.failed, how, count_in(part, how));
+  if (is_topic)
+    for (const auto& [why, count] : part_of(part, "dropped").items())
+      if (count.is_number()) add(row.failed, what + " dropped", count.get<std::uint64_t>());
+  // A goal has not ended while its result is awaited.
+  if (is_topic || (!what.empty() && what != "get_result")) return;
+  for (const FieldColumn& one : columns_of(service_fields()))
+    if (one.column.as == Column::As::kCount)
+      add(row.shown, one.name, count_in(part, one.name.c_str()));
+}
+
+ScreenTable call_table(const Json& now) {
+  std::vector<FieldColumn> columns = columns_of(service_fields());
+  columns.insert(columns.end() - 1,
+                 {"failed", Unit::kNone, {"failed", Column::As::kReasons, Column::In::kNarrow}});
+  const Json& links = part_of(now, "links");
+  ScreenTable table(heads_of("SERVICE OR ACTION", links.size() > 1, columns));
+  for (const Json& link : links) {
+    std::map<std::tuple<std::string, std::string, std::string>, Called> rows;
+    const auto add = [&](const Json& part, const char* member) {
+      const std::string name = text_in(part, member);
+      const bool is_topic = std::string_view(member) == "topic";
+      const std::string row = row_name(name);
+      if (is_topic && action_of(name).first.empty()) return;
+      const std::string type = row == name ? text_in(part, "type") : "";
+      add_part(rows[{row, text_in(part, "direction"), type}], part, name, is_topic);
+    };
+    for (const Json& service : part_of(link, "services")) add(service, "service");
+    for (const Json& topic : part_of(link, "topics")) add(topic, "topic");
+    for (auto& [key, row] : rows) {
+      row.shown["failed"] = row.failed;
+      std::vector<ScreenTable::Cell> cells{{std::get<0>(key)}};
+      if (links.size() > 1) cells.push_back({std::to_string(count_in(link, "link"))});
+      for (const FieldColumn& one : columns) cells.push_back(cell_of(one, row.shown, {}));
+      table.add(number_in(row.shown, "pending") + number_in(row.shown, "calls") / 1e9,
+                std::move(cells));
+    }
+  }
+  return table;
+}
+
+// ---- the rest
+
+ScreenTable missing_table(const Json& now) {
+  const std::vector<FieldColumn> columns = columns_of(missing_fields());
+  const Json& links = part_of(now, "links");
+  ScreenTable table(heads_of("NOT FORWARDED", links.size() > 1, columns));
+  for (const Json& link : links)
+    for (const Json& missing : part_of(link, "missing")) {
+      std::vector<ScreenTable::Cell> cells{{text_in(missing, "name")}};
+      if (links.size() > 1) cells.push_back({std::to_string(count_in(link, "link"))});
+      for (const FieldColumn& one : columns) cells.push_back(cell_of(one, missing, {}));
+      table.add(0, std::move(cells));
     }
   return table;
 }
 
-StatusTable missing_table(const Json& now) {
-  StatusTable table({"DOES NOT CROSS", "KIND", "DIRECTION", "LINK", "WHY"});
-  for (const Json& link : part_of(now, "links"))
-    for (const Json& missing : part_of(link, "missing"))
-      table.add(0,
-                {text_in(missing, "name"), text_in(missing, "kind"), text_in(missing, "direction"),
-                 std::to_string(count_in(link, "link")), text_in(missing, "text")});
-  return table;
+// "19:34:00" of a moment of the status, with the day where it is another one.
+std::string shown_moment(const Json& of, const char* name, const Json& now) {
+  const std::string at = text_in(of, name), today = text_in(now, "time");
+  if (at.size() < 19) return at;
+  const std::string time = at.substr(11, 8);
+  return at.substr(0, 10) == today.substr(0, 10) ? time + " UTC" : at.substr(0, 10) + " " + time;
 }
 
-std::string link_lines(const Json& link) {
+std::string link_lines(const Json& link, const Json& old, const Json& now, double seconds,
+                       const ScreenSize& size) {
   const bool open = is_set(link, "open");
+  const std::string state = text_in(link, "state");
+  const Json& breaks = part_of(link, "breaks");
+  std::string since;
+  if (open) since = " for " + shown_span(count_in(link, "open_seconds"));
+  if (!open && !breaks.empty()) since = " since " + shown_moment(breaks.back(), "lost", now);
   std::string text =
-      fmt::format("link {}  {} {} {}  {}\n", count_in(link, "link"), text_in(link, "identity"),
+      fmt::format("link {}  {}{} {}  {}\n", count_in(link, "link"),
+                  text_in(link, "identity").empty() ? "" : text_in(link, "identity") + " ",
                   text_in(link, "node"), text_in(link, "peer"),
-                  open ? "open for " + shown_span(count_in(link, "open_seconds")) : "lost");
-  const auto clock = link.find("clock");
-  const double rate = number_in(link, "rate_bytes_per_second");
-  text += fmt::format(
-      "  round trip {}, rate of the path {}, queue of the path {}, sent {}, received {}, queued "
-      "{}, "
-      "connected {} times\n",
-      clock == link.end() ? "unknown" : shown_ms(number_in(*clock, "round_trip_ms")),
-      rate > 0 ? shown_bytes(rate) + "/s" : "unknown", shown_ms(number_in(link, "path_queue_ms")),
-      shown_bytes(number_in(link, "sent_bytes")), shown_bytes(number_in(link, "received_bytes")),
-      shown_bytes(number_in(link, "queued_bytes")), count_in(link, "connects"));
-  return text;
+                  coloured(state + since, tone_of(state), size.colour));
+  if (!breaks.empty()) {
+    const Json& last = breaks.back();
+    const std::string back =
+        last.contains("back")
+            ? ", for " + shown_span(static_cast<std::uint64_t>(number_in(last, "seconds")))
+            : "";
+    text += wrapped(fmt::format("{}, the last at {}{}: {}", plural(breaks.size(), "break"),
+                                shown_moment(last, "lost", now), back, text_in(last, "reason")),
+                    2, size.columns);
+  }
+  if (!open) return text;
+  std::vector<std::string> facts;
+  const auto growth = [&](const char* name) {
+    return std::max(0.0, number_in(link, name) - number_in(old, name)) / seconds;
+  };
+  if (seconds > 0 && is_set(old, "open") && count_in(old, "connects") == count_in(link, "connects"))
+    facts.push_back(fmt::format("sends {}/s, receives {}/s", shown_bytes(growth("sent_bytes")),
+                                shown_bytes(growth("received_bytes"))));
+  if (const double rate = number_in(link, "rate_bytes_per_second"); rate > 0)
+    facts.push_back("estimated bandwidth " + shown_bytes(rate) + "/s");
+  if (const Json& clock = part_of(link, "clock"); !clock.empty())
+    facts.push_back("round trip " + shown_ms(number_in(clock, "round_trip_ms")));
+  facts.push_back("queueing delay " + shown_ms(number_in(link, "path_queue_ms")));
+  facts.push_back("queued " + shown_bytes(number_in(link, "queued_bytes")));
+  facts.push_back(fmt::format("retransmitted {} of {} segments", count_in(link, "retransmitted"),
+                              count_in(link, "segments")));
+  facts.push_back("connected " + plural(count_in(link, "connects"), "time"));
+  return text + wrapped(fmt::format("{}", fmt::join(facts, ", ")), 2, size.columns);
+}
+
+// What a person has to do something about.
+std::string problem_lines(const Json& now, const ScreenSize& size) {
+  std::string lines;
+  const auto add = [&](const std::string& text, Tone tone) {
+    std::string line = wrapped(text, 0, size.columns);
+    line.pop_back();
+    lines += coloured(line, tone, size.colour) + "\n";
+  };
+  if (const auto failure = text_in(now, "last_failure"); !failure.empty())
+    add("last failure: " + failure, Tone::kBad);
+  if (const auto problem = text_in(part_of(now, "audit"), "problem"); !problem.empty())
+    add("the audit log cannot be written: " + problem, Tone::kBad);
+  if (const Json& refused = part_of(now, "refused_parameters"); !refused.empty())
+    add(fmt::format("the parameter file was refused at {}, the parameters before it stay: {}",
+                    shown_moment(refused, "time", now), text_in(refused, "problem")),
+        Tone::kBad);
+  for (const Json& relay : part_of(now, "relays"))
+    if (!is_set(relay, "connected"))
+      add(fmt::format("no connection to the relay {}: {}", text_in(relay, "relay"),
+                      text_in(relay, "last_failure")),
+          Tone::kBad);
+  std::vector<std::string> overloaded;
+  for (const Json& link : part_of(now, "links"))
+    for (const Json& topic : part_of(link, "topics"))
+      if (text_in(topic, "state") == name_of(StateWord::kOverloaded))
+        overloaded.push_back(text_in(topic, "topic"));
+  constexpr std::size_t kNamed = 5;
+  const std::size_t more = overloaded.size() - std::min(overloaded.size(), kNamed);
+  overloaded.resize(overloaded.size() - more);
+  if (!overloaded.empty())
+    add(fmt::format("overload: the link carries less than is published on {}{}",
+                    fmt::join(overloaded, ", "), more > 0 ? fmt::format(" and {} more", more) : ""),
+        Tone::kWarn);
+  return lines;
 }
 
 // Of a relay (src/relay/relay_status.hpp).
-std::string relay_screen(const Json& now, std::size_t rows) {
-  StatusTable robots({"ROBOT", "FROM", "HERE", "VISITORS", "ALL VISITORS", "SENT", "RECEIVED"});
+std::string relay_screen(const Json& now, const ScreenSize& size) {
+  ScreenTable robots({{"ROBOT"},
+                      {"FROM", true},
+                      {"HERE"},
+                      {"VISITORS"},
+                      {"ALL VISITORS", true},
+                      {"SENT"},
+                      {"RECEIVED"}});
   for (const Json& robot : part_of(now, "robots"))
-    robots.add(
-        number_in(robot, "sent_bytes") + number_in(robot, "received_bytes"),
-        {text_in(robot, "robot"), text_in(robot, "peer"),
-         is_set(robot, "open") ? shown_span(count_in(robot, "open_seconds")) : "gone",
-         std::to_string(count_in(robot, "pairs")), std::to_string(count_in(robot, "visitors")),
-         shown_bytes(number_in(robot, "sent_bytes")),
-         shown_bytes(number_in(robot, "received_bytes"))});
-  std::string text = fmt::format("relay  {} robots\nversion {}, since {}\n", robots.size(),
-                                 text_in(now, "version"), text_in(now, "started"));
-  text += "who came: " + joined_counts(part_of(now, "strangers")) + "\n";
+    robots.add(number_in(robot, "sent_bytes") + number_in(robot, "received_bytes"),
+               {{text_in(robot, "robot")},
+                {text_in(robot, "peer")},
+                {is_set(robot, "open") ? shown_span(count_in(robot, "open_seconds")) : "gone"},
+                {std::to_string(count_in(robot, "pairs"))},
+                {std::to_string(count_in(robot, "visitors"))},
+                {shown_bytes(number_in(robot, "sent_bytes"))},
+                {shown_bytes(number_in(robot, "received_bytes"))}});
+  std::string text =
+      fmt::format("relay  {}\nversion {}, since {}\n", plural(robots.size(), "robot"),
+                  text_in(now, "version"), text_in(now, "started"));
+  text += "connection attempts: " + joined_counts(part_of(now, "strangers")) + "\n";
   if (const auto refused = joined_counts(part_of(now, "refused")); !refused.empty())
     text += "refused: " + refused + "\n";
-  if (robots.size() > 0) text += "\n" + robots.text(rows);
+  if (robots.size() > 0) text += "\n" + robots.text(size.rows, size);
   return text;
 }
 
 }  // namespace
 
-std::string status_screen(const Json& now, const Json& before, std::size_t rows) {
-  if (text_in(now, "role") == "relay") return relay_screen(now, rows);
+std::string status_screen(const Json& now, const Json& before, const ScreenSize& size) {
+  if (text_in(now, "role") == "relay") return relay_screen(now, size);
   const Json& links = part_of(now, "links");
-  const auto open = std::count_if(links.begin(), links.end(),
-                                  [](const Json& link) { return is_set(link, "open"); });
+  const auto open = static_cast<std::uint64_t>(std::count_if(
+      links.begin(), links.end(), [](const Json& link) { return is_set(link, "open"); }));
+  const std::uint64_t lost = links.size() - open;
+  const Tone tone = open == 0 ? Tone::kBad : lost > 0 ? Tone::kWarn : Tone::kGood;
   std::string text = fmt::format(
-      "{} ({})  {}\nversion {}, since {}, loop lag {}, memory of peers {} of {}\n",
-      text_in(now, "node"), text_in(now, "role"),
-      open == 1 ? "1 link is open" : fmt::format("{} links are open", open),
-      text_in(now, "version"), text_in(now, "started"), shown_ms(number_in(now, "loop_lag_ms")),
-      shown_bytes(number_in(now, "memory_max_used_bytes")),
-      shown_bytes(number_in(now, "memory_max_bytes")));
-  if (const auto failure = text_in(now, "last_failure"); !failure.empty())
-    text += "last failure: " + failure + "\n";
-  if (const auto refused = joined_counts(part_of(now, "strangers")); !refused.empty())
-    text += "who came: " + refused + "\n";
-  for (const Json& link : links) text += link_lines(link);
-  StatusTable topics = topic_table(now, before), calls = call_table(now),
+      "{} ({})  {}\n", text_in(now, "node"), text_in(now, "role"),
+      coloured(plural(open, "link") + " open" + (lost > 0 ? fmt::format(", {} lost", lost) : ""),
+               tone, size.colour));
+  std::string facts = "version " + text_in(now, "version");
+  if (const double up = seconds_between(now, "started", now); up > 0)
+    facts += ", up " + shown_span(static_cast<std::uint64_t>(up));
+  if (now.is_object() && now.contains("certificate_valid_until")) {
+    const double left = -seconds_between(now, "certificate_valid_until", now);
+    facts += left > 0 ? ", certificate: " + shown_span(static_cast<std::uint64_t>(left))
+                      : ", the certificate has expired";
+  }
+  facts +=
+      fmt::format(", loop delay {}, peers use {} of {}", shown_ms(number_in(now, "loop_lag_ms")),
+                  shown_bytes(number_in(now, "memory_max_used_bytes")),
+                  shown_bytes(number_in(now, "memory_max_bytes")));
+  text += wrapped(facts, 0, size.columns) + problem_lines(now, size);
+  if (const auto attempts = joined_counts(part_of(now, "strangers")); !attempts.empty())
+    text += wrapped("connection attempts: " + attempts, 0, size.columns);
+  const double seconds = seconds_between(before, "time", now);
+  for (const Json& link : links) {
+    Json old;
+    for (const Json& other : part_of(before, "links"))
+      if (count_in(other, "link") == count_in(link, "link")) old = other;
+    text += link_lines(link, old, now, seconds, size);
+  }
+  ScreenTable topics = topic_table(now, before), calls = call_table(now),
               missing = missing_table(now);
+  std::size_t rows = size.rows;
   const std::size_t of_missing = std::min(missing.size(), std::max<std::size_t>(rows / 4, 1));
   rows -= std::min(rows, of_missing);
   const std::size_t of_calls =
       std::min(calls.size(), std::max(rows / 4, rows - std::min(rows, topics.size())));
-  if (topics.size() > 0) text += "\n" + topics.text(rows - std::min(rows, of_calls));
-  if (missing.size() > 0) text += "\n" + missing.text(of_missing);
-  if (calls.size() > 0) text += "\n" + calls.text(of_calls);
+  if (topics.size() > 0) text += "\n" + topics.text(rows - std::min(rows, of_calls), size);
+  if (missing.size() > 0) text += "\n" + missing.text(of_missing, size);
+  if (calls.size() > 0) text += "\n" + calls.text(of_calls, size);
   return text;
 }
 

@@ -1,16 +1,16 @@
-// The status of a side as lines for a terminal, in the words of the page (run/status_page.html).
+// The status of a side as lines for a terminal, in the words of the page (status_page.html).
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 #include "core/base/json.hpp"
+#include "ops/status/screen_table.hpp"
 
 namespace connect_bridge {
 
-// `now`: the JSON of docs/status.md; `before`: an earlier one, for rates, or null. `rows`: lines of
-// topics and calls together; more are counted, and those with the most bytes come first. It is text
-// whatever stands in the JSON.
-[[nodiscard]] std::string status_screen(const Json& now, const Json& before, std::size_t rows);
+// `now`: the JSON of docs/status.md; `before`: an earlier one, for rates, or null. The rows with
+// the most bytes come first. Nothing but text reaches the terminal, whatever the JSON has in it.
+[[nodiscard]] std::string status_screen(const Json& now, const Json& before,
+                                        const ScreenSize& size);
 
 }  // namespace connect_bridge
