@@ -204,16 +204,19 @@ def _status(url, trust):
         return error.code
 
 
-ROWS = """[...document.querySelectorAll('#topics tbody tr')]
+ROWS = """[...document.querySelectorAll('#topics tbody tr:not(.detail)')]
     .map(row => [...row.cells].map(cell => cell.textContent))"""
+
+
+BUTTONS = "[...document.querySelectorAll('#topics td.name button')]"
 
 
 def test_ctl(world, topic):
     publisher = flows(world, topic)
     several = ctl(world)
     assert several.returncode == 0, several.stderr
-    assert "/connect_server (server)  1 link is open" in several.stdout
-    assert "/connect_client (client)  1 link is open" in several.stdout
+    assert "/connect_server (server)  1 link open" in several.stdout
+    assert "/connect_client (client)  1 link open" in several.stdout
     assert "anna" in several.stdout and topic in several.stdout
     publisher.publish(String(data="one more"))
     asked = json.loads(ctl(world, "--json", str(socket_of(world, "connect_client"))).stdout)
@@ -240,11 +243,14 @@ def test_the_page_shows_what_the_json_says(world, topic, tmp_path):
         status = json.loads(text(world.http + "/api/status"))
         (link,) = status["links"]
         (said,) = [t for t in link["topics"] if t["topic"] == topic]
-        assert shown[1:3] == [said["direction"], str(link["link"])]
-        keeps = f"{said['keep']}: {said['keep_because']}"
-        assert shown[8:] == ["flows", said["rule"], keeps, said["type"]]
+        assert shown[1:3] == [str(link["link"]), said["direction"]]
+        assert said["state"] == "flows" and shown[8:] == ["flows"]
+        page.value(f"{BUTTONS}.find(button => button.textContent === '{topic}').click()")
+        detail = page.value("document.querySelector('#topics .detail').innerText")
+        assert all(said[name] in detail for name in ("type", "rule", "keep", "keep_because"))
         whole = page.value("document.body.innerText")
-        assert link["node"] in whole and link["peer"] in whole and "1 link is open" in whole
+        assert page.value("document.documentElement.scrollWidth") <= 1280
+        assert link["node"] in whole and link["peer"] in whole and "1 link open" in whole
         for _ in range(40):
             publisher.publish(String(data="rate"))
         until(lambda: any(row[3] not in ("", "0") for row in page.value(ROWS)), "a rate", step=0.2)
@@ -262,3 +268,69 @@ def test_the_page_shows_what_the_json_says(world, topic, tmp_path):
         assert phone.value("document.documentElement.scrollWidth") <= 400
     finally:
         phone.close()
+
+
+@pytest.mark.skipif(not CHROMIUM, reason="no chromium")
+def test_the_page_shows_trouble(world, topic):
+    """What a pair on one machine has no cause for: the script gets a status of its own."""
+    flows(world, topic)
+    status = json.loads(text(world.http + "/api/status"))
+    (link,) = status["links"]
+    link["topics"] = [t for t in link["topics"] if t["topic"] == topic]
+    shown = link["topics"][0]
+    shown.update(published=0, messages=0, wire_bytes=0, dropped={})
+    for part in ("send_goal", "cancel_goal", "get_result"):
+        one = {"service": f"/dock/_action/{part}", "type": "p/action/D", "direction": "export"}
+        counts = dict.fromkeys(("pending", "waiting", "calls", "answered", "duplicates"), 1)
+        link["services"].append({**one, "state": "ready", **counts})
+    link["missing"] = [
+        {
+            "kind": "topic",
+            "name": "/chatter",
+            "type": "std_msgs/msg/String",
+            "direction": "export",
+            "reason": "no_rule",
+            "text": "no rule here allows it",
+        }
+    ]
+    status["time"] = "2026-01-31T12:00:00.000Z"
+    later = json.loads(json.dumps(status))
+    (link,) = later["links"]
+    link["topics"][0].update(
+        state="overloaded", published=10, messages=1, dropped={"newer_available": 9}
+    )
+    link["breaks"] = [
+        {"lost": "2026-01-31T11:00:00.000Z", "back": "2026-01-31T11:00:04.000Z", "seconds": 4.0}
+    ]
+    link["breaks"][0]["reason"] = "no answer"
+    lost = {**link, "link": 99, "open": False, "state": "lost", "topics": [], "services": []}
+    later["links"].append({**lost, "missing": [], "clock": None})
+    later["audit"] = {"lines": 1, "left_out": 1, "problem": "No space left on device"}
+    later["refused_parameters"] = {"time": later["time"], "problem": "rule.a: unknown"}
+    later["relays"] = [{"relay": "wss://r@relay", "connected": False, "last_error": "no answer"}]
+    later["time"] = "2026-01-31T12:00:01.000Z"
+    page = Browser(world.http + "/")
+    try:
+        until(lambda: topic in str(page.value(ROWS)), "the topic is on the page", step=0.2)
+        take = f"take({json.dumps(status)}); take({json.dumps(later)});"
+        row, whole, services, gaps = page.value(
+            f"""{take} [{ROWS}[0], document.body.innerText,
+            [...document.querySelectorAll('#services td.name')].map(cell => cell.textContent),
+            document.querySelectorAll('.link')[1].querySelectorAll('polyline').length]"""
+        )
+        assert row[3] == "1.0 of 10" and row[7:] == ["newer available 9", "overloaded"]
+        assert services.count("/dock (action)") == 1 and not any("_action" in s for s in services)
+        assert gaps == 0
+        for said in (
+            f"carries less than is published on {topic}",
+            "No space left on device",
+            "rule.a: unknown",
+            "No connection to the relay wss://r@relay: no answer",
+            "1 link open, 1 lost",
+            "for 4 s: no answer",
+            "rule.NAME.export_topics: [/chatter]",
+        ):
+            assert said in whole, said
+        assert page.complaints() == []
+    finally:
+        page.close()

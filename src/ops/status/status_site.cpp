@@ -26,10 +26,20 @@ constexpr auto kInterest = 10s;              // so long after a question the nex
 constexpr int kNice = 10;
 constexpr char kJson[] = "application/json";
 
+// The page with its columns in it.
+const std::string& page_text() {
+  static const std::string text = [] {
+    constexpr std::string_view kMark = "/*columns*/{}";
+    std::string page = kStatusPage;
+    return page.replace(page.find(kMark), kMark.size(), page_columns().dump());
+  }();
+  return text;
+}
+
 // The page may do what its own script does, and nothing else.
 std::string policy_of_page() {
   const auto hash_of = [](std::string_view begin, std::string_view end) {
-    const std::string_view page{kStatusPage};
+    const std::string_view page{page_text()};
     const std::size_t from = page.find(begin) + begin.size();
     const std::string_view part = page.substr(from, page.find(end, from) - from);
     const Digest digest = sha256({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
@@ -108,17 +118,36 @@ void StatusSite::publish(std::shared_ptr<const StatusPicture> picture) {
   boost::asio::post(io_, [this, picture = std::move(picture)] { take(picture); });
 }
 
+void StatusSite::Past::add(const LinkStatus& link, Clock::time_point now) {
+  const double seconds = std::chrono::duration<double>(now - at).count();
+  const bool same = link.open && connects == link.connects && seconds > 0;
+  const auto growth = [&](std::uint64_t bytes, std::uint64_t before) {
+    return same && bytes >= before ? std::optional(static_cast<double>(bytes - before) / seconds)
+                                   : std::nullopt;
+  };
+  const auto if_open = [&](double value) {
+    return link.open ? std::optional(value) : std::nullopt;
+  };
+  points.push_back(
+      {link.clock.known ? std::optional(milliseconds_of(link.clock.round_trip)) : std::nullopt,
+       if_open(milliseconds_of(link.path_queue)), if_open(link.rate), growth(link.sent_bytes, sent),
+       growth(link.received_bytes, received)});
+  at = now;
+  connects = link.connects;
+  sent = link.sent_bytes;
+  received = link.received_bytes;
+}
+
 void StatusSite::take(const std::shared_ptr<const StatusPicture>& picture) {
   picture_ = picture;
   picture_at_ = Clock::now();
   texts_.clear();
   metrics_.count(*picture_);
-  std::map<std::uint64_t, std::deque<Point>> history;
+  std::map<std::uint64_t, Past> history;
   for (const LinkStatus& link : picture_->side.links) {
-    auto& points = history[link.number] = std::move(history_[link.number]);
-    points.push_back({link.clock.known ? milliseconds_of(link.clock.round_trip) : 0,
-                      milliseconds_of(link.path_queue), link.rate});
-    if (points.size() > kHistoryPoints) points.pop_front();
+    Past& past = history[link.number] = std::move(history_[link.number]);
+    past.add(link, picture_at_);
+    if (past.points.size() > kHistoryPoints) past.points.pop_front();
   }
   history_ = std::move(history);
   for (const auto& waiting : std::exchange(waiting_, {})) waiting.answered(answer(waiting.request));
@@ -154,7 +183,7 @@ StatusAnswer StatusSite::answer(const StatusRequest& request) {
   const Names names = request.sees_names ? Names::kShown : Names::kHidden;
   if (path == "/") {
     static const std::string policy = policy_of_page();
-    static const SharedText page = shared(kStatusPage);
+    static const SharedText page = shared(page_text());
     return {200, "text/html; charset=utf-8", page, policy, false};
   }
   if (path == "/healthz") return plain_answer(200, "alive");
@@ -170,7 +199,9 @@ StatusAnswer StatusSite::answer(const StatusRequest& request) {
     return {200, kJson, text_of("history", Names::kHidden, [&] { return history(); }), {}, false};
   if (path == "/api/events")  // the first at once
     return {200, "text/event-stream", event(names), {}, true};
-  return plain_answer(404, "There are /, /healthz, /readyz, /metrics, /api/status, /api/events.");
+  return plain_answer(404,
+                      "There are /, /healthz, /readyz, /metrics, /api/status, /api/events, "
+                      "/api/history.");
 }
 
 // A server is ready when it listens, which it does.
@@ -186,12 +217,17 @@ StatusAnswer StatusSite::readiness() const {
 
 std::string StatusSite::history() const {
   Json json = {{"schema", kStatusSchema}, {"period_seconds", 1}, {"links", Json::array()}};
-  for (const auto& [link, points] : history_) {
+  for (const auto& [link, past] : history_) {
     Json shown = {{"link", link}};
-    for (const Point& point : points) {
-      shown["round_trip_ms"].push_back(point.round_trip_ms);
-      shown["path_queue_ms"].push_back(point.path_queue_ms);
-      shown["rate_bytes_per_second"].push_back(point.rate);
+    const auto add = [&](const char* name, const std::optional<double>& value) {
+      shown[name].push_back(value ? Json(*value) : Json());
+    };
+    for (const Point& point : past.points) {
+      add("round_trip_ms", point.round_trip_ms);
+      add("path_queue_ms", point.path_queue_ms);
+      add("rate_bytes_per_second", point.rate);
+      add("sent_bytes_per_second", point.sent);
+      add("received_bytes_per_second", point.received);
     }
     json["links"].push_back(std::move(shown));
   }

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -52,10 +53,23 @@ class StatusSite {
  private:
   using Clock = std::chrono::steady_clock;
   using Answered = StatusDoor::Answered;
+  // Nothing while it is not known, as the link is lost.
   struct Point {
-    double round_trip_ms = 0;
-    double path_queue_ms = 0;
-    double rate = 0;
+    std::optional<double> round_trip_ms;
+    std::optional<double> path_queue_ms;
+    std::optional<double> rate;
+    std::optional<double> sent;  // bytes per second
+    std::optional<double> received;
+  };
+  // The last minutes of a link.
+  struct Past {
+    std::deque<Point> points;
+    Clock::time_point at{};  // of the last point
+    std::uint64_t connects = 0;
+    std::uint64_t sent = 0;
+    std::uint64_t received = 0;
+
+    void add(const LinkStatus& link, Clock::time_point now);
   };
   struct Waiting {
     StatusRequest request;
@@ -88,8 +102,8 @@ class StatusSite {
   Clock::time_point picture_at_{};
   std::map<std::pair<std::string, Names>, SharedText> texts_;  // of the picture
   Metrics metrics_;
-  std::map<std::uint64_t, std::deque<Point>> history_;  // by link
-  std::vector<Waiting> waiting_;                        // for a fresh picture
+  std::map<std::uint64_t, Past> history_;  // by link
+  std::vector<Waiting> waiting_;           // for a fresh picture
   std::shared_ptr<StatusDoor> door_;
   std::thread thread_;  // last: it uses what is above
 };

@@ -17,6 +17,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::StartsWith;
 
 class StatusSiteTest : public testing::Test {
@@ -65,7 +66,8 @@ TEST_F(StatusSiteTest, ALoopThatStandsStillIsNotAlive) {
   EXPECT_FALSE(site.wanted());
   // The page needs no picture.
   EXPECT_THAT(answer("/"), AllOf(StartsWith("HTTP/1.1 200 OK"), HasSubstr("script-src 'sha256-"),
-                                 HasSubstr("<!doctype html>")));
+                                 HasSubstr("<!doctype html>"), Not(HasSubstr("/*columns*/")),
+                                 HasSubstr(page_columns().dump())));
   EXPECT_THAT(answer("/healthz"), StartsWith("HTTP/1.1 503"));
   EXPECT_TRUE(site.wanted());
 }
@@ -78,6 +80,13 @@ TEST_F(StatusSiteTest, AClientIsReadyWhenItIsLinked) {
   site.publish(picture(true));
   EXPECT_THAT(answer("/readyz"), StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(answer("/api/history"), HasSubstr("\"path_queue_ms\":[0.0]"));
+  // A gap, and no zero, where nothing is known.
+  EXPECT_THAT(answer("/api/history"), HasSubstr("\"round_trip_ms\":[null]"));
+  const auto lost = picture(true);
+  lost->side.links[0].open = false;
+  site.publish(lost);
+  EXPECT_THAT(answer("/api/history"), AllOf(HasSubstr("\"path_queue_ms\":[0.0,null]"),
+                                            HasSubstr("\"sent_bytes_per_second\":[null,null]")));
 }
 
 TEST_F(StatusSiteTest, WhatAKilledProgramLeftIsRemoved) {
