@@ -25,6 +25,7 @@ constexpr std::size_t kPairsOfRobot = 384;
 constexpr int kHandshakes = 300;
 constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
 constexpr Duration kJudgePeriod = std::chrono::seconds(60);
+constexpr Duration kTwinShown = std::chrono::minutes(2);  // in the status
 
 // A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
 constexpr std::array<unsigned char, 7> kNoSuchName{21, 3, 3, 0, 2, 2, 112};
@@ -203,11 +204,13 @@ void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
 void Relay::on_line(const RobotPtr& robot, std::string_view line) {
   constexpr std::string_view kLogin = "login ";
   if (strangers_.count(robot) == 0) {
+    if (line == "pong" && robot->twin) return on_twins(robot);
     if (line != "ping") return end(robot, "it says what it must not");
     limit(robot, kRelaySilence);
     return robot->lines->say("pong");
   }
-  if (!line.starts_with(kLogin)) return end(robot, "it says what it must not");
+  if (!line.starts_with(kLogin) || !robot->token.empty())
+    return end(robot, "it says what it must not");
   on_login(robot, line.substr(kLogin.size()));
 }
 
@@ -225,20 +228,60 @@ void Relay::on_login(const RobotPtr& robot, std::string_view words) {
   if (const auto times = problem.empty() ? std::nullopt : not_given_.count({steady_now(), 0}))
     log_(LogLevel::kError, robot->name + " cannot be given its name: " + problem + "; " +
                                std::to_string(*times) + " since the last line");
-  if (!takes && !setup_.names.has(robot->name, token, robot->peer)) {
-    count(RelayRefusal::kWrongLogin);
-    if (const auto times = refused_.count({steady_now(), 0}))
-      log_(LogLevel::kWarn, robot->peer + ": its token is not that of " + robot->name + "; " +
-                                std::to_string(*times) + " since the last line");
-    strangers_.erase(robot);
-    robot->lines->say("refused");
-    return robot->lines->finish();
-  }
-  strangers_.erase(robot);
-  robot->place.reset();
+  if (!takes && !setup_.names.has(robot->name, token, robot->peer)) return refuse_login(robot);
   robot->token = token;
-  if (const auto before = robots_.find(robot->name); before != robots_.end())
-    end(before->second, "it is connected again");
+  enter(robot);
+}
+
+void Relay::refuse_login(const RobotPtr& robot) {
+  count(RelayRefusal::kWrongLogin);
+  if (const auto times = refused_.count({steady_now(), 0}))
+    log_(LogLevel::kWarn, robot->peer + ": its token is not that of " + robot->name + "; " +
+                              std::to_string(*times) + " since the last line");
+  strangers_.erase(robot);
+  robot->lines->say("refused");
+  robot->lines->finish();
+}
+
+// Who was here may be dead without a word, as behind a NAT that has forgotten the connection; or a
+// disk was copied, and an operator must not drive one of two robots by chance.
+void Relay::enter(const RobotPtr& robot) {
+  robot->place.reset();
+  const auto found = robots_.find(robot->name);
+  if (found == robots_.end()) return welcome(robot);
+  const RobotPtr here = found->second;
+  if (!setup_.names.has(here->name, here->token, here->peer)) {
+    end(here, "its token is no longer valid");
+    return welcome(robot);
+  }
+  limit(robot, kHelloTime);
+  const RobotPtr before = std::exchange(here->twin, robot);
+  if (before) return end(before, "it is connected again");  // a ping is on its way
+  call_after(here->answer, setup_.twin_answer, with(here, [](Relay& self, const RobotPtr& it) {
+               self.end(it, "it does not answer, and is connected again");
+             }));
+  here->lines->say("ping");
+}
+
+void Relay::on_twins(const RobotPtr& robot) {
+  robot->answer.cancel();
+  const RobotPtr other = std::exchange(robot->twin, nullptr);
+  if (strangers_.erase(other) == 0) return;  // it has given up
+  count(RelayRefusal::kTwin);
+  robot->twin_refused = steady_now();
+  if (const auto times = twins_.count({*robot->twin_refused, 0}))
+    log_(LogLevel::kWarn,
+         "two machines have the token of " + robot->name + " (a copied disk?): that at " +
+             robot->peer + " stays, that at " + other->peer +
+             " has to wait a minute. Give one of them a name, a token and keys of its own: end its "
+             "pairing, then 'relay --robot' here and 'server --pair --via' there; " +
+             std::to_string(*times) + " since the last line");
+  other->lines->say("refused twin");  // mutant: twins
+  other->lines->finish();
+}
+
+void Relay::welcome(const RobotPtr& robot) {
+  strangers_.erase(robot);
   robots_[robot->name] = robot;
   static_cast<void>(uses_[robot->name]);
   robot->since = steady_now();
@@ -260,6 +303,7 @@ void Relay::limit(const RobotPtr& robot, std::chrono::seconds time) {
 
 void Relay::end(RobotPtr robot, const std::string& why) {
   robot->limit.cancel();
+  robot->answer.cancel();
   robot->place.reset();
   robot->lines->end();
   strangers_.erase(robot);
@@ -268,6 +312,9 @@ void Relay::end(RobotPtr robot, const std::string& why) {
   robots_.erase(found);
   forget_use(robot->name);
   log_(LogLevel::kInfo, robot->name + " is gone: " + to_text(why, why.size()));
+  const RobotPtr next = std::exchange(robot->twin, nullptr);
+  if (!strangers_.contains(next)) return;
+  setup_.names.has(next->name, next->token, next->peer) ? welcome(next) : refuse_login(next);
 }
 
 // ---- visitors
@@ -340,10 +387,12 @@ RelayStatus Relay::status() const {
   const TimePoint now = steady_now();
   for (const auto& [name, use] : uses_) {
     const auto here = robots_.find(name);
-    status.robots.push_back({name, "", {}, use});
+    status.robots.push_back({name, "", {}, use, false});
     if (here == robots_.end()) continue;
     status.robots.back().peer = here->second->peer;
     status.robots.back().here_for = now - here->second->since;
+    const auto& refused = here->second->twin_refused;
+    status.robots.back().twin = refused && now < *refused + kTwinShown;
   }
   std::sort(status.robots.begin(), status.robots.end(),
             [](const auto& a, const auto& b) { return a.name < b.name; });

@@ -6,6 +6,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -17,6 +18,7 @@
 #include "core/base/pace.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
+#include "net/relay/relay_wire.hpp"
 #include "net/tcp/admission.hpp"
 #include "net/tcp/proxy_header.hpp"
 #include "net/tcp/tcp_doors.hpp"
@@ -40,6 +42,7 @@ struct RelaySetup {
   // Control handshakes and visitors of one address, beyond: dropped, or refused.
   int address_calls_at_once = 30;
   Duration address_call_period = std::chrono::milliseconds(100);
+  std::chrono::milliseconds twin_answer = kTwinAnswer;
 };
 
 // Joins each visitor to the robot that it asks for. Of the bytes that it passes on it reads only
@@ -81,14 +84,18 @@ class Relay : public std::enable_shared_from_this<Relay> {
 
   // A control connection, before its login or after it.
   struct Robot {
-    explicit Robot(asio::io_context& io) : limit(io) {}
+    explicit Robot(asio::io_context& io) : limit(io), answer(io) {}
     std::string name;
     std::string peer;
     TimePoint since{};  // its login
     std::shared_ptr<TlsLines> lines;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;  // until its login
-    std::string token;
+    std::string token;  // empty: it has shown none
+    // Has the same token, and waits: whether this one answers a ping decides who stays.
+    std::shared_ptr<Robot> twin;
+    asio::steady_timer answer;
+    std::optional<TimePoint> twin_refused;  // the last time
   };
   using RobotPtr = std::shared_ptr<Robot>;
 
@@ -116,6 +123,12 @@ class Relay : public std::enable_shared_from_this<Relay> {
   void on_shaken(const RobotPtr& robot, const ErrorCode& error);
   void on_line(const RobotPtr& robot, std::string_view line);
   void on_login(const RobotPtr& robot, std::string_view words);
+  void refuse_login(const RobotPtr& robot);
+  // The token is right: it is the robot, unless another one with this token is here and answers.
+  void enter(const RobotPtr& robot);
+  void welcome(const RobotPtr& robot);
+  // It has answered a ping, so there are two with its token: it stays, and the other has to go.
+  void on_twins(const RobotPtr& robot);
   void limit(const RobotPtr& robot, std::chrono::seconds time);
   // Forgets what has passed for a robot that is not here and has no pair.
   void forget_use(const std::string& name);
@@ -143,7 +156,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   RelayUse all_;
   std::uint64_t accepted_ = 0;
   std::array<std::uint64_t, kRelayRefusals> refusals_{};
-  LogLimit refused_, not_given_;
+  LogLimit refused_, not_given_, twins_;
   TimePoint judged_at_{};
 };
 

@@ -31,6 +31,7 @@ std::string_view name_of(RelayRefusal refusal) {
     case RelayRefusal::kVisitorsOfRobot: return "visitors_of_robot";
     case RelayRefusal::kRobotSilent: return "robot_silent";
     case RelayRefusal::kWrongTicket: return "wrong_ticket";
+    case RelayRefusal::kTwin: return "token_in_use";
   }
   return "unknown";
 }
@@ -55,6 +56,7 @@ std::string to_json(const RelayStatus& status, bool in_lines, bool with_peers) {
     if (with_peers) one["peer"] = robot.peer;  // mutant: robots_addresses
     one["open"] = !robot.peer.empty();
     one["open_seconds"] = std::chrono::floor<std::chrono::seconds>(robot.here_for).count();
+    one["token_in_use"] = robot.twin;
     one.update(use_of(robot.use));
     json["robots"].push_back(std::move(one));
   }

@@ -26,8 +26,9 @@ enum class RelayRefusal : std::uint8_t {
   kVisitorsOfRobot,   // too many for one robot
   kRobotSilent,       // the robot has not fetched the visitor in time
   kWrongTicket,       // unknown, used, or too old
+  kTwin,              // a control connection: another one with its token is here, and answers
 };
-inline constexpr std::size_t kRelayRefusals = 12;
+inline constexpr std::size_t kRelayRefusals = 13;
 // "no_such_robot": in JSON, and as a label of metrics.
 [[nodiscard]] std::string_view name_of(RelayRefusal refusal);
 
@@ -45,6 +46,7 @@ struct RelayStatus {
     std::string peer;  // its address and port; empty: it is not here, a pair is left
     Duration here_for{};
     RelayUse use;
+    bool twin = false;  // another machine has come with its token lately
   };
   std::string time, started, version;
   std::vector<Robot> robots;

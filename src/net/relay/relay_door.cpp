@@ -151,6 +151,13 @@ void RelayDoor::on_tls(const ErrorCode& error) {
 
 void RelayDoor::on_line(std::string_view line) {
   const std::string_view word = next_word(line);
+  if (word == "refused" && line == "twin" && !welcome_) {
+    fail(
+        "another machine has the same token and is connected there (a copied disk?): that one "
+        "stays, this one waits a minute. Give this one a name, a token and keys of its own: end "
+        "its pairing, then 'relay --robot' there and 'server --pair --via' here");
+    return after(next_, kTwinWait, &RelayDoor::dial);
+  }
   if (word == "refused" && !welcome_) {
     retry_ = kRefusedRetry;
     return fail(
@@ -177,6 +184,8 @@ void RelayDoor::on_line(std::string_view line) {
     asked_ = false;
     return static_cast<void>(limit_.cancel());
   }
+  // Somebody else has come with this token: whether this one is still there decides who stays.
+  if (word == "ping" && welcome_) return lines_->say("pong");
   if (word == "visitor" && welcome_) return on_visitor(line);
   fail({Cause::kMalformed, "it says what it must not"});
 }

@@ -21,6 +21,10 @@ inline constexpr std::size_t kRelayLoginMax = kCredentialBytesMax + 8 + 65;
 inline constexpr std::chrono::seconds kRelayPing{25};
 inline constexpr std::chrono::seconds kRelayPong{5};
 inline constexpr std::chrono::seconds kRelaySilence{60};
+// Two robots with one token: so long the one that is here has to answer a ping, and so long the
+// other one waits.
+inline constexpr std::chrono::milliseconds kTwinAnswer{2000};
+inline constexpr std::chrono::seconds kTwinWait{60};
 inline constexpr std::chrono::seconds kTicketTime{5};
 inline constexpr std::chrono::seconds kHelloTime{5};  // and as long for the login after it
 

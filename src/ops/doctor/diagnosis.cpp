@@ -75,6 +75,7 @@ std::string_view finding_of_missing(const std::string& reason, const std::string
 class Doctor {
  public:
   void side(const Json& status);
+  void relay(const Json& status);
   std::vector<Found> take() { return std::move(found_); }
 
  private:
@@ -234,6 +235,11 @@ void Doctor::side(const Json& status) {
   for (const Json& one : links) link(one, now && since ? *now - *since : 0);
 }
 
+void Doctor::relay(const Json& status) {
+  for (const Json& robot : part_of(status, "robots"))
+    if (is_set(robot, "token_in_use")) add("robots_with_one_token", text_in(robot, "robot"));
+}
+
 std::string value_of(const ProcessFacts& process, const char* name, const char* otherwise) {
   const auto found = process.variables.find(name);
   return found == process.variables.end() || found->second.empty() ? otherwise : found->second;
@@ -263,9 +269,8 @@ std::vector<Found> diagnose_config(const Config& config) {
 }
 
 std::vector<Found> diagnose_status(const Json& status) {
-  if (text_in(status, "role") == "relay") return {};  // it has neither rules nor a graph
   Doctor doctor;
-  doctor.side(status);
+  text_in(status, "role") == "relay" ? doctor.relay(status) : doctor.side(status);
   return doctor.take();
 }
 

@@ -17,7 +17,7 @@ namespace connect_bridge {
 [[nodiscard]] Found diagnose(const Failure& failure);
 // What is odd in a valid file.
 [[nodiscard]] std::vector<Found> diagnose_config(const Config& config);
-// A running side, by its status (docs/status.md). Of a relay there is nothing to say.
+// A running side, by its status (docs/status.md).
 [[nodiscard]] std::vector<Found> diagnose_status(const Json& status);
 
 // What counts of the environment of a process, by name; and its user.

@@ -78,6 +78,11 @@ constexpr Finding kFindings[] = {
      "look at the log of both sides; a proxy or firewall in between may not pass TLS on"},
     {"robot_not_at_relay", kFault, "the relay has no such robot now",
      "check the robot's name in `url`, and the robot's own connection to the relay"},
+    {"robots_with_one_token", kFault,
+     "another machine has the token of this robot: a copied disk, and clients cannot tell which of "
+     "the two they drive",
+     "at the copy, delete its folder `connect_server`; pair it by a registration command for "
+     "another name (`relay --robot`)"},
     {"version", kFault, "the two programs speak other versions of the protocol",
      "install the same version at both sides"},
     {"login_refused", kFault, "the server refuses the login",

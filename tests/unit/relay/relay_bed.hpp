@@ -74,8 +74,10 @@ struct AtRelay {
     setup.address_calls_at_once = calls;
     setup.proxies = std::move(proxies);
     setup.address_call_period = 800s;
+    setup.twin_answer = 300ms;
     relay = std::make_shared<Relay>(loop.io, std::move(setup),
                                     [this](LogLevel level, const std::string& text) {
+                                      if (level == LogLevel::kWarn) warnings.push_back(text);
                                       if (level == LogLevel::kError) errors.push_back(text);
                                     });
     EXPECT_EQ(relay->open(), "");
@@ -94,7 +96,7 @@ struct AtRelay {
   std::shared_ptr<Relay> relay;
   std::vector<std::string> handed_over;
   std::string no_room;
-  std::vector<std::string> errors;
+  std::vector<std::string> warnings, errors;
 };
 
 // The control connection of a robot, by hand.

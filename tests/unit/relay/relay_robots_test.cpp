@@ -26,6 +26,46 @@ TEST(Relay, ARobotThatComesBackHearsOfWhoWaits) {
   EXPECT_TRUE(ticket.sees(at.loop, visitor_hello("robot7")));
 }
 
+// Else an operator drives one of two machines by chance.
+TEST(Relay, OfTwoRobotsWithOneTokenTheOneThatAnswersStays) {
+  AtRelay at;
+  HandRobot robot(at, "robot7", "robot7-token");
+  ASSERT_TRUE(robot.hears(1));
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t heard = robot.said.size();
+    HandRobot copy(at, "robot7", "robot7-token");
+    ASSERT_TRUE(robot.hears(heard + 1));
+    EXPECT_EQ(robot.said.back(), "ping");
+    EXPECT_THAT(copy.said, testing::IsEmpty());
+    robot.lines->say("pong");
+    ASSERT_TRUE(copy.hears(1));
+    EXPECT_THAT(copy.said, ElementsAre("refused twin"));
+    EXPECT_TRUE(at.loop.until([&] { return copy.ended; }));
+  }
+  EXPECT_FALSE(robot.ended);
+  EXPECT_EQ(at.refused(RelayRefusal::kTwin), 3U);
+  EXPECT_TRUE(at.relay->status().robots[0].twin);
+  EXPECT_THAT(at.warnings, ElementsAre(testing::HasSubstr("two machines have the token of robot7")));
+  // Nobody has asked.
+  robot.lines->say("pong");
+  EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
+}
+
+TEST(Relay, TheLastOfThoseWhoComeBackIsTheRobotIfTheOneBeforeIsDead) {
+  AtRelay at;
+  HandRobot dead(at, "robot7", "robot7-token");
+  ASSERT_TRUE(dead.hears(1));
+  HandRobot given_up(at, "robot7", "robot7-token");
+  ASSERT_TRUE(dead.hears(2));
+  HandRobot last(at, "robot7", "robot7-token");
+  ASSERT_TRUE(last.hears(1));
+  EXPECT_THAT(last.said, ElementsAre("welcome"));
+  EXPECT_THAT(dead.said, ElementsAre("welcome", "ping"));
+  EXPECT_TRUE(at.loop.until([&] { return dead.ended && given_up.ended; }));
+  EXPECT_THAT(given_up.said, testing::IsEmpty());
+  EXPECT_FALSE(at.relay->status().robots[0].twin);
+}
+
 TEST(Relay, ANameBelongsToItsToken) {
   AtRelay at;
   HandRobot robot(at, "robot7", "robot7-token");

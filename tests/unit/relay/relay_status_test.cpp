@@ -17,6 +17,7 @@ RelayStatus busy_relay() {
   status.version = "1.2";
   status.robots = {{"robot7", "203.0.113.5:4711", std::chrono::seconds(70), {2, 5, 1000, 2000}},
                    {"robot8", "", {}, {1, 1, 0, 0}}};
+  status.robots[0].twin = true;
   status.all = {3, 9, 3000, 4000};
   status.refused[static_cast<std::size_t>(RelayRefusal::kNoSuchRobot)] = 4;
   return status;
@@ -30,6 +31,8 @@ TEST(RelayStatus, IsJsonInTheWordsOfAServersStatus) {
   EXPECT_EQ(json["robots"][0]["open_seconds"], 70);
   EXPECT_EQ(json["robots"][0]["sent_bytes"], 1000);
   EXPECT_EQ(json["robots"][1]["open"], false);
+  EXPECT_EQ(json["robots"][0]["token_in_use"], true);
+  EXPECT_EQ(json["robots"][1]["token_in_use"], false);
   EXPECT_EQ(json["robots"][0]["peer"], "203.0.113.5:4711");
   EXPECT_EQ(json["all"]["pairs"], 3);
   const Json public_one = Json::parse(to_json(busy_relay(), false, false));

@@ -211,11 +211,28 @@ TEST(Relay, AServerComesBackWhenTheRelayDoes) {
   AtRelay at;
   Both both(at);
   ASSERT_TRUE(at.loop.until([&] { return both.reached(); }));
-  {
-    HandRobot same(at, "robot7", "robot7-token");  // ends its control connection
-    ASSERT_TRUE(at.loop.until([&] { return !both.reached(); }));
-  }
+  ByName::withdrawn = "robot7-token";
+  at.relay->every_second();  // ends its control connection
+  ByName::withdrawn.clear();
+  ASSERT_TRUE(at.loop.until([&] { return !both.reached(); }));
   ASSERT_TRUE(at.loop.until([&] { return both.reached(); }));
+}
+
+TEST(Relay, AServerThatIsHereStaysWhenACopyOfItComes) {
+  AtRelay at;
+  Both both(at);
+  ASSERT_TRUE(at.loop.until([&] { return both.reached(); }));
+  Both copy(at);
+  const auto refused = [&] {
+    return !copy.server.logs.empty() &&
+           copy.server.logs.back().find("another machine has the same token") != std::string::npos;
+  };
+  ASSERT_TRUE(at.loop.until(refused));
+  const auto accepted = at.relay->status().accepted;
+  at.loop.run_for(1500ms);  // it waits
+  EXPECT_EQ(at.relay->status().accepted, accepted);
+  EXPECT_TRUE(both.reached());
+  EXPECT_TRUE(refused());
 }
 
 }  // namespace

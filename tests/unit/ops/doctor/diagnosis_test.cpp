@@ -255,6 +255,17 @@ TEST(DoctorStatus, ARelayIsNoServer) {
   EXPECT_THAT(diagnose_status(status_of(R"({"role": "relay", "robots": []})")), IsEmpty());
 }
 
+TEST(DoctorStatus, ARelayKnowsARobotWhoseTokenASecondMachineHas) {
+  const auto robots = [](bool in_use) {
+    return diagnose_status({{"role", "relay"},
+                            {"robots",
+                             {{{"robot", "robot6"}, {"token_in_use", false}},
+                              {{"robot", "robot7"}, {"token_in_use", in_use}}}}});
+  };
+  EXPECT_THAT(robots(true), ElementsAre(Found{"robots_with_one_token", "robot7", ""}));
+  EXPECT_THAT(robots(false), IsEmpty());
+}
+
 TEST(DoctorStatus, ClocksThatDifferExplainMaxAge) {
   auto status = status_of(topic_with(R"({"dropped": {"max_age": 50}})"));
   status["links"][0]["clock"] = {{"offset_ms", -4000}};
