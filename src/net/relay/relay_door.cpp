@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <boost/asio/write.hpp>
 #include <charconv>
+#include <random>
 
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
 #include "net/relay/relay_wire.hpp"
+#include "net/tcp/route.hpp"
 #include "net/tcp/route_watch.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/tcp/steady_now.hpp"
@@ -19,10 +21,9 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::milliseconds kFirstRetry{250};
-constexpr std::chrono::milliseconds kLastRetry{1000};
-// A token that the relay does not know now it may know in a while: `ctl token` was called there.
-constexpr std::chrono::milliseconds kRefusedRetry{5000};
+// As for a client (docs/protocol.md section 7.11).
+constexpr std::chrono::milliseconds kFirstRetry{200};
+constexpr std::chrono::milliseconds kLastRetry{500};
 constexpr std::chrono::milliseconds kLookTime{1000};
 constexpr std::chrono::milliseconds kLoginTime{10000};
 constexpr std::size_t kTicketsMax = 32;
@@ -73,7 +74,8 @@ RelayDoor::RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions s
       tls_(options_.tls, Role::kClient),
       limit_(io),
       next_(io),
-      retry_(kFirstRetry),
+      dialer_({kFirstRetry, kLastRetry}),
+      random_(std::random_device{}()),
       visitors_(kVisitorsAtOnce, kVisitorPeriod) {
   place_.relay = options_.url.text("ws");
 }
@@ -83,7 +85,7 @@ RelayDoor::~RelayDoor() = default;
 std::string RelayDoor::open() {
   std::string problem;
   if (!tls_.get(problem)) return problem;
-  routes_ = std::make_shared<RouteWatch>(io_, if_alive(this, &RelayDoor::check_address));
+  routes_ = std::make_shared<RouteWatch>(io_, if_alive(this, &RelayDoor::on_routes_changed));
   static_cast<void>(routes_->open());  // without it a lost address is noticed by the next ping
   dial();
   return {};
@@ -99,8 +101,7 @@ void RelayDoor::close() {
   while (!tickets_.empty()) forget(*tickets_.begin());
 }
 
-void RelayDoor::after(asio::steady_timer& timer, std::chrono::milliseconds time,
-                      void (RelayDoor::*then)()) {
+void RelayDoor::after(asio::steady_timer& timer, Duration time, void (RelayDoor::*then)()) {
   call_after(timer, time, [weak = weak_from_this(), then] {
     const auto self = weak.lock();
     if (self && self->events_.log) (self.get()->*then)();
@@ -110,16 +111,17 @@ void RelayDoor::after(asio::steady_timer& timer, std::chrono::milliseconds time,
 // ---- the control connection
 
 void RelayDoor::dial() {
+  static_cast<void>(dialer_.take_due(steady_now()));  // its timer has come
   after(limit_, kLoginTime, &RelayDoor::on_silence);
   way_ = std::make_shared<Way>(io_, options_.url.host, options_.url.port, std::nullopt);
   way_->start(if_alive(this, &RelayDoor::on_connected));
 }
 
 void RelayDoor::on_connected(std::optional<TcpSocket> socket, const Failure& why) {
-  if (!socket) return fail({Cause::kRelayUnreachable, why.text});
+  if (!socket) return fail({Cause::kRelayUnreachable, why.text}, DialFailure::kGone);
   std::string problem;
   TlsContext context = tls_.get_fresh(problem);
-  if (!context) return fail({Cause::kCertificateFiles, problem});
+  if (!context) return fail({Cause::kCertificateFiles, problem}, DialFailure::kPutOff);
   tune_socket(socket->native_handle(), sockets_);
   lines_ = std::make_shared<TlsLines>(std::move(*socket), std::move(context));
   expect_server(lines_->tls(), options_.url.host);
@@ -127,7 +129,7 @@ void RelayDoor::on_connected(std::optional<TcpSocket> socket, const Failure& why
   // distributes connections over several relays sees one name for all of a robot's.
   if (SSL_set_tlsext_host_name(lines_->tls(), options_.url.robot.c_str()) != 1 ||
       !offer(lines_->tls(), protocol_list({kRelayProtocol})))
-    return fail({Cause::kTlsFails, "TLS cannot start"});
+    return fail({Cause::kTlsFails, "TLS cannot start"}, DialFailure::kPutOff);
   lines_->shake_hands(false, {}, if_alive(this, &RelayDoor::on_tls));
 }
 
@@ -135,17 +137,19 @@ void RelayDoor::on_tls(const ErrorCode& error) {
   SSL* const tls = lines_->tls();
   if (error) {
     const Failure why = failure_of(error, tls, options_.url.host);
-    return fail({why.cause, "TLS: " + why.text});
+    return fail({why.cause, "TLS: " + why.text}, DialFailure::kAnswered);
   }
   const Failure other_key = pin_failure(tls, options_.tls.pins);
-  if (other_key) return fail({other_key.cause, "TLS: " + other_key.text});  // mutant: pin_of_relay
+  if (other_key)  // mutant: pin_of_relay
+    return fail({other_key.cause, "TLS: " + other_key.text}, DialFailure::kOtherKey);
   if (!selected(tls, kRelayProtocol))
-    return fail({Cause::kNotThisProgram, "what answers there is no relay"});
+    return fail({Cause::kNotThisProgram, "what answers there is no relay"}, DialFailure::kAnswered);
   const std::string token = options_.token ? options_.token() : "";
   if (token.empty())
-    return fail({Cause::kTokenMissing, "listen.relay.token_file has no token now"});
+    return fail({Cause::kTokenMissing, "listen.relay.token_file has no token now"},
+                DialFailure::kPutOff);
   lines_->open(kRelayLineMax,
-               {if_alive(this, &RelayDoor::on_line), if_alive(this, &RelayDoor::fail)});
+               {if_alive(this, &RelayDoor::on_line), if_alive(this, &RelayDoor::on_ended)});
   lines_->say("login " + token + (options_.code.empty() ? "" : " " + options_.code));
 }
 
@@ -155,22 +159,23 @@ void RelayDoor::on_line(std::string_view line) {
     fail(
         "another machine has the same token and is connected there (a copied disk?): that one "
         "stays, this one waits a minute. Give this one a name, a token and keys of its own: end "
-        "its pairing, then 'relay --robot' there and 'server --pair --via' here");
+        "its pairing, then 'relay --robot' there and 'server --pair --via' here",
+        DialFailure::kPutOff);
     return after(next_, kTwinWait, &RelayDoor::dial);
   }
   if (word == "refused" && !welcome_) {
-    retry_ = kRefusedRetry;
     return fail(
         {Cause::kRelayRefuses,
          std::string{
              "it refuses the token of listen.relay.token_file for this name, or the line was "
              "used already or is too old: 'relay --robot' prints another one there"} +
              (options_.code.empty() ? ""
-                                    : "; a start without --pair has what was before this line")});
+                                    : "; a start without --pair has what was before this line")},
+        DialFailure::kRefused);
   }
   if (word == "welcome" && !welcome_) {
     welcome_ = true;
-    retry_ = kFirstRetry;
+    dialer_.opened();
     told_.clear();
     place_.connected_since = system_now();
     limit_.cancel();
@@ -187,7 +192,7 @@ void RelayDoor::on_line(std::string_view line) {
   // Somebody else has come with this token: whether this one is still there decides who stays.
   if (word == "ping" && welcome_) return lines_->say("pong");
   if (word == "visitor" && welcome_) return on_visitor(line);
-  fail({Cause::kMalformed, "it says what it must not"});
+  fail({Cause::kMalformed, "it says what it must not"}, DialFailure::kPutOff);
 }
 
 void RelayDoor::ping() {
@@ -206,20 +211,36 @@ void RelayDoor::look() {
   after(limit_, kLookTime, &RelayDoor::on_silence);
 }
 
-void RelayDoor::check_address() {
-  if (!welcome_ || !events_.log) return;
-  const std::string address = lost_address(lines_->socket());
-  if (!address.empty())
-    fail({Cause::kAddressGone, "the address " + address + " of this machine is gone"});
-}
-
 void RelayDoor::on_silence() {
-  fail({Cause::kRelayUnreachable, "no answer in time"});
+  fail({Cause::kRelayUnreachable, "no answer in time"}, DialFailure::kGone);
 }
 
-void RelayDoor::fail(const Failure& why) {
+void RelayDoor::on_routes_changed() {
   if (!events_.log) return;
-  if (way_) way_->stop();
+  if (welcome_) {
+    const std::string address = lost_address(lines_->socket());
+    if (!address.empty())
+      fail({Cause::kAddressGone, "the address " + address + " of this machine is gone"},
+           DialFailure::kGone);
+  } else if (dialer_.deadline() && tried_) {
+    // Most changes concern others: containers that come and go, addresses that are renewed.
+    if (const std::string before = std::exchange(route_, route_to(*tried_)); before == route_)
+      return;
+    dialer_.hurry(steady_now());
+    wait();
+  }
+}
+
+void RelayDoor::on_ended(const Failure& why) {
+  fail(why, welcome_ ? DialFailure::kGone : DialFailure::kAnswered);
+}
+
+void RelayDoor::fail(const Failure& why, DialFailure failure) {
+  if (!events_.log) return;
+  if (way_) {
+    if (way_->tried()) tried_ = way_->tried();
+    way_->stop();
+  }
   if (lines_) lines_->end();
   lines_.reset();
   limit_.cancel();
@@ -230,8 +251,13 @@ void RelayDoor::fail(const Failure& why) {
   const std::string text = "the relay " + options_.url.text("ws") + ": " + why.text;
   if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");
   told_ = text;
-  after(next_, retry_, &RelayDoor::dial);
-  retry_ = std::min(2 * retry_, kLastRetry);
+  if (tried_) route_ = route_to(*tried_);
+  dialer_.failed(steady_now(), failure, random_);
+  wait();
+}
+
+void RelayDoor::wait() {
+  after(next_, std::max(Duration::zero(), *dialer_.deadline() - steady_now()), &RelayDoor::dial);
 }
 
 // ---- visitors
@@ -247,7 +273,7 @@ void RelayDoor::on_visitor(std::string_view words) {
   const char* const end = words.data() + words.size();
   const auto number = std::from_chars(words.data(), end, made->source.port);
   if (!from_hex(ticket, digits) || wrong || number.ec != std::errc{} || number.ptr != end)
-    return fail({Cause::kMalformed, "it says what it must not"});
+    return fail({Cause::kMalformed, "it says what it must not"}, DialFailure::kPutOff);
   if (tickets_.size() >= kTicketsMax || !visitors_.take(steady_now()))
     return events_.log(LogLevel::kDebug, "a visitor at the relay is left out: there are too many");
   made->hello = ticket_hello(options_.url.robot, ticket);

@@ -10,6 +10,8 @@
 #include <string_view>
 
 #include "core/base/pace.hpp"
+#include "core/base/random.hpp"
+#include "core/link/dialer.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/relay/place_at_relay.hpp"
@@ -65,10 +67,12 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   // A copy: the one that the caller has may be in the set that it leaves.
   void forget(TicketPtr ticket);
   void ping();
-  void check_address();
+  void on_routes_changed();
+  void on_ended(const Failure& why);
   // Dials again, after a while.
-  void fail(const Failure& why);
-  void after(asio::steady_timer& timer, std::chrono::milliseconds time, void (RelayDoor::*then)());
+  void fail(const Failure& why, DialFailure failure);
+  void wait();
+  void after(asio::steady_timer& timer, Duration time, void (RelayDoor::*then)());
   void on_silence();
 
   asio::io_context& io_;
@@ -81,7 +85,10 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   std::shared_ptr<RouteWatch> routes_;
   asio::steady_timer limit_;  // until it is welcome, then for each answer
   asio::steady_timer next_;   // the next dial, or the next ping
-  std::chrono::milliseconds retry_;
+  Dialer dialer_;
+  Random random_;
+  std::optional<asio::ip::address> tried_;  // the relay's, as it was dialed last
+  std::string route_;                       // to it, at the last failure; empty: not known
   Pace visitors_;
   bool welcome_ = false;
   bool was_welcome_ = false;  // ever

@@ -80,5 +80,34 @@ TEST(RelayDoor, AsksWhetherTheRelayIsThereWhenALoginsConnectionEnds) {
   EXPECT_EQ(kept, 1);
 }
 
+// Each try costs kilobytes, which a robot may pay for.
+TEST(RelayDoor, WaitsLongForARelayThatIsNotItsOwnOrRefusesIt) {
+  const std::string another_key(43, 'A');
+  struct Case {
+    std::string pin, token, log;
+  };
+  for (const Case& of : {Case{another_key + "=", "robot7-token", "not in tls.pin"},
+                         Case{"", "wrong", "it refuses the token"}, Case{"", "", "has no token"}}) {
+    AtRelay at;
+    CountingWay way(at);
+    Side server(at.loop);
+    const Authority::Files files = relay_authority().sign("robot7", "DNS:robot7");
+    ListenOptions listen;
+    listen.port = 0;
+    listen.tls = TlsOptions{files.certificate, files.key};
+    listen.relay.emplace();
+    listen.relay->url = {true, "127.0.0.1", way.port(), "/", "robot7"};
+    listen.relay->tls.ca_file = relay_authority().ca;
+    if (!of.pin.empty()) listen.relay->tls.pins = {of.pin};
+    listen.relay->token = [&] { return of.token; };
+    ASSERT_EQ(server.network.listen(listen), "");
+    ASSERT_TRUE(at.loop.until([&] {
+      return !server.logs.empty() && server.logs.back().find(of.log) != std::string::npos;
+    })) << of.log;
+    at.loop.run_for(1500ms);
+    EXPECT_EQ(way.joints.size(), 1U) << of.log;
+  }
+}
+
 }  // namespace
 }  // namespace connect_bridge::test
