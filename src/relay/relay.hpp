@@ -25,6 +25,7 @@
 #include "net/tls/tls_files.hpp"
 #include "net/tls/tls_lines.hpp"
 #include "relay/joint.hpp"
+#include "relay/name_desk.hpp"
 #include "relay/relay_arrival.hpp"
 #include "relay/relay_status.hpp"
 #include "relay/robot_names.hpp"
@@ -91,7 +92,8 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::shared_ptr<TlsLines> lines;
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;  // until its login
-    std::string token;  // empty: it has shown none
+    std::string token;       // empty: it has shown none
+    bool asks_name = false;  // by a code: the name is being given
     // Has the same token, and waits: whether this one answers a ping decides who stays.
     std::shared_ptr<Robot> twin;
     asio::steady_timer answer;
@@ -124,6 +126,12 @@ class Relay : public std::enable_shared_from_this<Relay> {
   void on_line(const RobotPtr& robot, std::string_view line);
   void on_login(const RobotPtr& robot, std::string_view words);
   void refuse_login(const RobotPtr& robot);
+  // The name was given, or cannot be.
+  void on_given(const std::string& name, std::unique_ptr<Authenticator> robots,
+                const std::string& problem);
+  // Whose token is no longer valid has to go.
+  void judge_all();
+  void judge_some();
   // The token is right: it is the robot, unless another one with this token is here and answers.
   void enter(const RobotPtr& robot);
   void welcome(const RobotPtr& robot);
@@ -142,6 +150,9 @@ class Relay : public std::enable_shared_from_this<Relay> {
   RelaySetup setup_;
   Log log_;
   TlsFiles tls_;
+  NameDesk desk_;
+  std::unordered_set<std::string> giving_;  // the names that the desk gives
+  std::vector<std::string> to_judge_;       // robots
   std::shared_ptr<TcpDoors> doors_;
   Admission callers_;         // by address
   Admission visitors_;        // by robot

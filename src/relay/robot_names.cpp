@@ -26,16 +26,14 @@ bool RobotNames::has(const std::string& robot, std::string_view token,
   return may && judged.identity->name == robot;                    // mutant: name_of_another
 }
 
-bool RobotNames::takes(const std::string& robot, std::string_view token, std::string_view code,
-                       const std::string& peer, std::string& problem) {
+std::optional<RobotNames::Taking> RobotNames::taking(const std::string& robot,
+                                                     std::string_view token, std::string_view code,
+                                                     const std::string& peer) const {
+  if (code.empty() || !hand_over_ || !token_problem(token).empty()) return std::nullopt;
   const Judgement judged = robots_->judge({"token", bytes_of(code), peer}, system_now());
-  if (!judged.identity || judged.identity->name != robot || !is_line(*judged.identity) ||
-      !token_problem(token).empty() || !hand_over_)
-    return false;
-  auto robots = hand_over_({robot, sha256(view_of(token)), sha256(view_of(code))}, problem);
-  if (!robots) return false;
-  robots_ = std::move(robots);
-  return true;
+  if (!judged.identity || judged.identity->name != robot || !is_line(*judged.identity))
+    return std::nullopt;
+  return Taking{robot, sha256(view_of(token)), sha256(view_of(code))};
 }
 
 Refreshed RobotNames::refresh() {

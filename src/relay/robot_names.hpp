@@ -3,8 +3,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "access/login/authenticator.hpp"
 #include "core/base/sha256.hpp"
@@ -25,7 +27,8 @@ class RobotNames {
     Digest code;
   };
   // From now on the name is this token's alone, if the code is still there: other relays, and
-  // people, may have changed the robots. They as they are then; null: `problem` says why not.
+  // people, may have changed the robots. They as they are then; null: `problem` says why not. Takes
+  // as long as a disk does, and is called by a thread of its own (NameDesk).
   using HandOver =
       std::function<std::unique_ptr<Authenticator>(const Taking& taking, std::string& problem)>;
 
@@ -37,9 +40,12 @@ class RobotNames {
   // `peer`: as in Attempt.
   [[nodiscard]] bool has(const std::string& robot, std::string_view token,
                          const std::string& peer) const;
-  // Whether the code makes the name this token's. False with `problem`: it would, but cannot.
-  [[nodiscard]] bool takes(const std::string& robot, std::string_view token, std::string_view code,
-                           const std::string& peer, std::string& problem);
+  // What makes the name this token's, if the code is one for it: to be given to hand_over().
+  [[nodiscard]] std::optional<Taking> taking(const std::string& robot, std::string_view token,
+                                             std::string_view code, const std::string& peer) const;
+  [[nodiscard]] const HandOver& hand_over() const { return hand_over_; }
+  // The robots as hand_over() has left them.
+  void use(std::unique_ptr<Authenticator> robots) { robots_ = std::move(robots); }
   [[nodiscard]] Refreshed refresh();
 
  private:

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 #include <openssl/ssl.h>
 
+#include <future>
+#include <optional>
+
 #include "net/relay/relay_door.hpp"
 #include "net/relay/relay_wire.hpp"
 #include "relay/relay.hpp"
@@ -66,6 +69,7 @@ struct AtRelay {
     setup.tls = TlsOptions{files.certificate, files.key};
     const auto hand_over = [this](const RobotNames::Taking& of,
                                   std::string& problem) -> std::unique_ptr<Authenticator> {
+      if (hold) hold->wait();
       handed_over.push_back(of.robot);
       problem = no_room;
       return no_room.empty() ? std::make_unique<ByDigest>(of.token) : nullptr;
@@ -94,6 +98,7 @@ struct AtRelay {
 
   Loop loop;
   std::shared_ptr<Relay> relay;
+  std::optional<std::shared_future<void>> hold;  // handing over waits for it
   std::vector<std::string> handed_over;
   std::string no_room;
   std::vector<std::string> warnings, errors;

@@ -122,6 +122,36 @@ TEST(Relay, ALineGivesTheNameToOneTokenOnce) {
   EXPECT_EQ(at.refused(RelayRefusal::kWrongLogin), 7U);
 }
 
+// The file may be locked by others, and is written to a disk.
+TEST(Relay, PairsGoOnWhileANameIsGiven) {
+  AtRelay at;
+  HandRobot other(at, "robot8", "robot8-token");
+  ASSERT_TRUE(other.hears(1));
+  RawPeer visitor(at.port());
+  visitor.send(visitor_hello("robot8"));
+  ASSERT_TRUE(other.hears(2));
+  RawPeer ticket(at.port());
+  ticket.send(ticket_hello("robot8", other.ticket(1)));
+  ASSERT_TRUE(ticket.sees(at.loop, visitor_hello("robot8")));
+  std::promise<void> free;
+  at.hold = free.get_future().share();
+  HandRobot robot(at, "robot7", "a-token-of-its-own robot7-token-of-a-line");
+  HandRobot thief(at, "robot7", "a-token-of-another robot7-token-of-a-line");
+  at.loop.run_for(100ms);
+  visitor.send("to the robot");
+  EXPECT_TRUE(ticket.sees(at.loop, "to the robot"));
+  other.lines->say("ping");
+  EXPECT_TRUE(other.hears(3));
+  at.relay->every_second();
+  EXPECT_THAT(robot.said, testing::IsEmpty());
+  EXPECT_FALSE(robot.ended || thief.ended);
+  free.set_value();
+  ASSERT_TRUE(robot.hears(1) && thief.hears(1));
+  const std::vector<std::string> said{robot.said[0], thief.said[0]};
+  EXPECT_THAT(said, testing::UnorderedElementsAre("welcome", "refused"));
+  EXPECT_THAT(at.handed_over, ElementsAre("robot7"));
+}
+
 TEST(Relay, AResetPassesThroughWhileTheOtherEndTakesNothing) {
   AtRelay at;
   HandRobot robot(at, "robot7", "robot7-token");
