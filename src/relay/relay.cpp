@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::size_t kCallersMax = 320;
 constexpr std::size_t kCallersOfAddress = 16;
-constexpr std::size_t kVisitorsOfRobot = 16;
+constexpr std::size_t kWaitingMax = 1024;  // for a robot, of all
+constexpr std::size_t kWaitingOfRobot = 16;
 constexpr std::size_t kPairsOfRobot = 384;
 constexpr int kHandshakes = 300;
 constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
@@ -59,7 +60,6 @@ Relay::Relay(asio::io_context& io, RelaySetup setup, Log log)
       tls_(setup_.tls, Role::kServer),
       desk_(io, setup_.names.hand_over()),
       callers_({0, kCallersMax, kCallersOfAddress, {}}),
-      visitors_({0, kCallersMax, kVisitorsOfRobot, {}}),
       paces_(setup_.address_calls_at_once, setup_.address_call_period),
       robot_paces_(kVisitorsAtOnce, kVisitorPeriod),
       pace_(kHandshakes, kHandshakePeriod) {}
@@ -126,6 +126,7 @@ void Relay::admit(TcpSocket socket) {
   ErrorCode error;
   ++accepted_;
   const auto caller = std::make_shared<Caller>(std::move(socket));
+  caller->number = accepted_;
   caller->from = caller->arrival.socket().remote_endpoint(error);
   if (error) return;  // gone already
   caller->from.address(plain_address(caller->from.address()));
@@ -166,7 +167,6 @@ void Relay::drop(const CallerPtr& caller) {
   calling_.erase(caller);
   caller->limit.cancel();
   caller->place.reset();
-  caller->place_at_robot.reset();
   ErrorCode ignored;
   caller->arrival.socket().close(ignored);
 }
@@ -323,7 +323,7 @@ void Relay::on_twins(const RobotPtr& robot) {
              " has to wait a minute. Give one of them a name, a token and keys of its own: end its "
              "pairing, then 'relay --robot' here and 'server --pair --via' there; " +
              std::to_string(*times) + " since the last line");
-  other->lines->say("refused twin");  // mutant: twins
+  other->lines->say("refused twin");
   other->lines->finish();
 }
 
@@ -366,18 +366,40 @@ void Relay::end(RobotPtr robot, const std::string& why) {
 
 // ---- visitors
 
+void Relay::make_room_at(const std::string& robot) {
+  std::vector<CallerPtr> all, of_robot;
+  for (const CallerPtr& caller : calling_) {
+    if (caller->ticket.empty()) continue;
+    all.push_back(caller);
+    if (caller->robot == robot) of_robot.push_back(caller);
+  }
+  const bool full = of_robot.size() >= kWaitingOfRobot;
+  if (!full && all.size() < kWaitingMax) return;
+  const std::vector<CallerPtr>& among = full ? of_robot : all;
+  std::unordered_map<std::string_view, std::size_t> counts;
+  for (const CallerPtr& caller : among) ++counts[caller->network];
+  const CallerPtr last = *std::min_element(
+      among.begin(), among.end(), [&](const CallerPtr& one, const CallerPtr& other) {
+        const std::size_t more = counts[one->network], less = counts[other->network];
+        return more != less ? more > less : one->number < other->number;
+      });
+  drop(last, RelayRefusal::kGaveWay);
+}
+
 void Relay::on_visitor(const CallerPtr& caller) {
   const auto found = robots_.find(caller->robot);
   if (found == robots_.end()) return refuse(caller, RelayRefusal::kNoSuchRobot);
   if (uses_[caller->robot].pairs >= kPairsOfRobot) return refuse(caller, RelayRefusal::kRobotFull);
   const TimePoint now = steady_now();
-  if (!paces_.take(network_of(caller->from.address(), 7), 1, now))
+  caller->network = network_of(caller->from.address(), 7);
+  if (!paces_.take(caller->network, 1, now))
     return refuse(caller, RelayRefusal::kVisitorsOfSource);
   const std::string ticket = random_token();
   if (ticket.empty() || !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
     return refuse(caller, RelayRefusal::kVisitorsOfRobot);
-  caller->place_at_robot = visitors_.take_pending(caller->robot);
-  caller->place_at_robot->give_way = caller->place->give_way;
+  make_room_at(caller->robot);
+  // Who has a robot to wait for takes no place of those who have said nothing.
+  caller->place.reset();
   caller->ticket = key_of(ticket);
   call_after(caller->limit, kTicketTime, with(caller, [](Relay& self, const CallerPtr& it) {
                self.refuse(it, RelayRefusal::kRobotSilent);

@@ -75,8 +75,9 @@ class Relay : public std::enable_shared_from_this<Relay> {
     RelayArrival arrival;
     asio::ip::tcp::endpoint from;
     asio::steady_timer limit;
-    std::shared_ptr<Admission::Pending> place;
-    std::shared_ptr<Admission::Pending> place_at_robot;
+    std::uint64_t number = 0;                   // those who came before have smaller ones
+    std::shared_ptr<Admission::Pending> place;  // until it waits for a robot
+    std::string network;                        // then: limits count by it
     std::string robot;
     std::string ticket;  // its hash; empty: no robot is asked to fetch it
     std::string call;    // what the robot is told of it
@@ -144,6 +145,9 @@ class Relay : public std::enable_shared_from_this<Relay> {
   void end(RobotPtr robot, const std::string& why);
 
   void on_visitor(const CallerPtr& caller);
+  // Somebody gives way if too many wait for this robot, or for all: the oldest of the network that
+  // has most there.
+  void make_room_at(const std::string& robot);
   void on_ticket(const CallerPtr& caller, const std::string& ticket);
 
   asio::io_context& io_;
@@ -154,8 +158,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   std::unordered_set<std::string> giving_;  // the names that the desk gives
   std::vector<std::string> to_judge_;       // robots
   std::shared_ptr<TcpDoors> doors_;
-  Admission callers_;         // by address
-  Admission visitors_;        // by robot
+  Admission callers_;         // without a robot yet, by network
   AddressPaces paces_;        // of control handshakes and visitors, by address
   AddressPaces robot_paces_;  // of visitors, by robot: each costs it a connection
   Pace pace_;                 // of control handshakes

@@ -7,13 +7,15 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 namespace connect_bridge {
 
 // A place is given back when its last owner releases it, also after the Admission is destroyed.
-// When no place is left, the oldest connection without a login is closed: a real client logs in
-// within a round trip. Single-threaded.
+// When no place is left, a connection without a login is closed: of the address that has most of
+// them, the oldest, as a real client logs in within a round trip. Single-threaded.
 class Admission {
  public:
   // The place of a connection without a login.
@@ -48,7 +50,9 @@ class Admission {
   std::shared_ptr<Pending> take_pending(const std::string& address, int share = 1) {
     make_room(address, share);  // mutant: strangers_of_address
     if (state_->pending.size() >= options_.pending_max)
-      give_way(Limit::kPending, [](const Entry&) { return true; });
+      give_way(Limit::kPending, [busiest = busiest()](const Entry& entry) {
+        return entry.address == busiest;  // mutant: turns_of_strangers
+      });
     const std::uint64_t number = ++state_->last;
     auto* place = new Pending;
     state_->pending[number] = {address, place};
@@ -79,6 +83,20 @@ class Admission {
     std::uint64_t last = 0;
     std::map<std::uint64_t, Entry> pending;  // the oldest first
   };
+
+  // The address with most of them; of several the one with the oldest.
+  [[nodiscard]] std::string busiest() const {
+    std::unordered_map<std::string_view, std::size_t> counts;
+    for (const auto& [number, entry] : state_->pending) ++counts[entry.address];
+    const std::string* found = nullptr;
+    std::size_t most = 0;
+    for (const auto& [number, entry] : state_->pending) {
+      if (counts[entry.address] <= most) continue;
+      most = counts[entry.address];
+      found = &entry.address;
+    }
+    return found ? *found : "";
+  }
 
   void make_room(const std::string& address, int share) {
     if (share == 0) return;

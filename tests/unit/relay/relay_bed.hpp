@@ -104,12 +104,20 @@ struct AtRelay {
   std::vector<std::string> warnings, errors;
 };
 
+inline std::string proxy_header(const std::string& address) {
+  return "PROXY TCP4 " + address + " 192.0.2.1 4711 443\r\n";
+}
+
 // The control connection of a robot, by hand.
 struct HandRobot {
-  HandRobot(AtRelay& at, const std::string& name, const std::string& token) : loop(at.loop) {
+  // `header`: of a proxy.
+  HandRobot(AtRelay& at, const std::string& name, const std::string& token,
+            const std::string& header = "")
+      : loop(at.loop) {
     std::string problem;
     TcpSocket socket(loop.io.get_executor());
     socket.connect({asio::ip::make_address("127.0.0.1"), at.port()});
+    socket.send(asio::buffer(header));
     TlsOptions trusting;
     trusting.ca_file = relay_authority().ca;
     lines = std::make_shared<TlsLines>(std::move(socket), make_client_tls(trusting, problem));

@@ -85,7 +85,6 @@ TEST(Relay, WhoIsAbsentLooksLikeWhoIsUnknown) {
   }
 }
 
-// The token is the robot's own: whoever saw the line has only its code, which is used.
 TEST(Relay, TheOldestSilentCallerOfAnAddressGivesWay) {
   AtRelay at;
   std::vector<std::unique_ptr<RawPeer>> silent;
@@ -100,7 +99,55 @@ TEST(Relay, TheOldestSilentCallerOfAnAddressGivesWay) {
   EXPECT_TRUE(silent[16]->ends(at.loop, 20s));
 }
 
-// Each costs the relay a signature.
+// They come from 24 addresses, more than all places together.
+TEST(Relay, SilentCallersKeepNoVisitorOut) {
+  AtRelay at(30, {*AddressRange::parse("127.0.0.1")});
+  HandRobot robot(at, "robot7", "robot7-token", proxy_header("192.0.2.7"));
+  ASSERT_TRUE(robot.hears(1));
+  std::vector<std::unique_ptr<RawPeer>> silent;
+  const auto flood = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      silent.push_back(std::make_unique<RawPeer>(at.port()));
+      silent.back()->send(proxy_header("203.0.113." + std::to_string(silent.size() % 24)));
+      if (i % 8 == 0) at.loop.run_for(5ms);
+    }
+    at.loop.run_for(20ms);
+  };
+  RawPeer waits(at.port());
+  waits.send(proxy_header("198.51.100.1") + visitor_hello("robot7"));
+  ASSERT_TRUE(robot.hears(2));
+  RawPeer slow(at.port());
+  slow.send(proxy_header("198.51.100.2"));
+  at.loop.run_for(20ms);
+  flood(340);
+  EXPECT_GE(at.refused(RelayRefusal::kGaveWay), 20U);
+  slow.send(visitor_hello("robot7"));
+  ASSERT_TRUE(robot.hears(3));
+  for (const std::size_t line : {1U, 2U}) {
+    RawPeer ticket(at.port());
+    ticket.send(proxy_header("192.0.2.7") + ticket_hello("robot7", robot.ticket(line)));
+    EXPECT_TRUE(ticket.sees(at.loop, visitor_hello("robot7")));
+  }
+}
+
+TEST(Relay, WhoBringsMostOfThoseThatWaitForARobotGivesWay) {
+  AtRelay at(30, {*AddressRange::parse("127.0.0.1")});
+  HandRobot robot(at, "robot7", "robot7-token", proxy_header("192.0.2.7"));
+  ASSERT_TRUE(robot.hears(1));
+  std::vector<std::unique_ptr<RawPeer>> visitors;
+  for (int i = 0; i < 20; ++i) {
+    visitors.push_back(std::make_unique<RawPeer>(at.port()));
+    visitors.back()->send(proxy_header(i == 0 ? "198.51.100.1" : "203.0.113.1") +
+                          visitor_hello("robot7"));
+    ASSERT_TRUE(robot.hears(static_cast<std::size_t>(i) + 2));
+  }
+  EXPECT_EQ(at.refused(RelayRefusal::kGaveWay), 4U);
+  RawPeer ticket(at.port());
+  ticket.send(proxy_header("192.0.2.7") + ticket_hello("robot7", robot.ticket(1)));
+  EXPECT_TRUE(ticket.sees(at.loop, visitor_hello("robot7")));
+  EXPECT_TRUE(visitors[1]->ends(at.loop));
+}
+
 // Each costs the robot a connection, which it may pay for.
 TEST(Relay, VisitorsOfAnAddressAreLimited) {
   AtRelay at(3);
