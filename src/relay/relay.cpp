@@ -225,6 +225,8 @@ void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
 void Relay::on_line(const RobotPtr& robot, std::string_view line) {
   constexpr std::string_view kLogin = "login ";
   if (strangers_.count(robot) == 0) {
+    if (!robot->lines_pace.take(steady_now()))  // mutant: lines_of_a_robot
+      return end(robot, "it sends more lines than it may");
     if (line == "pong" && robot->twin) return on_twins(robot);
     if (line != "ping") return end(robot, "it says what it must not");
     limit(robot, kRelaySilence);

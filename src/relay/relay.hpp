@@ -91,6 +91,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::string peer;
     TimePoint since{};  // its login
     std::shared_ptr<TlsLines> lines;
+    Pace lines_pace{kRobotLinesAtOnce, kRobotLinePeriod};
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;  // until its login
     std::string token;       // empty: it has shown none

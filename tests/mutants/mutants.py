@@ -73,6 +73,8 @@ MUTANTS = [
     Mutant("line_as_login", "the code of a robot's line is a login at a relay",
            swap(" && !is_line(*judged.identity)", "")),
     Mutant("line_once", "a line works once at each relay of a file", never),
+    Mutant("lines_of_a_robot", "a robot asks its relay as often as it likes", never),
+    Mutant("lines_of_a_relay", "a relay tells a robot as much as it likes", never),
     Mutant("turns_of_strangers", "the oldest of all gives way, whoever fills the places",
            swap("entry.address == busiest", "true")),
     Mutant("visitors_of_robot", "visitors at a relay without a limit", never),

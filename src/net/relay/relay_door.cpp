@@ -49,10 +49,10 @@ std::string_view next_word(std::string_view& rest) {
 
 }  // namespace
 
-std::string ticket_hello(const std::string& robot, const std::string& ticket) {
-  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_client_method()),
-                                                                  &SSL_CTX_free);
-  const std::unique_ptr<SSL, decltype(&SSL_free)> tls(context ? SSL_new(context.get()) : nullptr,
+TicketHellos::TicketHellos() : context_(SSL_CTX_new(TLS_client_method()), &SSL_CTX_free) {}
+
+std::string TicketHellos::make(const std::string& robot, const std::string& ticket) const {
+  const std::unique_ptr<SSL, decltype(&SSL_free)> tls(context_ ? SSL_new(context_.get()) : nullptr,
                                                       &SSL_free);
   if (!tls || SSL_set_tlsext_host_name(tls.get(), robot.c_str()) != 1 ||
       !offer(tls.get(), protocol_list({kTicketProtocol, ticket})))
@@ -154,6 +154,8 @@ void RelayDoor::on_tls(const ErrorCode& error) {
 }
 
 void RelayDoor::on_line(std::string_view line) {
+  if (!lines_pace_.take(steady_now()))  // mutant: lines_of_a_relay
+    return fail("it sends more lines than it may", DialFailure::kPutOff);
   const std::string_view word = next_word(line);
   if (word == "refused" && line == "twin" && !welcome_) {
     fail(
@@ -205,7 +207,7 @@ void RelayDoor::ping() {
 
 // A NAT that has forgotten the connection, or has another address, says nothing.
 void RelayDoor::look() {
-  if (!welcome_ || !events_.log || asked_) return;
+  if (!welcome_ || !events_.log || asked_ || !looks_.take(steady_now())) return;
   asked_ = true;
   lines_->say("ping");
   after(limit_, kLookTime, &RelayDoor::on_silence);
@@ -276,7 +278,7 @@ void RelayDoor::on_visitor(std::string_view words) {
     return fail({Cause::kMalformed, "it says what it must not"}, DialFailure::kPutOff);
   if (tickets_.size() >= kTicketsMax || !visitors_.take(steady_now()))
     return events_.log(LogLevel::kDebug, "a visitor at the relay is left out: there are too many");
-  made->hello = ticket_hello(options_.url.robot, ticket);
+  made->hello = hellos_.make(options_.url.robot, ticket);
   dial_with(made);
 }
 

@@ -15,6 +15,7 @@
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/relay/place_at_relay.hpp"
+#include "net/relay/relay_wire.hpp"
 #include "net/tcp/proxy_header.hpp"
 #include "net/tls/tls_files.hpp"
 #include "net/tls/tls_lines.hpp"
@@ -23,6 +24,17 @@
 namespace connect_bridge {
 
 class RouteWatch;
+
+// Makes the ClientHello that a ticket is shown with.
+class TicketHellos {
+ public:
+  TicketHellos();
+  // Empty: OpenSSL cannot make it.
+  [[nodiscard]] std::string make(const std::string& robot, const std::string& ticket) const;
+
+ private:
+  std::shared_ptr<SSL_CTX> context_;  // takes longer to make than all the rest
+};
 
 // Holds a control connection to the relay and makes it again whenever it is lost. For each visitor
 // that the relay announces it dials the relay with the ticket (docs/protocol.md, "Relay"). The
@@ -89,7 +101,10 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   Random random_;
   std::optional<asio::ip::address> tried_;  // the relay's, as it was dialed last
   std::string route_;                       // to it, at the last failure; empty: not known
+  TicketHellos hellos_;
   Pace visitors_;
+  Pace lines_pace_{kRelayLinesAtOnce, kRelayLinePeriod};
+  Pace looks_{kRobotLinesAtOnce / 3, 2 * kRobotLinePeriod};
   bool welcome_ = false;
   bool was_welcome_ = false;  // ever
   bool asked_ = false;        // a ping is without an answer
@@ -97,8 +112,5 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   PlaceAtRelay place_;
   std::set<TicketPtr> tickets_;
 };
-
-// The ClientHello that a ticket is shown with; empty: OpenSSL cannot make it.
-[[nodiscard]] std::string ticket_hello(const std::string& robot, const std::string& ticket);
 
 }  // namespace connect_bridge

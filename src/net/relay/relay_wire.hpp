@@ -28,6 +28,13 @@ inline constexpr std::chrono::seconds kTwinWait{60};
 inline constexpr std::chrono::seconds kTicketTime{5};
 inline constexpr std::chrono::seconds kHelloTime{5};  // and as long for the login after it
 
+// Lines of a control connection, beyond: it is closed. A robot asks less often than it may, a relay
+// announces no more than these visitors.
+inline constexpr int kRobotLinesAtOnce = 30;
+inline constexpr Duration kRobotLinePeriod = std::chrono::milliseconds(500);
+inline constexpr int kRelayLinesAtOnce = 200;
+inline constexpr Duration kRelayLinePeriod = std::chrono::milliseconds(15);
+
 // Visitors of one robot: the relay refuses more, and the robot dials for no more.
 inline constexpr int kVisitorsAtOnce = 100;
 inline constexpr Duration kVisitorPeriod = std::chrono::milliseconds(20);

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "net/relay/relay_door.hpp"
 #include "unit/net/websocket/harness.hpp"
+#include "unit/relay/ticket_hello.hpp"
 
 namespace connect_bridge::test {
 namespace {

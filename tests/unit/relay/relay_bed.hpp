@@ -12,6 +12,7 @@
 #include "relay/relay.hpp"
 #include "unit/net/tls/certificates.hpp"
 #include "unit/net/websocket/harness.hpp"
+#include "unit/relay/ticket_hello.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge::test {

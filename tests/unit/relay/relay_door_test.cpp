@@ -109,5 +109,71 @@ TEST(RelayDoor, WaitsLongForARelayThatIsNotItsOwnOrRefusesIt) {
   }
 }
 
+// A relay by hand, that welcomes whoever comes and never stops talking.
+struct TalkingRelay {
+  TalkingRelay(Loop& on, std::string text)
+      : loop(on), line(std::move(text)), door(on.io, {asio::ip::make_address("127.0.0.1"), 0}) {
+    std::string problem;
+    const Authority::Files files = relay_authority().sign("talking", "IP:127.0.0.1");
+    context = make_server_tls(TlsOptions{files.certificate, files.key}, problem);
+    SSL_CTX_set_alpn_select_cb(
+        context->native_handle(),
+        [](SSL*, const unsigned char** chosen, unsigned char* size, const unsigned char* offered,
+           unsigned, void*) {
+          *size = *offered;
+          *chosen = offered + 1;
+          return SSL_TLSEXT_ERR_OK;
+        },
+        nullptr);
+    accept();
+  }
+  void accept() {
+    door.async_accept(loop.io.get_executor(), [this](ErrorCode error, TcpSocket socket) {
+      if (error) return;
+      ++accepted;
+      lines = std::make_shared<TlsLines>(std::move(socket), context);
+      lines->shake_hands(true, {}, [this](ErrorCode wrong) {
+        if (wrong) return;
+        lines->open(kRelayLoginMax, {[this](std::string_view) { welcome(); }, [](auto&) {}});
+      });
+      accept();
+    });
+  }
+  void welcome() {
+    lines->say("welcome");
+    for (int i = 0; i < 2 * kRelayLinesAtOnce; ++i) lines->say(line);
+  }
+
+  Loop& loop;
+  const std::string line;
+  asio::ip::tcp::acceptor door;
+  TlsContext context;
+  std::shared_ptr<TlsLines> lines;
+  int accepted = 0;
+};
+
+TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
+  for (const std::string line : {"pong", "ping", "visitor"}) {
+    Loop loop;
+    const std::string ticket = std::string(64, 'a') + " 203.0.113.7 4711";
+    TalkingRelay relay(loop, line == "visitor" ? line + ' ' + ticket : line);
+    std::vector<std::string> logs;
+    RelayOptions options;
+    options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
+    options.tls.ca_file = relay_authority().ca;
+    options.token = [] { return std::string{"robot7-token"}; };
+    const auto door = std::make_shared<RelayDoor>(
+        loop.io, options, SocketOptions{},
+        RelayDoor::Events{[](TcpSocket, const Source&) {},
+                          [&](LogLevel, const std::string& text) { logs.push_back(text); }});
+    ASSERT_EQ(door->open(), "");
+    EXPECT_TRUE(loop.until([&] {
+      return !logs.empty() && logs.back().find("more lines than it may") != std::string::npos;
+    })) << line;
+    door->close();
+    loop.run_for(1ms);
+  }
+}
+
 }  // namespace
 }  // namespace connect_bridge::test

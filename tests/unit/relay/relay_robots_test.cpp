@@ -247,6 +247,17 @@ TEST(Relay, ARobotSaysOnlyWhatItMay) {
   early.lines->end();
 }
 
+TEST(Relay, ARobotThatNeverStopsAskingIsClosed) {
+  AtRelay at;
+  HandRobot robot(at, "robot7", "robot7-token");
+  ASSERT_TRUE(robot.hears(1));
+  for (int i = 0; i < kRobotLinesAtOnce; ++i) robot.lines->say("ping");
+  ASSERT_TRUE(robot.hears(1 + kRobotLinesAtOnce));
+  EXPECT_FALSE(robot.ended);
+  for (int i = 0; i < kRobotLinesAtOnce; ++i) robot.lines->say("ping");
+  EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
+}
+
 TEST(Relay, ControlHandshakesOfAnAddressAreLimited) {
   AtRelay at(2);
   for (int i = 0; i < 3; ++i) {
