@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/hex.hpp"
-#include "net/relay/relay_door.hpp"
 #include "net/relay/relay_wire.hpp"
+#include "unit/relay/ticket_hello.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 using State = ClientHello::State;
 
 Bytes hello_for(const std::string& robot, const std::string& ticket = std::string(64, '7')) {
-  const std::string text = ticket_hello(robot, ticket);
+  const std::string text = test::ticket_hello(robot, ticket);
   return {text.begin(), text.end()};
 }
 
