@@ -285,6 +285,7 @@ void Listener::Visitor::abandon() {
 void Listener::Visitor::abort() {
   place.reset();
   slot.reset();
+  relay_slot.reset();
   socket->next_layer().abort();
 }
 

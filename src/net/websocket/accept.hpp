@@ -32,6 +32,7 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   ConnectionOpened from;
   const By by;
   std::shared_ptr<Admission::Pending> slot;
+  std::shared_ptr<Admission::Pending> relay_slot;  // of those who come by the relay
   std::shared_ptr<WebSocket> socket;
   std::shared_ptr<void> place;  // among the open connections
   std::string notice;           // what may be wrong with proxies or their list; empty: nothing

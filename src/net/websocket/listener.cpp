@@ -14,6 +14,10 @@ namespace {
 constexpr int kProxyShare = ListenOptions::kLoopbackShare;
 // What a customer with many addresses may do, in times of what one of them may.
 constexpr int kCustomerShare = 2;
+// Who comes by the relay has the address that the relay says. Their limits are apart, and all of
+// them together have one share of what is there: half.
+constexpr char kRelayed[] = "relay ";
+constexpr int kRelayedPart = 2;
 
 // Limits count by network: an IPv6 customer has at least a /64 of addresses, and mostly a /56.
 void set_source(ConnectionOpened& from, const Source& source) {
@@ -45,16 +49,23 @@ std::string Listener::open(const ListenOptions& options) {
   admission_.emplace(Admission::Options{options.connections_max, options.pending_max,
                                         options.pending_per_address_max,
                                         [this](Admission::Limit limit) { on_gave_way(limit); }});
+  relayed_.emplace(Admission::Options{0, std::max<std::size_t>(options.pending_max / kRelayedPart, 1),
+                                      options.pending_per_address_max,
+                                      [this](Admission::Limit limit) { on_gave_way(limit); }});
 
   doors_ = std::make_shared<TcpDoors>(
       io_, TcpDoors::Events{if_alive(this, &Listener::on_arrived), if_alive(this, &Listener::log)});
   problem = options.sockets.empty() ? doors_->open(options.addresses, options.port)
                                     : doors_->take(options.sockets);
   if (!problem.empty()) return problem;
-  paces_.emplace(options.address_handshakes_at_once, options.address_handshake_period);
-  customer_paces_.emplace(kCustomerShare * options.address_handshakes_at_once,
-                          options.address_handshake_period / kCustomerShare);
+  for (auto* const paces : {&paces_, &relayed_paces_})
+    paces->emplace(
+        HandshakePaces{{options.address_handshakes_at_once, options.address_handshake_period},
+                       {kCustomerShare * options.address_handshakes_at_once,
+                        options.address_handshake_period / kCustomerShare}});
   pace_ = Pace(options.handshakes_at_once, options.handshake_period);
+  relayed_pace_ = Pace(std::max(options.handshakes_at_once / kRelayedPart, 1),
+                       kRelayedPart * options.handshake_period);
   // Fewer than all places, so that those who wait give way by turns, not the oldest first.
   const std::size_t line_max = std::max<std::size_t>(options.pending_max / 2, 1);
   line_ = decltype(line_)({line_max, line_max});
@@ -91,11 +102,16 @@ void Listener::close() {
 
 // A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are
 // limited first, so that it cannot use up what its customer has, nor a customer what all have.
-bool Listener::take_handshake(const ConnectionOpened& from) {
+bool Listener::take_handshake(const ConnectionOpened& from, By by) {
   const TimePoint now = steady_now();
-  if (paces_->take(from.address, from.share, now)) {
-    if (customer_paces_->take(from.customer, from.share, now)) return true;
-    paces_->give_back(from.address);
+  const bool relayed = by == By::kRelay;
+  HandshakePaces& paces = relayed ? *relayed_paces_ : *paces_;
+  if (paces.address.take(from.address, from.share, now)) {
+    if (paces.customer.take(from.customer, from.share, now)) {
+      if (!relayed || relayed_pace_.take(now)) return true;
+      paces.customer.give_back(from.customer);
+    }
+    paces.address.give_back(from.address);
   }
   ++counts_.handshakes_dropped;
   log_limit(dropped_,
@@ -108,7 +124,8 @@ void Listener::line_up(const VisitorPtr& visitor) {
   if (!tls_ || (line_.empty() && pace_.take(steady_now()))) return visitor->begin();
   ++counts_.handshakes_waited;
   log_limit(waited_, "TLS handshakes wait for their turn");
-  if (const auto left_out = line_.add(visitor->from.customer, visitor)) {
+  const std::string line = visitor->by == By::kRelay ? kRelayed : visitor->from.customer;
+  if (const auto left_out = line_.add(line, visitor)) {
     ++counts_.handshakes_dropped;
     abandon(*left_out);
   }
@@ -157,19 +174,35 @@ void Listener::admit(TcpSocket socket, const Source& source, By by) {
   if (options_.proxies_only && by == By::kItself)
     return drop(socket, from, "dropped, it is no trusted proxy");  // mutant: proxies_only
   if (proxy) from.share = kProxyShare;
+  if (by == By::kRelay) {
+    from.address = kRelayed + from.address;
+    from.customer = kRelayed + from.customer;
+    from.share = 1;
+  }
   // A client behind a proxy is limited when its address is known, if that is before TLS.
-  if (tls_ && !proxy && !take_handshake(from))  // mutant: handshakes_of_address
+  if (tls_ && !proxy && !take_handshake(from, by))  // mutant: handshakes_of_address
     return drop(socket, from, "dropped, too many handshakes");
-  auto slot =
-      proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
+  std::shared_ptr<Admission::Pending> relay_slot;
+  if (by == By::kRelay) relay_slot = relayed_->take_pending(from.address);
+  auto slot = by == By::kRelay ? admission_->take_pending(kRelayed, relayed_share())
+              : proxy          ? admission_->take_pending({}, 0)
+                               : admission_->take_pending(from.address, from.share);
   tune_socket(socket.native_handle(), sockets_);
   const auto visitor = std::make_shared<Visitor>(*this, std::move(socket), std::move(from), by);
   visitors_.insert(visitor);
   slot->give_way = [this, weak = std::weak_ptr{visitor}] {
     if (const auto oldest = weak.lock()) abandon(oldest);
   };
+  if (relay_slot) relay_slot->give_way = slot->give_way;
   visitor->slot = std::move(slot);
+  visitor->relay_slot = std::move(relay_slot);
   visitor->start();
+}
+
+int Listener::relayed_share() const {
+  const std::size_t of_address = std::max<std::size_t>(options_.pending_per_address_max, 1);
+  return static_cast<int>(
+      std::max<std::size_t>(options_.pending_max / kRelayedPart / of_address, 1));
 }
 
 bool Listener::forget(const VisitorPtr& visitor) {
@@ -187,7 +220,7 @@ bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
   if (source) set_source(from, *source);  // without one it counts as the proxy itself
   const bool before_tls = tls_ && options_.told_by == ToldBy::kProxyProtocol;
-  if (before_tls && !take_handshake(from)) return false;
+  if (before_tls && !take_handshake(from, visitor.by)) return false;
   admission_->move_pending(*visitor.slot, from.address, from.share);
   return true;
 }
@@ -201,6 +234,7 @@ void Listener::on_refused(const VisitorPtr& visitor, const std::string& problem)
 void Listener::on_open(const VisitorPtr& visitor) {
   forget(visitor);
   const auto slot = std::move(visitor->slot);
+  visitor->relay_slot.reset();
   log_notice(*visitor);
   if (!events_.arrived) return;
   std::shared_ptr<void> place = std::move(visitor->place);

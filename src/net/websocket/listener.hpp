@@ -76,7 +76,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void on_relayed(TcpSocket socket, const Source& source);
   void admit(TcpSocket socket, const Source& source, By by);
   // Whether it may begin a handshake; then it counts. False: its address has begun too many.
-  bool take_handshake(const ConnectionOpened& from);
+  bool take_handshake(const ConnectionOpened& from, By by);
+  // What all who come by the relay may have, in times of what one address may.
+  [[nodiscard]] int relayed_share() const;
   // Its handshake begins, or waits for its turn among those of all.
   void line_up(const VisitorPtr& visitor);
   // Begins the handshakes whose turn it is.
@@ -106,12 +108,17 @@ class Listener : public std::enable_shared_from_this<Listener> {
   ListenOptions options_;
   AddressRanges proxies_;
   std::optional<Admission> admission_;
+  std::optional<Admission> relayed_;  // those of them who come by the relay, by address
   std::optional<TlsFiles> tls_;
   std::unordered_set<VisitorPtr> visitors_;
-  std::optional<AddressPaces> paces_;           // of handshakes, by address
-  std::optional<AddressPaces> customer_paces_;  // by customer, who may have many addresses
-  Pace pace_{1, Duration::zero()};              // of all of them
-  Turns<std::string, VisitorPtr> line_;         // those who wait for it, by customer
+  // Of handshakes. A customer may have many addresses.
+  struct HandshakePaces {
+    AddressPaces address, customer;
+  };
+  std::optional<HandshakePaces> paces_, relayed_paces_;
+  Pace pace_{1, Duration::zero()};          // of all of them
+  Pace relayed_pace_{1, Duration::zero()};  // of all who come by the relay
+  Turns<std::string, VisitorPtr> line_;     // those who wait for it, by customer
   asio::steady_timer next_turn_;
   DoorCounts counts_;
   LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;

@@ -111,8 +111,8 @@ TEST(RelayDoor, WaitsLongForARelayThatIsNotItsOwnOrRefusesIt) {
 
 // A relay by hand, that welcomes whoever comes and never stops talking.
 struct TalkingRelay {
-  TalkingRelay(Loop& on, std::string text)
-      : loop(on), line(std::move(text)), door(on.io, {asio::ip::make_address("127.0.0.1"), 0}) {
+  TalkingRelay(Loop& on, std::string text, int times)
+      : loop(on), line(std::move(text)), count(times), door(on.io, {asio::ip::make_address("127.0.0.1"), 0}) {
     std::string problem;
     const Authority::Files files = relay_authority().sign("talking", "IP:127.0.0.1");
     context = make_server_tls(TlsOptions{files.certificate, files.key}, problem);
@@ -141,11 +141,12 @@ struct TalkingRelay {
   }
   void welcome() {
     lines->say("welcome");
-    for (int i = 0; i < 2 * kRelayLinesAtOnce; ++i) lines->say(line);
+    for (int i = 0; i < count; ++i) lines->say(line);
   }
 
   Loop& loop;
   const std::string line;
+  const int count;
   asio::ip::tcp::acceptor door;
   TlsContext context;
   std::shared_ptr<TlsLines> lines;
@@ -156,7 +157,8 @@ TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
   for (const std::string line : {"pong", "ping", "visitor"}) {
     Loop loop;
     const std::string ticket = std::string(64, 'a') + " 203.0.113.7 4711";
-    TalkingRelay relay(loop, line == "visitor" ? line + ' ' + ticket : line);
+    TalkingRelay relay(loop, line == "visitor" ? line + ' ' + ticket : line,
+                       2 * kRelayLinesAtOnce);
     std::vector<std::string> logs;
     RelayOptions options;
     options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
@@ -172,6 +174,32 @@ TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
     })) << line;
     door->close();
     loop.run_for(1ms);
+  }
+}
+
+// It names the address of who dials directly.
+TEST(RelayDoor, VisitorsOfARelayTakeNothingOfWhoDialsDirectly) {
+  Loop loop;
+  TalkingRelay relay(loop, "visitor " + std::string(64, 'a') + " 127.0.0.1 4711", 30);
+  Side server(loop), client(loop);
+  const Authority::Files files = relay_authority().sign("robot7", "IP:127.0.0.1");
+  ListenOptions listen;
+  listen.port = 0;
+  listen.tls = TlsOptions{files.certificate, files.key};
+  listen.address_handshakes_at_once = 2;  // of the loopback 8 times as many
+  listen.address_handshake_period = 800s;
+  listen.relay.emplace();
+  listen.relay->url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
+  listen.relay->tls.ca_file = relay_authority().ca;
+  listen.relay->token = [] { return std::string{"robot7-token"}; };
+  ASSERT_EQ(server.network.listen(listen), "");
+  ASSERT_TRUE(loop.until([&] { return server.network.counts().handshakes_dropped >= 25; }));
+  DialOptions dial;
+  dial.url = {true, "127.0.0.1", server.network.listen_port(), "/"};
+  dial.tls.ca_file = relay_authority().ca;
+  for (std::uint64_t id = 1; id <= 16; ++id) {
+    client.network.dial(ConnectionId{id}, dial);
+    ASSERT_TRUE(loop.until([&] { return server.opened.size() == id; })) << id;
   }
 }
 
