@@ -62,6 +62,8 @@ Relay::Relay(asio::io_context& io, RelaySetup setup, Log log)
       callers_({0, kCallersMax, kCallersOfAddress, {}}),
       paces_(setup_.address_calls_at_once, setup_.address_call_period),
       robot_paces_(kVisitorsAtOnce, kVisitorPeriod),
+      client_paces_(kClientsAtOnce, kMeteredPeriod),
+      other_paces_(kOthersAtOnce, kMeteredPeriod),
       pace_(kHandshakes, kHandshakePeriod) {}
 
 std::string Relay::open() {
@@ -223,11 +225,12 @@ void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
 }
 
 void Relay::on_line(const RobotPtr& robot, std::string_view line) {
-  constexpr std::string_view kLogin = "login ";
+  constexpr std::string_view kLogin = "login ", kClients = "clients ";
   if (strangers_.count(robot) == 0) {
     if (!robot->lines_pace.take(steady_now()))  // mutant: lines_of_a_robot
       return end(robot, "it sends more lines than it may");
     if (line == "pong" && robot->twin) return on_twins(robot);
+    if (line.starts_with(kClients)) return on_word(robot, line.substr(kClients.size()));
     if (line != "ping") return end(robot, "it says what it must not");
     limit(robot, kRelaySilence);
     return robot->lines->say("pong");
@@ -235,6 +238,12 @@ void Relay::on_line(const RobotPtr& robot, std::string_view line) {
   if (!line.starts_with(kLogin) || !robot->token.empty())
     return end(robot, "it says what it must not");
   on_login(robot, line.substr(kLogin.size()));
+}
+
+void Relay::on_word(const RobotPtr& robot, std::string_view word) {
+  Digest digits{};
+  if (!from_hex(word, digits)) return end(robot, "it says what it must not");
+  robot->clients_key = key_of(word);
 }
 
 void Relay::on_login(const RobotPtr& robot, std::string_view words) {
@@ -335,7 +344,7 @@ void Relay::welcome(const RobotPtr& robot) {
   static_cast<void>(uses_[robot->name]);
   robot->since = steady_now();
   robot->lines->limit_lines(kRobotLineMax);
-  robot->lines->say("welcome");
+  robot->lines->say("welcome clients");
   // It has not heard of them if its connection was dead.
   for (const CallerPtr& caller : calling_)
     if (!caller->ticket.empty() && caller->robot == robot->name) robot->lines->say(caller->call);
@@ -377,7 +386,11 @@ void Relay::make_room_at(const std::string& robot) {
   }
   const bool full = of_robot.size() >= kWaitingOfRobot;
   if (!full && all.size() < kWaitingMax) return;
-  const std::vector<CallerPtr>& among = full ? of_robot : all;
+  std::vector<CallerPtr>& among = full ? of_robot : all;
+  // Those who have shown that they know their robot stay, if there are others.
+  const auto others = std::partition(among.begin(), among.end(),
+                                     [](const CallerPtr& caller) { return !caller->is_client; });
+  if (others != among.begin()) among.erase(others, among.end());
   std::unordered_map<std::string_view, std::size_t> counts;
   for (const CallerPtr& caller : among) ++counts[caller->network];
   const CallerPtr last = *std::min_element(
@@ -396,6 +409,20 @@ void Relay::on_visitor(const CallerPtr& caller) {
   caller->network = network_of(caller->from.address(), 7);
   if (!paces_.take(caller->network, 1, now))
     return refuse(caller, RelayRefusal::kVisitorsOfSource);
+  const RobotPtr robot = found->second;
+  if (!robot->clients_key.empty()) {
+    const std::vector<std::string>& offers = caller->arrival.hello().protocols;
+    const auto is_word = [&](const std::string& offer) {
+      return key_of(offer) == robot->clients_key;
+    };
+    caller->is_client = !offers.empty() && offers.front() == kClientProtocol &&
+                        offers.size() <= 1 + kClientWordsMax &&
+                        std::any_of(offers.begin() + 1, offers.end(), is_word);
+    const bool may = caller->is_client
+                         ? client_paces_.take(robot->name + ' ' + caller->network, 1, now)
+                         : other_paces_.take(robot->name, 1, now);
+    if (!may) return refuse(caller, RelayRefusal::kVisitorsOfRobot);  // mutant: others_of_robot
+  }
   const std::string ticket = random_token();
   if (ticket.empty() || !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
     return refuse(caller, RelayRefusal::kVisitorsOfRobot);
@@ -408,7 +435,6 @@ void Relay::on_visitor(const CallerPtr& caller) {
              }));
   caller->call = "visitor " + ticket + ' ' + caller->from.address().to_string() + ' ' +
                  std::to_string(caller->from.port());
-  const RobotPtr robot = found->second;
   robot->lines->say(caller->call);
 }
 

@@ -80,6 +80,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::string network;                        // then: limits count by it
     std::string robot;
     std::string ticket;  // its hash; empty: no robot is asked to fetch it
+    bool is_client = false;  // it knows the robot's word
     std::string call;    // what the robot is told of it
   };
   using CallerPtr = std::shared_ptr<Caller>;
@@ -96,6 +97,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::shared_ptr<Admission::Pending> place;  // until its login
     std::string token;       // empty: it has shown none
     bool asks_name = false;  // by a code: the name is being given
+    std::string clients_key;  // the hash of the word of its clients; empty: it has told none
     // Has the same token, and waits: whether this one answers a ping decides who stays.
     std::shared_ptr<Robot> twin;
     asio::steady_timer answer;
@@ -127,6 +129,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   void on_shaken(const RobotPtr& robot, const ErrorCode& error);
   void on_line(const RobotPtr& robot, std::string_view line);
   void on_login(const RobotPtr& robot, std::string_view words);
+  void on_word(const RobotPtr& robot, std::string_view word);
   void refuse_login(const RobotPtr& robot);
   // The name was given, or cannot be.
   void on_given(const std::string& name, std::unique_ptr<Authenticator> robots,
@@ -162,6 +165,9 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Admission callers_;         // without a robot yet, by network
   AddressPaces paces_;        // of control handshakes and visitors, by address
   AddressPaces robot_paces_;  // of visitors, by robot: each costs it a connection
+  // Where the robot has told the word of its clients: theirs, by robot and network, and of all
+  // others, by robot.
+  AddressPaces client_paces_, other_paces_;
   Pace pace_;                 // of control handshakes
   std::unordered_set<CallerPtr> calling_;
   std::unordered_set<RobotPtr> strangers_;  // without a login yet

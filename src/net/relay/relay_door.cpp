@@ -10,6 +10,7 @@
 
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
+#include "net/relay/client_word.hpp"
 #include "net/relay/relay_wire.hpp"
 #include "net/tcp/route.hpp"
 #include "net/tcp/route_watch.hpp"
@@ -178,6 +179,9 @@ void RelayDoor::on_line(std::string_view line) {
   if (word == "welcome" && !welcome_) {
     welcome_ = true;
     dialer_.opened();
+    takes_words_ = line == "clients";
+    word_.clear();
+    tell_word();
     told_.clear();
     place_.connected_since = system_now();
     limit_.cancel();
@@ -195,6 +199,20 @@ void RelayDoor::on_line(std::string_view line) {
   if (word == "ping" && welcome_) return lines_->say("pong");
   if (word == "visitor" && welcome_) return on_visitor(line);
   fail({Cause::kMalformed, "it says what it must not"}, DialFailure::kPutOff);
+}
+
+void RelayDoor::tell_word() {
+  if (!welcome_ || !takes_words_ || !events_.own_pin) return;
+  const std::string word = client_word(events_.own_pin(), options_.url.robot);
+  if (word.empty() || word == word_) return;
+  word_ = word;
+  lines_->say("clients " + word);
+}
+
+Traffic RelayDoor::traffic() {
+  Traffic all = past_;
+  if (lines_) all += traffic_of(lines_->socket().native_handle());
+  return all;
 }
 
 void RelayDoor::ping() {
@@ -243,6 +261,7 @@ void RelayDoor::fail(const Failure& why, DialFailure failure) {
     if (way_->tried()) tried_ = way_->tried();
     way_->stop();
   }
+  past_ = traffic();
   if (lines_) lines_->end();
   lines_.reset();
   limit_.cancel();
@@ -313,7 +332,10 @@ void RelayDoor::forget(TicketPtr ticket) {
   ticket->limit.cancel();
   ticket->way->stop();
   ErrorCode ignored;
-  if (ticket->socket) ticket->socket->close(ignored);
+  if (ticket->socket) {
+    past_ += traffic_of(ticket->socket->native_handle());
+    ticket->socket->close(ignored);
+  }
   tickets_.erase(ticket);
 }
 

@@ -17,6 +17,7 @@
 #include "net/relay/place_at_relay.hpp"
 #include "net/relay/relay_wire.hpp"
 #include "net/tcp/proxy_header.hpp"
+#include "net/tcp/traffic.hpp"
 #include "net/tls/tls_files.hpp"
 #include "net/tls/tls_lines.hpp"
 #include "net/tls/way.hpp"
@@ -46,6 +47,8 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
     // A connection of which no byte was read yet, and for whom.
     std::function<void(TcpSocket, const Source&)> arrived;
     std::function<void(LogLevel, const std::string&)> log;
+    // Of the key that this server shows to its clients; may be empty.
+    std::function<std::string()> own_pin{};
   };
 
   RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions sockets, Events events);
@@ -57,6 +60,10 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   // still there is asked at once, unless it is asked already.
   void look();
   [[nodiscard]] const PlaceAtRelay& place() const { return place_; }
+  // The server's key may have changed: the relay has to know how to tell its clients from others.
+  void tell_word();
+  // Bytes of the control connections, and of visitors that were not handed over.
+  [[nodiscard]] Traffic traffic();
 
  private:
   // A visitor's connection on its way.
@@ -108,6 +115,9 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   bool welcome_ = false;
   bool was_welcome_ = false;  // ever
   bool asked_ = false;        // a ping is without an answer
+  bool takes_words_ = false;  // the relay there
+  std::string word_;          // that it was told
+  Traffic past_;
   std::string told_;          // the last problem in the log
   PlaceAtRelay place_;
   std::set<TicketPtr> tickets_;

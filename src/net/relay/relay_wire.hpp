@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "core/base/time.hpp"
 #include "core/wire/login.hpp"
@@ -13,9 +14,11 @@ namespace connect_bridge {
 // What a ClientHello offers first says what the connection is; a visitor's offers anything else.
 inline constexpr char kRelayProtocol[] = "ros2-connect-relay.v1";
 inline constexpr char kTicketProtocol[] = "ros2-connect-ticket.v1";
+inline constexpr char kClientProtocol[] = "ros2-connect-client.v1";  // its words follow
+inline constexpr std::size_t kClientWordsMax = 4;
 
 inline constexpr std::size_t kRelayLineMax = 256;  // bytes with the line end
-inline constexpr std::size_t kRobotLineMax = 16;
+inline constexpr std::size_t kRobotLineMax = 80;
 inline constexpr std::size_t kRelayLoginMax = kCredentialBytesMax + 8 + 65;
 
 inline constexpr std::chrono::seconds kRelayPing{25};
@@ -38,9 +41,14 @@ inline constexpr Duration kRelayLinePeriod = std::chrono::milliseconds(15);
 // Visitors of one robot: the relay refuses more, and the robot dials for no more.
 inline constexpr int kVisitorsAtOnce = 100;
 inline constexpr Duration kVisitorPeriod = std::chrono::milliseconds(20);
+// Visitors of a robot that has told its word: those of one address who show it, and all others
+// together. Each costs the robot some 2 kB, and so neither more than 9 MB a day.
+inline constexpr int kClientsAtOnce = 60;
+inline constexpr int kOthersAtOnce = 10;
+inline constexpr Duration kMeteredPeriod = std::chrono::seconds(20);
 
 // A list of protocols as TLS has it (RFC 7301): each with its length before it.
-[[nodiscard]] inline std::string protocol_list(std::initializer_list<std::string> names) {
+[[nodiscard]] inline std::string protocol_list(const std::vector<std::string>& names) {
   std::string list;
   for (const std::string& name : names) list += static_cast<char>(name.size()) + name;
   return list;

@@ -61,4 +61,10 @@ void TrafficMeter::count(const TcpCounts& now) {
   last_ = now;
 }
 
+Traffic traffic_of(int socket) {
+  TrafficMeter meter(header_bytes_of(socket));
+  meter.count(tcp_counts_of(socket));
+  return meter.total();
+}
+
 }  // namespace connect_bridge

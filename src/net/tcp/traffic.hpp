@@ -56,4 +56,7 @@ class TrafficMeter {
   TcpCounts last_;
 };
 
+// Of a connection until now.
+[[nodiscard]] Traffic traffic_of(int socket);
+
 }  // namespace connect_bridge

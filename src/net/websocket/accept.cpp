@@ -91,7 +91,8 @@ Listener::Visitor::Visitor(Listener& listener, TcpSocket tcp, ConnectionOpened o
       socket(std::make_shared<WebSocket>(std::move(tcp))),
       listener_(&listener),
       request_(std::make_unique<Request>()),
-      deadline_(listener.io_) {
+      deadline_(listener.io_),
+      traffic_(header_bytes_of(socket->next_layer().socket().native_handle())) {
   request_->parser.header_limit(kRequestHeaderBytesMax);
 }
 
@@ -192,6 +193,7 @@ void Listener::Visitor::answer_plain_http() {
 void Listener::Visitor::on_answered(const ErrorCode& error) {
   if (!listener_) return;
   if (error) return fail(problem_);
+  count_traffic();
   socket->next_layer().finish([self = shared_from_this()] { self->fail(self->problem_); });
 }
 
@@ -282,7 +284,12 @@ void Listener::Visitor::abandon() {
   abort();
 }
 
+void Listener::Visitor::count_traffic() {
+  traffic_.count(tcp_counts_of(socket->next_layer().socket().native_handle()));
+}
+
 void Listener::Visitor::abort() {
+  count_traffic();
   place.reset();
   slot.reset();
   relay_slot.reset();

@@ -29,6 +29,9 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   // Closes at once; the listener hears nothing more of it.
   void abandon();
 
+  // Until its end, if it became no WebSocket.
+  [[nodiscard]] const Traffic& traffic() const { return traffic_.total(); }
+
   ConnectionOpened from;
   const By by;
   std::shared_ptr<Admission::Pending> slot;
@@ -57,6 +60,7 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   Listener* end();
   // Closes it, and gives its places back.
   void abort();
+  void count_traffic();  // while it is open
   void set_deadline(std::chrono::milliseconds time);
   void on_deadline();
 
@@ -64,6 +68,7 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   std::unique_ptr<Request> request_;
   Bytes proxy_header_;
   asio::steady_timer deadline_;
+  TrafficMeter traffic_;
   std::string problem_;  // why it is being refused
 };
 

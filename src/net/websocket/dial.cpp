@@ -6,6 +6,7 @@
 #include <boost/beast/websocket/error.hpp>
 
 #include "core/wire/login.hpp"
+#include "net/relay/relay_wire.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/websocket/websocket.hpp"
 
@@ -94,6 +95,12 @@ void Dialing::start_tls() {
   Transport& transport = socket_->next_layer();
   transport.start_tls(tls_);
   expect_server(transport.tls(), server_name(options_));  // mutant: server_name
+  if (!words_.empty()) {
+    words_.insert(words_.begin(), kClientProtocol);
+    const std::string list = protocol_list(words_);
+    const ByteView offered = view_of(list);  // without an answer to it the handshake goes on
+    SSL_set_alpn_protos(transport.tls(), offered.data(), static_cast<unsigned>(offered.size()));
+  }
   transport.async_tls_handshake(
       false, [self = shared_from_this()](ErrorCode error) { self->on_tls(error); });
 }

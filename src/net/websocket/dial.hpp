@@ -6,6 +6,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/ports/failure.hpp"
 #include "core/ports/net_options.hpp"
@@ -29,6 +31,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   // reason by cancel().
   Dialing(asio::io_context& io, DialOptions options, SocketOptions sockets, TlsContext tls);
   ~Dialing();
+  // Before start(): what shows a relay that we know the robot. Anybody on the way can read it.
+  void show(std::vector<std::string> words) { words_ = std::move(words); }
   // `done` is called once, never from inside start().
   void start(Done done);
   // Cancels: `done` is called with this failure, soon.
@@ -60,6 +64,7 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   asio::steady_timer deadline_;  // of the whole dial
   const std::shared_ptr<Way> way_;
   TlsContext tls_;
+  std::vector<std::string> words_;
   std::shared_ptr<WebSocket> socket_;
   std::unique_ptr<Response> response_;
   const char* stage_ = nullptr;  // what is being waited for; null: the way

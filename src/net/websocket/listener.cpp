@@ -73,7 +73,8 @@ std::string Listener::open(const ListenOptions& options) {
   if (!options.relay) return {};
   relay_ = std::make_shared<RelayDoor>(
       io_, *options.relay, sockets_,
-      RelayDoor::Events{if_alive(this, &Listener::on_relayed), if_alive(this, &Listener::log)});
+      RelayDoor::Events{if_alive(this, &Listener::on_relayed), if_alive(this, &Listener::log),
+                        [this] { return own_pin(); }});
   problem = relay_->open();
   return problem.empty() ? "" : "listen.relay: " + problem;
 }
@@ -87,8 +88,21 @@ std::vector<std::string> Listener::addresses() const {
 }
 
 void Listener::check_files() {
-  if (const auto news = tls_ ? tls_->check() : std::nullopt)
-    log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
+  const auto news = tls_ ? tls_->check() : std::nullopt;
+  if (!news) return;
+  log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
+  if (relay_) relay_->tell_word();
+}
+
+std::string Listener::own_pin() const {
+  const X509* const shown = SSL_CTX_get0_certificate(tls_->context()->native_handle());
+  return shown == nullptr ? "" : pin_of_certificate(shown);
+}
+
+Traffic Listener::traffic() const {
+  Traffic all = refused_traffic_;
+  if (relay_) all += relay_->traffic();
+  return all;
 }
 
 void Listener::close() {
@@ -140,6 +154,7 @@ void Listener::begin_handshakes() {
 }
 
 void Listener::drop(TcpSocket& socket, const ConnectionOpened& from, const std::string& why) {
+  refused_traffic_ += traffic_of(socket.native_handle());
   reset(socket);
   note_refused(from, why);
 }
@@ -214,6 +229,7 @@ void Listener::abandon(const VisitorPtr& visitor) {
   if (!forget(visitor)) return;
   ++counts_.refused;
   visitor->abandon();
+  refused_traffic_ += visitor->traffic();
 }
 
 bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
@@ -227,6 +243,7 @@ bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
 
 void Listener::on_refused(const VisitorPtr& visitor, const std::string& problem) {
   forget(visitor);
+  refused_traffic_ += visitor->traffic();
   log_notice(*visitor);
   note_refused(visitor->from, problem);
 }

@@ -20,6 +20,7 @@
 #include "net/tcp/admission.hpp"
 #include "net/tcp/proxy_header.hpp"
 #include "net/tcp/tcp_doors.hpp"
+#include "net/tcp/traffic.hpp"
 #include "net/tls/tls_files.hpp"
 #include "net/websocket/network_events.hpp"
 #include "net/websocket/refusals.hpp"
@@ -63,14 +64,18 @@ class Listener : public std::enable_shared_from_this<Listener> {
   [[nodiscard]] std::vector<std::string> addresses() const;
   [[nodiscard]] const DoorCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t pending() const { return visitors_.size(); }
-  // Null: it has no place at a relay.
+  // Null: the listener has no place at a relay.
   [[nodiscard]] const PlaceAtRelay* relay() const { return relay_ ? &relay_->place() : nullptr; }
+  // Bytes of connections that became no WebSocket, and of the place at a relay.
+  [[nodiscard]] Traffic traffic() const;
 
  private:
   class Visitor;                                             // net/websocket/accept.hpp
   enum class By : std::uint8_t { kItself, kProxy, kRelay };  // kProxy: a trusted one
   using VisitorPtr = std::shared_ptr<Visitor>;
 
+  // Of the key that clients see.
+  [[nodiscard]] std::string own_pin() const;
   void on_arrived(TcpSocket socket);
   // By the relay, for whom it says.
   void on_relayed(TcpSocket socket, const Source& source);
@@ -121,6 +126,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   Turns<std::string, VisitorPtr> line_;     // those who wait for it, by customer
   asio::steady_timer next_turn_;
   DoorCounts counts_;
+  Traffic refused_traffic_;
   LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;
   Pace notices_{1, std::chrono::minutes{10}};
   Refusals refusals_;

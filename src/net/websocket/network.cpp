@@ -3,9 +3,13 @@
 #include <algorithm>
 
 #include <boost/asio/io_context.hpp>
+#include <map>
 #include <unordered_map>
 
 #include "core/base/log_limit.hpp"
+#include "core/ports/pin.hpp"
+#include "net/relay/client_word.hpp"
+#include "net/relay/relay_wire.hpp"
 #include "net/tcp/route.hpp"
 #include "net/tcp/route_watch.hpp"
 #include "net/tcp/socket_tuning.hpp"
@@ -43,6 +47,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
     if (events.log) events.log(Log{level, std::move(text)});
   }
   ConnectionId free_id();
+  // What shows the relay of this URL that we know its robot: by its pins, or as we met it before.
+  std::vector<std::string> words_for(const DialOptions& options) const;
   TlsContext client_tls(const DialOptions& options, std::string& problem);
   std::shared_ptr<Socket> find(ConnectionId id) const;
   // Of a listener, of a dialer, or none.
@@ -59,6 +65,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::string route;                   // to it, when `routes` last reported; empty: not known
   TlsOptions dial_options;             // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
+  std::map<std::string, std::string> met;  // the pins of robots at relays, by name
   int silent_dials = 0;                // in a row, to which nothing answered
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
@@ -96,6 +103,19 @@ TlsContext Network::State::client_tls(const DialOptions& options, std::string& p
     dial_tls.emplace(options.tls, Role::kClient);
   }
   return dial_tls->get(problem);
+}
+
+std::vector<std::string> Network::State::words_for(const DialOptions& options) const {
+  const std::string& robot = options.url.robot;
+  std::vector<std::string> words;
+  if (robot.empty()) return words;
+  const auto add = [&](const std::string& pin) {
+    const std::string word = client_word(pin, robot);
+    if (!word.empty() && words.size() < kClientWordsMax) words.push_back(word);
+  };
+  if (const auto known = met.find(robot); known != met.end()) add(known->second);
+  for (const std::string& entry : options.tls.pins) add(pin_in(entry).key);
+  return words;
 }
 
 void Network::State::add(ConnectionOpened opened, std::shared_ptr<WebSocket> socket,
@@ -159,6 +179,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
     }
     return events.input(DialFailed{id, std::move(why)});
   }
+  if (!options.url.robot.empty()) met[options.url.robot] = pin_of(socket->next_layer().tls());
   ConnectionOpened opened{id, options.url.whom()};
   opened.server = server_of(socket->next_layer().tls(), options.tls, server_name(options));
   ErrorCode error;
@@ -234,6 +255,7 @@ void Network::dial(ConnectionId connection, const DialOptions& options) {
   how.slow = state_->silent_dials >= kSilentDials;
   const auto dialing =
       std::make_shared<Dialing>(state_->io, std::move(how), state_->sockets, std::move(tls));
+  dialing->show(state_->words_for(options));
   state_->dials[connection] = dialing;
   dialing->start([weak = std::weak_ptr{state_}, connection, options](
                      std::shared_ptr<WebSocket> socket, Failure failure) {
@@ -333,6 +355,7 @@ std::vector<PlaceAtRelay> Network::relays() const {
 
 Traffic Network::traffic() const {
   Traffic sum = state_->past;
+  if (state_->listener) sum += state_->listener->traffic();
   for (const auto& entry : state_->connections) sum += entry.second->traffic();
   return sum;
 }

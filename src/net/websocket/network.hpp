@@ -102,7 +102,8 @@ class Network {
   [[nodiscard]] TcpCounts tcp_counts(ConnectionId connection) const;
   // Server: its place at the relay, if it has one.
   [[nodiscard]] std::vector<PlaceAtRelay> relays() const;
-  // The bytes of all WebSockets since the start, without handshakes that failed.
+  // The bytes of all connections since the start, at a listener also of those that became no
+  // WebSocket. The failed dials of a client are not among them.
   [[nodiscard]] Traffic traffic() const;
 
  private:

@@ -49,13 +49,17 @@ struct ByDigest : ByName {
 };
 
 // The ClientHello of somebody who wants to get to a robot.
-inline std::string visitor_hello(const std::string& robot) {
+inline std::string visitor_hello(const std::string& robot,
+                                 const std::vector<std::string>& protocols = {}) {
   const auto with_length = [](const std::string& text) {
     return std::string{static_cast<char>(text.size() >> 8U), static_cast<char>(text.size())} + text;
   };
   const std::string kind_of_name(1, '\0');
   const std::string name = with_length(with_length(kind_of_name + with_length(robot)));
-  const std::string extensions = with_length(std::string(2, '\0') + name);
+  const std::string offers =
+      protocols.empty() ? ""
+                        : std::string("\0\x10", 2) + with_length(with_length(protocol_list(protocols)));
+  const std::string extensions = with_length(std::string(2, '\0') + name + offers);
   const std::string body = "\x03\x03" + std::string(32, 'r') + std::string(1, '\0') +
                            with_length("\x13\x01") + std::string("\x01\x00", 2) + extensions;
   const std::string message = "\x01" + std::string(1, '\0') + with_length(body);

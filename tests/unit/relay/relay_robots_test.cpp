@@ -59,8 +59,8 @@ TEST(Relay, TheLastOfThoseWhoComeBackIsTheRobotIfTheOneBeforeIsDead) {
   ASSERT_TRUE(dead.hears(2));
   HandRobot last(at, "robot7", "robot7-token");
   ASSERT_TRUE(last.hears(1));
-  EXPECT_THAT(last.said, ElementsAre("welcome"));
-  EXPECT_THAT(dead.said, ElementsAre("welcome", "ping"));
+  EXPECT_THAT(last.said, ElementsAre("welcome clients"));
+  EXPECT_THAT(dead.said, ElementsAre("welcome clients", "ping"));
   EXPECT_TRUE(at.loop.until([&] { return dead.ended && given_up.ended; }));
   EXPECT_THAT(given_up.said, testing::IsEmpty());
   EXPECT_FALSE(at.relay->status().robots[0].twin);
@@ -81,7 +81,7 @@ TEST(Relay, ANameBelongsToItsToken) {
   EXPECT_FALSE(robot.ended);
   HandRobot again(at, "robot7", "robot7-token");
   ASSERT_TRUE(again.hears(1));
-  EXPECT_THAT(again.said, ElementsAre("welcome"));
+  EXPECT_THAT(again.said, ElementsAre("welcome clients"));
   EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
   EXPECT_FALSE(again.ended);
 }
@@ -109,7 +109,7 @@ TEST(Relay, ALineGivesTheNameToOneTokenOnce) {
   at.no_room.clear();
   HandRobot robot(at, "robot7", "a-token-of-its-own" + code);
   ASSERT_TRUE(robot.hears(1));
-  EXPECT_EQ(robot.said[0], "welcome");
+  EXPECT_EQ(robot.said[0], "welcome clients");
   EXPECT_THAT(at.handed_over, ElementsAre("robot7", "robot7", "robot7"));
   HandRobot thief(at, "robot7", "a-token-of-another" + code);
   ASSERT_TRUE(thief.hears(1));
@@ -117,7 +117,7 @@ TEST(Relay, ALineGivesTheNameToOneTokenOnce) {
   // The answer to the first may have been lost.
   HandRobot again(at, "robot7", "a-token-of-its-own" + code);
   ASSERT_TRUE(again.hears(1));
-  EXPECT_EQ(again.said[0], "welcome");
+  EXPECT_EQ(again.said[0], "welcome clients");
   EXPECT_EQ(at.handed_over.size(), 3U);
   EXPECT_EQ(at.refused(RelayRefusal::kWrongLogin), 7U);
 }
@@ -148,7 +148,7 @@ TEST(Relay, PairsGoOnWhileANameIsGiven) {
   free.set_value();
   ASSERT_TRUE(robot.hears(1) && thief.hears(1));
   const std::vector<std::string> said{robot.said[0], thief.said[0]};
-  EXPECT_THAT(said, testing::UnorderedElementsAre("welcome", "refused"));
+  EXPECT_THAT(said, testing::UnorderedElementsAre("welcome clients", "refused"));
   EXPECT_THAT(at.handed_over, ElementsAre("robot7"));
 }
 

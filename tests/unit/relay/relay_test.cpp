@@ -16,7 +16,7 @@ TEST(Relay, JoinsAVisitorWithTheRobotThatItNames) {
   const std::string hello = visitor_hello("ROBOT7");
   for (const char byte : hello) visitor.send({&byte, 1});
   ASSERT_TRUE(robot.hears(2));
-  EXPECT_THAT(robot.said, ElementsAre("welcome", StartsWith("visitor ")));
+  EXPECT_THAT(robot.said, ElementsAre("welcome clients", StartsWith("visitor ")));
   EXPECT_EQ(robot.said[1].substr(8 + 64),
             " 127.0.0.1 " + std::to_string(ntohs(visitor.address().sin_port)));
   RawPeer ticket(at.port());
@@ -148,6 +148,49 @@ TEST(Relay, WhoBringsMostOfThoseThatWaitForARobotGivesWay) {
   EXPECT_TRUE(visitors[1]->ends(at.loop));
 }
 
+// Each costs a robot on a metered network some 2 kB.
+TEST(Relay, VisitorsWithoutTheWordOfARobotsClientsAreFew) {
+  AtRelay at(30, {*AddressRange::parse("127.0.0.1")});
+  HandRobot robot(at, "robot7", "robot7-token", proxy_header("192.0.2.7"));
+  ASSERT_TRUE(robot.hears(1));
+  const std::string word(64, 'a');
+  robot.lines->say("clients " + word);
+  robot.lines->say("ping");
+  ASSERT_TRUE(robot.hears(2));
+  std::vector<std::unique_ptr<RawPeer>> others;
+  const auto come = [&](const std::vector<std::string>& offers) {
+    others.push_back(std::make_unique<RawPeer>(at.port()));
+    others.back()->send(proxy_header("203.0.113." + std::to_string(others.size())) +
+                        visitor_hello("robot7", offers));
+  };
+  for (const std::string& wrong : {std::string(64, 'b'), std::string{"x"}})
+    come({kClientProtocol, wrong});
+  come({"h2", word});
+  come({kClientProtocol, "1", "2", "3", "4", word});
+  while (others.size() < kOthersAtOnce + 5) come({});
+  EXPECT_TRUE(others.back()->ends(at.loop));
+  EXPECT_EQ(others.back()->text, kNoSuchRobot);
+  EXPECT_EQ(at.refused(RelayRefusal::kVisitorsOfRobot), 5U);
+  EXPECT_EQ(robot.said.size(), 2U + kOthersAtOnce);
+  for (std::size_t i = 1; i <= 10; ++i) {
+    come({kClientProtocol, std::string(64, 'c'), word});
+    ASSERT_TRUE(robot.hears(2 + kOthersAtOnce + i));
+  }
+  // Of those that wait they stay.
+  EXPECT_EQ(at.refused(RelayRefusal::kGaveWay), 4U);
+  RawPeer ticket(at.port());
+  ticket.send(proxy_header("192.0.2.7") + ticket_hello("robot7", robot.ticket(2 + kOthersAtOnce)));
+  EXPECT_TRUE(ticket.sees(at.loop, std::string(64, 'c')));
+}
+
+TEST(Relay, AWordIsSixtyFourDigits) {
+  AtRelay at;
+  HandRobot robot(at, "robot7", "robot7-token");
+  ASSERT_TRUE(robot.hears(1));
+  robot.lines->say("clients " + std::string(64, 'x'));
+  EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
+}
+
 // Each costs the robot a connection, which it may pay for.
 TEST(Relay, VisitorsOfAnAddressAreLimited) {
   AtRelay at(3);
@@ -228,6 +271,43 @@ TEST(Relay, AServerTakesWhoComesThroughItAsByItsListener) {
   ASSERT_TRUE(at.loop.until([&] { return both.server.received_bytes == 300000; }));
   both.server.send(both.server.opened[0], std::string(300000, 'y'));
   ASSERT_TRUE(at.loop.until([&] { return both.client.received_bytes == 300000; }));
+}
+
+// By its pin, or as it has met the robot before.
+TEST(Relay, AClientShowsThatItKnowsTheRobot) {
+  AtRelay at(100);
+  Both both(at);
+  std::string problem;
+  const std::string pin = pin_of_file(relay_authority().sign("robot", "DNS:robot7").certificate, problem);
+  ASSERT_TRUE(at.loop.until([&] { return both.reached(); }));
+  both.client.network.dial(ConnectionId{1}, both.dial);
+  ASSERT_TRUE(at.loop.until([&] { return both.server.opened.size() == 1; }));
+  const Traffic before = both.server.network.traffic();
+  std::vector<std::unique_ptr<RawPeer>> others;
+  for (int i = 0; i < kOthersAtOnce; ++i) {
+    others.push_back(std::make_unique<RawPeer>(at.port()));
+    others.back()->send(visitor_hello("robot7"));
+    at.loop.run_for(10ms);
+  }
+  ASSERT_TRUE(others.back()->ends(at.loop));
+  EXPECT_EQ(others.back()->text, kNoSuchRobot);
+  // Who has met it.
+  both.client.network.dial(ConnectionId{2}, both.dial);
+  ASSERT_TRUE(at.loop.until([&] { return both.server.opened.size() == 2; }));
+  Side stranger(at.loop), paired(at.loop);
+  stranger.network.dial(kDial, both.dial);
+  ASSERT_TRUE(at.loop.until([&] { return stranger.failure_count == 1; }));
+  EXPECT_THAT(stranger.failures[kDial], testing::HasSubstr("is connected to the relay there"));
+  DialOptions dial = both.dial;
+  dial.tls = {};
+  dial.tls.pins = {pin};
+  paired.network.dial(kDial, dial);
+  EXPECT_TRUE(at.loop.until([&] { return both.server.opened.size() == 3; }));
+  others.clear();
+  // What strangers cost is counted: at least a ClientHello of each.
+  EXPECT_TRUE(at.loop.until([&] {
+    return both.server.network.traffic().received > before.received + (kOthersAtOnce - 1) * 100;
+  }));
 }
 
 TEST(Relay, TheNameOfTheRobotIsWhatItsCertificateMustHave) {
