@@ -15,13 +15,15 @@ namespace connect_bridge {
 
 // A place is given back when its last owner releases it, also after the Admission is destroyed.
 // When no place is left, a connection without a login is closed: of the address that has most of
-// them, the oldest, as a real client logs in within a round trip. Single-threaded.
+// them, the oldest of whom nothing was read, or the oldest, as a real client logs in within a round
+// trip. Single-threaded.
 class Admission {
  public:
   // The place of a connection without a login.
   struct Pending {
     std::function<void()> give_way;  // closes the connection; set by its owner
     bool open = false;               // a WebSocket: it has a place among the open ones, too
+    bool silent = true;              // nothing was read of it
   };
 
   // Which limit made a connection give way.
@@ -107,17 +109,22 @@ class Admission {
                [&](const Entry& entry) { return entry.address == address; });
   }
 
-  // The oldest one that `may`.
+  // The oldest one that `may`; of whom nothing was read goes first.
   template <class May>
   void give_way(Limit limit, May may) {
+    auto found = state_->pending.end();
     for (auto it = state_->pending.begin(); it != state_->pending.end(); ++it) {
       if (!may(it->second)) continue;
-      const auto close = std::move(it->second.place->give_way);
-      state_->pending.erase(it);
-      if (close) close();
-      if (options_.gave_way) options_.gave_way(limit);
-      return;
+      if (found == state_->pending.end()) found = it;
+      if (!it->second.place->silent) continue;
+      found = it;
+      break;
     }
+    if (found == state_->pending.end()) return;
+    const auto close = std::move(found->second.place->give_way);
+    state_->pending.erase(found);
+    if (close) close();
+    if (options_.gave_way) options_.gave_way(limit);
   }
 
   std::shared_ptr<State> state_;

@@ -1,5 +1,7 @@
 #include "net/websocket/accept.hpp"
 
+#include <sys/socket.h>
+
 #include <array>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
@@ -99,7 +101,7 @@ Listener::Visitor::Visitor(Listener& listener, TcpSocket tcp, ConnectionOpened o
 Listener::Visitor::~Visitor() = default;
 
 void Listener::Visitor::start() {
-  if (by != By::kProxy || listener_->options_.told_by != ToldBy::kProxyProtocol) return line_up();
+  if (by != By::kProxy || listener_->options_.told_by != ToldBy::kProxyProtocol) return await_hello();
   set_deadline(listener_->options_.handshake_timeout);
   read_proxy();
 }
@@ -114,8 +116,8 @@ void Listener::Visitor::read_proxy() {
     return fail(notice);
   }
   if (header.state == ProxyHeader::State::kComplete) {
-    if (identified(header.source)) line_up();
-    return;
+    listener_->identify(*this, header.source);
+    return await_hello();
   }
   const std::size_t have = proxy_header_.size();
   proxy_header_.resize(have + header.missing);
@@ -128,22 +130,32 @@ void Listener::Visitor::read_proxy() {
                    });
 }
 
-bool Listener::Visitor::identified(const std::optional<Source>& source) {
-  const bool may_go_on = listener_->identify(*this, source);
-  if (!may_go_on) fail("dropped, too many handshakes");
-  return may_go_on;
+// Who connects and says nothing uses up nothing of what its address may have of handshakes.
+void Listener::Visitor::await_hello() {
+  if (!listener_->tls_) return line_up();
+  set_deadline(listener_->options_.handshake_timeout);
+  TcpSocket& tcp = socket->next_layer().socket();
+  tcp.async_wait(TcpSocket::wait_read, [self = shared_from_this(), &tcp](ErrorCode error) {
+    if (!self->listener_) return;
+    if (error) return self->fail(failure_text(error, nullptr, {}));
+    char first = 0;
+    if (::recv(tcp.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT) <= 0)
+      return self->fail("the connection ended before TLS");
+    if (!self->listener_->on_hello(*self)) return self->fail("dropped, too many handshakes");
+    self->line_up();
+  });
 }
 
-bool Listener::Visitor::read_forwarded() {
+void Listener::Visitor::read_forwarded() {
   const auto fields = request_->parser.get().equal_range(kForwardedHeader);
   if (by != By::kProxy) {
     if (fields.first != fields.second)
       notice = std::string{"its "} + kForwardedHeader +
                " is ignored, since listen.trusted_proxies does not name it: limits count its "
                "address";
-    return true;
+    return;
   }
-  if (listener_->options_.told_by == ToldBy::kProxyProtocol) return true;
+  if (listener_->options_.told_by == ToldBy::kProxyProtocol) return;
   std::vector<std::string_view> lines;
   for (auto field = fields.first; field != fields.second; ++field)
     lines.emplace_back(field->value().data(), field->value().size());
@@ -151,7 +163,7 @@ bool Listener::Visitor::read_forwarded() {
   if (!source)
     notice = std::string{"this trusted proxy does not say in "} + kForwardedHeader +
              " for whom it connects: limits count its own address";
-  return identified(source);
+  listener_->identify(*this, source);
 }
 
 void Listener::Visitor::line_up() {
@@ -219,7 +231,7 @@ void Listener::Visitor::on_request(const ErrorCode& error) {
     return refuse(400, "This is no HTTP request: " + error.message() + ".");
   }
   if (error) return fail(failure_of(error, socket->next_layer().tls(), {}).text);
-  if (!read_forwarded()) return;
+  read_forwarded();
   const UpgradeRequest& request = request_->parser.get();
   if (const auto refusal = refusal_of(request, listener_->tls_.has_value())) {
     return refuse(static_cast<unsigned>(refusal->status), refusal->text);

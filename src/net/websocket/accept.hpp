@@ -45,9 +45,8 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
 
   void read_proxy();
   void line_up();
-  // Whether it may go on.
-  bool identified(const std::optional<Source>& source);
-  bool read_forwarded();
+  void await_hello();
+  void read_forwarded();
   void on_tls(const ErrorCode& error);
   void read_request();
   void on_request(const ErrorCode& error);

@@ -14,6 +14,8 @@ namespace {
 constexpr int kProxyShare = ListenOptions::kLoopbackShare;
 // What a customer with many addresses may do, in times of what one of them may.
 constexpr int kCustomerShare = 2;
+// Places of an address from which somebody has logged in lately, in times of what others have.
+constexpr int kKnownShare = 4;
 // Who comes by the relay has the address that the relay says. Their limits are apart, and all of
 // them together have one share of what is there: half.
 constexpr char kRelayed[] = "relay ";
@@ -63,6 +65,7 @@ std::string Listener::open(const ListenOptions& options) {
         HandshakePaces{{options.address_handshakes_at_once, options.address_handshake_period},
                        {kCustomerShare * options.address_handshakes_at_once,
                         options.address_handshake_period / kCustomerShare}});
+  kept_paces_.emplace(options.address_handshakes_at_once, options.address_handshake_period);
   pace_ = Pace(options.handshakes_at_once, options.handshake_period);
   relayed_pace_ = Pace(std::max(options.handshakes_at_once / kRelayedPart, 1),
                        kRelayedPart * options.handshake_period);
@@ -126,6 +129,11 @@ bool Listener::take_handshake(const ConnectionOpened& from, By by) {
       paces.customer.give_back(from.customer);
     }
     paces.address.give_back(from.address);
+  }
+  // Others of its address, as behind the NAT of a network provider, leave it this.
+  if (logins_.has(from.address, now) && kept_paces_->take(from.address, from.share, now)) {
+    if (!relayed || relayed_pace_.take(now)) return true;  // mutant: kept_handshakes
+    kept_paces_->give_back(from.address);
   }
   ++counts_.handshakes_dropped;
   log_limit(dropped_,
@@ -194,14 +202,11 @@ void Listener::admit(TcpSocket socket, const Source& source, By by) {
     from.customer = kRelayed + from.customer;
     from.share = 1;
   }
-  // A client behind a proxy is limited when its address is known, if that is before TLS.
-  if (tls_ && !proxy && !take_handshake(from, by))  // mutant: handshakes_of_address
-    return drop(socket, from, "dropped, too many handshakes");
   std::shared_ptr<Admission::Pending> relay_slot;
   if (by == By::kRelay) relay_slot = relayed_->take_pending(from.address);
   auto slot = by == By::kRelay ? admission_->take_pending(kRelayed, relayed_share())
               : proxy          ? admission_->take_pending({}, 0)
-                               : admission_->take_pending(from.address, from.share);
+                               : admission_->take_pending(from.address, share_of(from));
   tune_socket(socket.native_handle(), sockets_);
   const auto visitor = std::make_shared<Visitor>(*this, std::move(socket), std::move(from), by);
   visitors_.insert(visitor);
@@ -212,6 +217,21 @@ void Listener::admit(TcpSocket socket, const Source& source, By by) {
   visitor->slot = std::move(slot);
   visitor->relay_slot = std::move(relay_slot);
   visitor->start();
+}
+
+bool Listener::on_hello(Visitor& visitor) {
+  visitor.slot->silent = false;
+  if (visitor.relay_slot) visitor.relay_slot->silent = false;
+  const bool known = visitor.by != By::kProxy || options_.told_by == ToldBy::kProxyProtocol;
+  return !known || take_handshake(visitor.from, visitor.by);  // mutant: handshakes_of_address
+}
+
+void Listener::note_login(const std::string& address) {
+  logins_.add(address, steady_now());
+}
+
+int Listener::share_of(const ConnectionOpened& from) const {
+  return from.share * (logins_.has(from.address, steady_now()) ? kKnownShare : 1);
 }
 
 int Listener::relayed_share() const {
@@ -232,13 +252,10 @@ void Listener::abandon(const VisitorPtr& visitor) {
   refused_traffic_ += visitor->traffic();
 }
 
-bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
+void Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
   if (source) set_source(from, *source);  // without one it counts as the proxy itself
-  const bool before_tls = tls_ && options_.told_by == ToldBy::kProxyProtocol;
-  if (before_tls && !take_handshake(from, visitor.by)) return false;
-  admission_->move_pending(*visitor.slot, from.address, from.share);
-  return true;
+  admission_->move_pending(*visitor.slot, from.address, share_of(from));
 }
 
 void Listener::on_refused(const VisitorPtr& visitor, const std::string& problem) {

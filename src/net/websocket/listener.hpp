@@ -23,6 +23,7 @@
 #include "net/tcp/traffic.hpp"
 #include "net/tls/tls_files.hpp"
 #include "net/websocket/network_events.hpp"
+#include "net/websocket/recent_logins.hpp"
 #include "net/websocket/refusals.hpp"
 
 namespace connect_bridge {
@@ -50,6 +51,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
   // Accepts no more and drops handshakes; no event follows.
   void close();
 
+  // Somebody has logged in from this address (ConnectionOpened).
+  void note_login(const std::string& address);
   // Reads certificates that have changed: for handshakes that begin from now on. Once a second.
   void check_files();
   [[nodiscard]] TlsFiles* tls_files() { return tls_ ? &*tls_ : nullptr; }  // null: no TLS
@@ -80,6 +83,10 @@ class Listener : public std::enable_shared_from_this<Listener> {
   // By the relay, for whom it says.
   void on_relayed(TcpSocket socket, const Source& source);
   void admit(TcpSocket socket, const Source& source, By by);
+  // Its ClientHello has begun to come. Whether its handshake may begin.
+  bool on_hello(Visitor& visitor);
+  // In times of what an address may have of the places.
+  [[nodiscard]] int share_of(const ConnectionOpened& from) const;
   // Whether it may begin a handshake; then it counts. False: its address has begun too many.
   bool take_handshake(const ConnectionOpened& from, By by);
   // What all who come by the relay may have, in times of what one address may.
@@ -94,8 +101,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
   bool forget(const VisitorPtr& visitor);
   // Ends the connection without an answer, and frees its place.
   void abandon(const VisitorPtr& visitor);
-  // A proxy has said for whom it connects, or nothing. Whether the visitor may go on.
-  bool identify(Visitor& visitor, const std::optional<Source>& source);
+  // A proxy has said for whom it connects, or nothing.
+  void identify(Visitor& visitor, const std::optional<Source>& source);
   void on_open(const VisitorPtr& visitor);
   void on_refused(const VisitorPtr& visitor, const std::string& problem);
   void on_gave_way(Admission::Limit limit);
@@ -121,6 +128,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
     AddressPaces address, customer;
   };
   std::optional<HandshakePaces> paces_, relayed_paces_;
+  std::optional<AddressPaces> kept_paces_;  // beside these, of addresses with a login lately
+  RecentLogins logins_;
   Pace pace_{1, Duration::zero()};          // of all of them
   Pace relayed_pace_{1, Duration::zero()};  // of all who come by the relay
   Turns<std::string, VisitorPtr> line_;     // those who wait for it, by customer

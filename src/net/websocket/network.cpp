@@ -296,7 +296,10 @@ void Network::send(ConnectionId connection) {
 }
 
 void Network::allow(ConnectionId connection, std::size_t packet_bytes_max) {
-  if (const auto found = state_->find(connection)) found->allow(packet_bytes_max);
+  const auto found = state_->find(connection);
+  if (!found) return;
+  found->allow(packet_bytes_max);
+  if (state_->listener) state_->listener->note_login(found->address());
 }
 
 void Network::close(ConnectionId connection, CloseCode code, const std::string& reason) {

@@ -70,6 +70,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   [[nodiscard]] Traffic traffic();
   [[nodiscard]] std::uint64_t extra_frames() const { return extra_frames_.total(); }
   [[nodiscard]] Certified certified() const;
+  [[nodiscard]] const std::string& address() const { return setup_.opened.address; }
 
  private:
   enum class State : std::uint8_t { kOpen, kClosing, kEnding };

@@ -50,11 +50,47 @@ TEST_F(Tls, HandshakesOfAnAddressAreLimited) {
   options.address_handshakes_at_once = 1;
   options.address_handshake_period = 800s;
   Pair pair{options};
+  pair.server.packet_bytes_max = 0;  // nobody logs in
   for (std::uint64_t i = 1; i <= 8; ++i)
     EXPECT_TRUE(pair.connect(trusting(pair), ConnectionId{i})) << i;
   EXPECT_FALSE(pair.connect(trusting(pair), ConnectionId{9}));
   EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 1U);
   EXPECT_THAT(pair.server.logs, Contains(HasSubstr("begins too many TLS handshakes")));
+}
+
+// Many connect from the address of a mobile network's NAT.
+TEST_F(Tls, WhoSaysNothingTakesNoHandshakeOfItsAddress) {
+  ListenOptions options = server_of(good());
+  options.address_handshakes_at_once = 1;
+  options.address_handshake_period = 800s;
+  Pair pair{options};
+  for (int i = 0; i < 50; ++i) {
+    RawPeer silent(pair.server.network.listen_port());
+    pair.loop.run_for(1ms);
+  }
+  std::vector<std::unique_ptr<RawPeer>> silent;
+  for (int i = 0; i < 50; ++i)
+    silent.push_back(std::make_unique<RawPeer>(pair.server.network.listen_port()));
+  EXPECT_TRUE(pair.connect(trusting(pair)));
+  EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 0U);
+}
+
+TEST_F(Tls, HandshakesAreKeptForAnAddressWithALoginLately) {
+  for (const bool logs_in : {false, true}) {
+    ListenOptions options = server_of(good());
+    options.address_handshakes_at_once = 1;
+    options.address_handshake_period = 800s;
+    Pair pair{options};
+    if (!logs_in) pair.server.packet_bytes_max = 0;
+    ASSERT_TRUE(pair.connect(trusting(pair), ConnectionId{1}));
+    for (int i = 0; i < 7; ++i) {
+      RawPeer other(pair.server.network.listen_port());
+      other.send("\x16");
+      pair.loop.run_for(5ms);
+    }
+    EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 0U);
+    EXPECT_EQ(pair.connect(trusting(pair), ConnectionId{2}), logs_in);
+  }
 }
 
 TEST_F(Tls, HandshakesOfAllAreSpreadOverTime) {

@@ -233,7 +233,7 @@ TEST(Proxy, WhenTooManyHandshakesWaitTheNewestOfWhoHasMostIsDropped) {
   Pair pair{options};
   const auto bring = [&](const std::string& from) {
     auto peer = std::make_unique<RawPeer>(pair.server.network.listen_port());
-    peer->send("PROXY TCP4 " + from + " 10.0.0.1 50000 443\r\n");
+    peer->send("PROXY TCP4 " + from + " 10.0.0.1 50000 443\r\n\x16");
     pair.loop.run_for(50ms);
     return peer;
   };
