@@ -19,10 +19,9 @@ void NameDesk::give(RobotNames::Taking taking, Done done) {
     } catch (const std::exception& error) {
       problem = error.what();
     }
-    boost::asio::post(io_, [done = std::move(done), robots = std::move(robots),
-                            problem = std::move(problem)]() mutable {
-      done(std::move(robots), problem);
-    });
+    boost::asio::post(
+        io_, [done = std::move(done), robots = std::move(robots),
+              problem = std::move(problem)]() mutable { done(std::move(robots), problem); });
   });
 }
 

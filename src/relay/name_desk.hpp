@@ -18,7 +18,8 @@ namespace connect_bridge {
 class NameDesk {
  public:
   // The robots as they are then; null: `problem` says why not.
-  using Done = std::function<void(std::unique_ptr<Authenticator> robots, const std::string& problem)>;
+  using Done =
+      std::function<void(std::unique_ptr<Authenticator> robots, const std::string& problem)>;
 
   NameDesk(boost::asio::io_context& io, RobotNames::HandOver hand_over);
   // Waits for the one that is under way; the others are forgotten.

@@ -27,7 +27,7 @@ constexpr int kHandshakes = 300;
 constexpr Duration kHandshakePeriod = std::chrono::milliseconds(2);
 constexpr Duration kJudgePeriod = std::chrono::seconds(60);
 constexpr std::size_t kJudgedAtOnce = 64;
-constexpr std::chrono::seconds kGivingTime{10};  // as long as a robot waits
+constexpr std::chrono::seconds kGivingTime{10};           // as long as a robot waits
 constexpr Duration kTwinShown = std::chrono::minutes(2);  // in the status
 
 // A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
@@ -407,8 +407,7 @@ void Relay::on_visitor(const CallerPtr& caller) {
   if (uses_[caller->robot].pairs >= kPairsOfRobot) return refuse(caller, RelayRefusal::kRobotFull);
   const TimePoint now = steady_now();
   caller->network = network_of(caller->from.address(), 7);
-  if (!paces_.take(caller->network, 1, now))
-    return refuse(caller, RelayRefusal::kVisitorsOfSource);
+  if (!paces_.take(caller->network, 1, now)) return refuse(caller, RelayRefusal::kVisitorsOfSource);
   const RobotPtr robot = found->second;
   if (!robot->clients_key.empty()) {
     const std::vector<std::string>& offers = caller->arrival.hello().protocols;

@@ -79,9 +79,9 @@ class Relay : public std::enable_shared_from_this<Relay> {
     std::shared_ptr<Admission::Pending> place;  // until it waits for a robot
     std::string network;                        // then: limits count by it
     std::string robot;
-    std::string ticket;  // its hash; empty: no robot is asked to fetch it
+    std::string ticket;      // its hash; empty: no robot is asked to fetch it
     bool is_client = false;  // it knows the robot's word
-    std::string call;    // what the robot is told of it
+    std::string call;        // what the robot is told of it
   };
   using CallerPtr = std::shared_ptr<Caller>;
 
@@ -95,8 +95,8 @@ class Relay : public std::enable_shared_from_this<Relay> {
     Pace lines_pace{kRobotLinesAtOnce, kRobotLinePeriod};
     asio::steady_timer limit;
     std::shared_ptr<Admission::Pending> place;  // until its login
-    std::string token;       // empty: it has shown none
-    bool asks_name = false;  // by a code: the name is being given
+    std::string token;                          // empty: it has shown none
+    bool asks_name = false;                     // by a code: the name is being given
     std::string clients_key;  // the hash of the word of its clients; empty: it has told none
     // Has the same token, and waits: whether this one answers a ping decides who stays.
     std::shared_ptr<Robot> twin;
@@ -168,7 +168,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // Where the robot has told the word of its clients: theirs, by robot and network, and of all
   // others, by robot.
   AddressPaces client_paces_, other_paces_;
-  Pace pace_;                 // of control handshakes
+  Pace pace_;  // of control handshakes
   std::unordered_set<CallerPtr> calling_;
   std::unordered_set<RobotPtr> strangers_;  // without a login yet
   std::unordered_map<std::string, RobotPtr> robots_;

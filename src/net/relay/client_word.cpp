@@ -14,9 +14,9 @@ std::string client_word(const std::string& pin, const std::string& robot) {
   const std::string text = kClientProtocol + (' ' + robot);
   Digest word{};
   unsigned size = 0;
-  const bool made = !pin.empty() &&
-                    HMAC(EVP_sha256(), pin.data(), static_cast<int>(pin.size()),
-                         view_of(text).data(), text.size(), word.data(), &size) != nullptr;
+  const bool made =
+      !pin.empty() && HMAC(EVP_sha256(), pin.data(), static_cast<int>(pin.size()),
+                           view_of(text).data(), text.size(), word.data(), &size) != nullptr;
   return made ? to_hex(word) : std::string{};
 }
 

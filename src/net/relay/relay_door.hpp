@@ -118,7 +118,9 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   bool takes_words_ = false;  // the relay there
   std::string word_;          // that it was told
   Traffic past_;
-  std::string told_;          // the last problem in the log
+  std::string word_;          // that it was told
+  Traffic past_;
+  std::string told_;  // the last problem in the log
   PlaceAtRelay place_;
   std::set<TicketPtr> tickets_;
 };

@@ -101,7 +101,8 @@ Listener::Visitor::Visitor(Listener& listener, TcpSocket tcp, ConnectionOpened o
 Listener::Visitor::~Visitor() = default;
 
 void Listener::Visitor::start() {
-  if (by != By::kProxy || listener_->options_.told_by != ToldBy::kProxyProtocol) return await_hello();
+  if (by != By::kProxy || listener_->options_.told_by != ToldBy::kProxyProtocol)
+    return await_hello();
   set_deadline(listener_->options_.handshake_timeout);
   read_proxy();
 }
@@ -137,7 +138,7 @@ void Listener::Visitor::await_hello() {
   TcpSocket& tcp = socket->next_layer().socket();
   tcp.async_wait(TcpSocket::wait_read, [self = shared_from_this(), &tcp](ErrorCode error) {
     if (!self->listener_) return;
-    if (error) return self->fail(failure_text(error, nullptr, {}));
+    if (error) return self->fail(failure_of(error, nullptr, {}).text);
     char first = 0;
     if (::recv(tcp.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT) <= 0)
       return self->fail("the connection ended before TLS");

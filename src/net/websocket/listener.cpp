@@ -51,9 +51,9 @@ std::string Listener::open(const ListenOptions& options) {
   admission_.emplace(Admission::Options{options.connections_max, options.pending_max,
                                         options.pending_per_address_max,
                                         [this](Admission::Limit limit) { on_gave_way(limit); }});
-  relayed_.emplace(Admission::Options{0, std::max<std::size_t>(options.pending_max / kRelayedPart, 1),
-                                      options.pending_per_address_max,
-                                      [this](Admission::Limit limit) { on_gave_way(limit); }});
+  relayed_.emplace(Admission::Options{
+      0, std::max<std::size_t>(options.pending_max / kRelayedPart, 1),
+      options.pending_per_address_max, [this](Admission::Limit limit) { on_gave_way(limit); }});
 
   doors_ = std::make_shared<TcpDoors>(
       io_, TcpDoors::Events{if_alive(this, &Listener::on_arrived), if_alive(this, &Listener::log)});

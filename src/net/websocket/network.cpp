@@ -60,13 +60,13 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::shared_ptr<Listener> listener;
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
-  std::shared_ptr<RouteWatch> routes;  // of who dials
-  asio::ip::address dialled;           // the last that was tried, or one far away
-  std::string route;                   // to it, when `routes` last reported; empty: not known
-  TlsOptions dial_options;             // what dial_tls was made of
-  std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
+  std::shared_ptr<RouteWatch> routes;      // of who dials
+  asio::ip::address dialled;               // the last that was tried, or one far away
+  std::string route;                       // to it, when `routes` last reported; empty: not known
+  TlsOptions dial_options;                 // what dial_tls was made of
+  std::optional<TlsFiles> dial_tls;        // empty: no secure URL was dialed yet
   std::map<std::string, std::string> met;  // the pins of robots at relays, by name
-  int silent_dials = 0;                // in a row, to which nothing answered
+  int silent_dials = 0;                    // in a row, to which nothing answered
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
   std::uint64_t past_extra_frames = 0;

@@ -57,8 +57,9 @@ inline std::string visitor_hello(const std::string& robot,
   const std::string kind_of_name(1, '\0');
   const std::string name = with_length(with_length(kind_of_name + with_length(robot)));
   const std::string offers =
-      protocols.empty() ? ""
-                        : std::string("\0\x10", 2) + with_length(with_length(protocol_list(protocols)));
+      protocols.empty()
+          ? ""
+          : std::string("\0\x10", 2) + with_length(with_length(protocol_list(protocols)));
   const std::string extensions = with_length(std::string(2, '\0') + name + offers);
   const std::string body = "\x03\x03" + std::string(32, 'r') + std::string(1, '\0') +
                            with_length("\x13\x01") + std::string("\x01\x00", 2) + extensions;

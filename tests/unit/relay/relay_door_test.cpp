@@ -112,7 +112,10 @@ TEST(RelayDoor, WaitsLongForARelayThatIsNotItsOwnOrRefusesIt) {
 // A relay by hand, that welcomes whoever comes and never stops talking.
 struct TalkingRelay {
   TalkingRelay(Loop& on, std::string text, int times)
-      : loop(on), line(std::move(text)), count(times), door(on.io, {asio::ip::make_address("127.0.0.1"), 0}) {
+      : loop(on),
+        line(std::move(text)),
+        count(times),
+        door(on.io, {asio::ip::make_address("127.0.0.1"), 0}) {
     std::string problem;
     const Authority::Files files = relay_authority().sign("talking", "IP:127.0.0.1");
     context = make_server_tls(TlsOptions{files.certificate, files.key}, problem);
@@ -157,8 +160,7 @@ TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
   for (const std::string line : {"pong", "ping", "visitor"}) {
     Loop loop;
     const std::string ticket = std::string(64, 'a') + " 203.0.113.7 4711";
-    TalkingRelay relay(loop, line == "visitor" ? line + ' ' + ticket : line,
-                       2 * kRelayLinesAtOnce);
+    TalkingRelay relay(loop, line == "visitor" ? line + ' ' + ticket : line, 2 * kRelayLinesAtOnce);
     std::vector<std::string> logs;
     RelayOptions options;
     options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};

@@ -45,7 +45,8 @@ TEST(Relay, OfTwoRobotsWithOneTokenTheOneThatAnswersStays) {
   EXPECT_FALSE(robot.ended);
   EXPECT_EQ(at.refused(RelayRefusal::kTwin), 3U);
   EXPECT_TRUE(at.relay->status().robots[0].twin);
-  EXPECT_THAT(at.warnings, ElementsAre(testing::HasSubstr("two machines have the token of robot7")));
+  EXPECT_THAT(at.warnings,
+              ElementsAre(testing::HasSubstr("two machines have the token of robot7")));
   // Nobody has asked.
   robot.lines->say("pong");
   EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
