@@ -43,10 +43,10 @@ class ConfigMaker {
       add("audit.required", "true", "audit.file too, else no call can be recorded");
     read_names();
     derive_limits();
-    // What was said before a break must not move the robot after it.
+    // Messages sent before a break must not move the robot after it.
     config_.limits.resumes_exported = config_.is_robot();
     config_.limits.resumes_imported = !config_.is_robot();
-    // A link that is alone has a third (core/base/budget.hpp).
+    // A single link can use a third of the memory (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
     if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)
       warn(
@@ -183,7 +183,7 @@ class ConfigMaker {
     }
   }
 
-  // A file that another user may change is that user's: it would decide who gets in.
+  // Another user who may change such a file would decide who gets in.
   void check_file(const char* key, const std::string& file) {
     const std::string shown = to_text(value_to_show(*find_key(key), file));
     if (const Failure why = around_.unreadable ? around_.unreadable(file) : Failure{})
@@ -203,14 +203,14 @@ class ConfigMaker {
     }
   }
 
-  // Limits that follow from those that are stored as they are.
+  // Limits that are computed from stored limits.
   void derive_limits() {
     SideOptions& limits = config_.limits;
     limits.account.offence_period =
         Duration(std::chrono::minutes(1)) / values_.whole("limits.offences_per_minute");
     limits.mirror_bytes_max = limits.account.memory_bytes_max / 2;
-    // As many large messages may be unfinished at a time as with the core's defaults, and not fewer
-    // if they are small: a peer sends parts of all topics in turn.
+    // Allows as many unfinished large messages at a time as the core's defaults, and no fewer if
+    // messages are small: a peer sends parts of all topics in turn.
     const ReassemblyOptions normal;
     limits.reassembly.open_bytes_max =
         std::max(normal.open_bytes_max, limits.reassembly.message_bytes_max *
@@ -224,7 +224,7 @@ class ConfigMaker {
     read_peer_names();
   }
 
-  // What the peers' names are at this side.
+  // Reads how the peers' names map to names at this side.
   void read_peer_names() {
     std::set<std::string> wires;
     std::set<std::string> locals;
@@ -272,7 +272,7 @@ class ConfigMaker {
     config_.clock_groups = std::move(set.clock_groups);
   }
 
-  Parsed parsed_;  // before values_, which adds to its problems
+  Parsed parsed_;  // stands before values_, which adds problems to it
   CheckedValues values_;
   const Surroundings& around_;
   Config config_;

@@ -18,14 +18,14 @@ std::string used_by_text(UsedBy used_by) {
   return used_by == UsedBy::kServer ? "Server" : "Client";
 }
 
-// In a table a bar would end the cell, and <name> would be read as HTML.
+// A bar would end the cell of the table. Backticks keep <name> from being read as HTML.
 std::string code(std::string_view text) {
   std::string escaped;
   for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
   return "`" + escaped + "`";
 }
 
-// Words say that they are strings.
+// Words need no type: they show that the value is a string.
 std::string value_text(const KeySpec& spec) {
   std::string text(type_text(spec.type));
   if (!spec.words.empty()) {

@@ -16,7 +16,7 @@ Names texts(const std::vector<Pattern>& patterns) {
   return names;
 }
 
-// "a, b or c"
+// Makes "a, b or c".
 std::string joined(const Names& names, std::string_view last) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -128,7 +128,7 @@ void add_rights(const Rule& rule, Names& parts) {
   }
 }
 
-// As its keys say it, where they differ from their defaults.
+// Adds the keys of the treatment that differ from their defaults, as given.
 void add_treatment(const ParameterMap& given, const Rule& rule, Names& parts) {
   for (const KeySpec& spec : key_table()) {
     if (rule_of(spec.key).empty() || spec.section == kRuleRights) continue;

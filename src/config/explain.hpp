@@ -7,8 +7,8 @@
 
 namespace connect_bridge {
 
-// Several lines: how this side listens or dials, who may log in, what each rule allows, and the
-// warnings.
+// Explains in several lines: how this side listens or connects, who may log in, what each rule
+// allows, and the warnings.
 [[nodiscard]] std::string explain(const Config& config);
 
 }  // namespace connect_bridge

@@ -69,8 +69,8 @@ class Explainer {
         policy.decide(direction, kind, name, type, question_.who, &verdict.trace).has_value();
     return verdict;
   }
-  // If no type was given, it is one that no rule names. The parameters of a node are opened as long
-  // as one of their services is.
+  // A placeholder that no rule names stands for a type that was not given. The parameters of a node
+  // count as open as long as one of their services is.
   [[nodiscard]] Verdict ask(const Policy& policy, Direction direction) const {
     const auto typed = [&](std::string_view any) {
       return question_.type.empty() ? any : std::string_view(question_.type);
@@ -108,7 +108,7 @@ class Explainer {
       text += (text.empty() ? "groups " : " or groups ") + shown_list(rule.groups);
     return text;
   }
-  // The default rules are not keys of a file.
+  // Default rules have no keys in a file.
   [[nodiscard]] std::string where(const Rule& rule, const std::string& key,
                                   const Pattern& pattern) const {
     if (config_.default_rules)
@@ -153,7 +153,7 @@ class Explainer {
     }
   }
 
-  // If nothing matches: shows the same name elsewhere, or the most similar pattern.
+  // Shows rules that match the name elsewhere, and the most similar pattern, if nothing matches.
   void tell_nearest() {
     bool told = false;
     for (const Rule& rule : config_.policy.rules()) {

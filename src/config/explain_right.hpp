@@ -1,4 +1,4 @@
-// Why rules allow an interface or not, for `ctl explain`.
+// Explains why rules allow an interface or not, for `ctl explain`.
 #pragma once
 
 #include <optional>
@@ -8,24 +8,27 @@
 
 namespace connect_bridge {
 
-// An interface as a person names it: what a rule's key is for.
+// An interface as a person names it, by the kind of rule key that opens it.
 struct RightQuestion {
   OpenedBy what = OpenedBy::kTopics;   // not kNothing
-  std::string name;                    // as rules have it: on the wire; of a node for kParameters
-  std::string type;                    // empty: whatever it is
+  std::string name;                    // on the wire, as in rules; kParameters: the node's name
+  std::string type;                    // empty: any type
   std::optional<Direction> direction;  // none: both
-  Identity who;                        // the identity that the peer logs in as
+  Identity who;                        // of the peer's login
 };
 
+// The answer for all requested directions.
 struct RightAnswer {
   std::string text;
-  bool allowed = false;  // in each direction that is asked for, for some types at least
+  bool allowed = false;  // in every requested direction, at least for some types
 };
 
-// Several lines for each direction: whether it is allowed, by which rule and key, which other rules
-// matched, what denies it, and what the peer's side needs. The verdict is that of Policy::decide().
+// Explains the verdict of Policy::decide(), in several lines for each direction: the rule and key
+// that allow the interface, other rules that match, patterns that deny it, and the key that the
+// peer's side needs.
 [[nodiscard]] RightAnswer explain_right(const Config& config, const RightQuestion& question);
-// What is wrong with the name or the type, as a sentence part; empty: nothing.
+// The expected form, as a part of a sentence, if the name or the type is wrong; empty: both are
+// fine.
 [[nodiscard]] std::string problem_of(const RightQuestion& question);
 
 }  // namespace connect_bridge

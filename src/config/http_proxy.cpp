@@ -35,7 +35,7 @@ std::optional<std::string> percent_decoded(std::string_view text) {
   return decoded;
 }
 
-// A host name of no_proxy without what may be around it: "*.example", "[::1]".
+// A host name of no_proxy without the characters around it, as in "*.example" and "[::1]".
 std::string_view bare(std::string_view entry) {
   if (entry.starts_with('*')) entry.remove_prefix(1);
   if (entry.starts_with('.')) entry.remove_prefix(1);

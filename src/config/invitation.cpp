@@ -15,7 +15,7 @@ constexpr std::size_t kPinBytes = 32;
 constexpr std::size_t kLineCodeSize = 64;
 constexpr std::string_view kForRobot = ".robot";
 
-// Base64 of RFC 4648 section 4 to that of section 5, which a shell and a URL leave as it is.
+// Converts base64 of RFC 4648 section 4 to section 5, which shells and URLs leave unchanged.
 std::string to_url_safe(std::string pin) {
   while (!pin.empty() && pin.back() == '=') pin.pop_back();
   std::replace(pin.begin(), pin.end(), '+', '-');
@@ -28,7 +28,7 @@ std::string text_of(std::string_view scheme, const Invitation& line) {
          to_url_safe(line.pin);
 }
 
-// `url` is there in any case; without a pin the rest is wrong.
+// `url` is always set; an empty `pin` means that the rest is wrong.
 Invitation read_line(const std::string& text, std::string_view scheme, std::size_t code_size) {
   Invitation read;
   const std::string_view rest =

@@ -1,5 +1,5 @@
-// How a row gets into the table of keys: with the field in which its value is stored, from which
-// its type and its default follow.
+// Adds rows to the table of keys. A row names the field that stores its value; its type and its
+// default follow from the field.
 #pragma once
 
 #include <concepts>
@@ -21,7 +21,7 @@ using Rows = std::vector<KeySpec>;
 
 inline constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;  // in bytes, for the ranges
 
-// The words of a parameter that stands for one of these.
+// The words that a parameter of the enum T accepts.
 template <class T>
 constexpr const auto& words_of() {
   if constexpr (std::is_same_v<T, Priority>) return kPriorityWords;
@@ -51,7 +51,7 @@ void store(T& field, const ParameterValue& value) {
   }
 }
 
-// A value of the type that the parameter of such a field has. Of a number it is the field's.
+// A value of the parameter type of such a field; for a number or bool, the field's own value.
 template <class T>
 ParameterValue parameter_of(const T& field) {
   if constexpr (std::is_same_v<T, Duration>) {
@@ -67,7 +67,7 @@ ParameterValue parameter_of(const T& field) {
   }
 }
 
-// What the parameter of such a field may be.
+// Sets the type and the words of the parameter of such a field.
 template <class T>
 void describe(KeySpec& spec, const ParameterValue& value) {
   spec.type = type_of(value);
@@ -75,8 +75,8 @@ void describe(KeySpec& spec, const ParameterValue& value) {
     for (const auto& entry : words_of<T>()) spec.words.emplace_back(entry.word);
 }
 
-// `field` returns the address of the field in a Config or a Rule. Its present number is the default
-// if the range allows it and the row has no other, and so is an empty list.
+// `field` returns the address of the field in a Config or a Rule. The field's initial number, bool
+// or empty list becomes the default, if the range allows it and the row has no other.
 template <class Target, class T>
 void store_in(KeySpec& spec, T* (*field)(Target&)) {
   static Target fresh;
@@ -87,7 +87,7 @@ void store_in(KeySpec& spec, T* (*field)(Target&)) {
       fit(spec.type, spec.range, initial) == Fit::kYes)
     spec.fallback = initial;
 }
-// Without a default.
+// A parameter without a default.
 template <class Target, class T>
 void store_in(KeySpec& spec, std::optional<T>* (*field)(Target&)) {
   spec.store =
@@ -95,8 +95,8 @@ void store_in(KeySpec& spec, std::optional<T>* (*field)(Target&)) {
   describe<T>(spec, parameter_of(T{}));
 }
 
-// Adds rows under one heading of docs/config.md; `common` sets what they have in common. A row
-// without a field is looked at by a reader.
+// Adds rows under one heading of docs/config.md; `common` sets their common properties. A reader
+// handles rows without a field.
 template <class Common>
 class RowAdder {
  public:
@@ -110,7 +110,7 @@ class RowAdder {
     if (spec.fallback) spec.type = type_of(*spec.fallback);
     rows_.push_back(std::move(spec));
   }
-  // A number whose default is the field's. `unit`: may be empty.
+  // Adds a number whose default is the field's initial value. `unit` may be empty.
   void operator()(const char* key, NumberRange range, const char* unit, const char* help,
                   auto field) const {
     (*this)({.key = key, .range = range, .unit = unit, .help = help}, field);

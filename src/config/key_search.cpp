@@ -99,7 +99,7 @@ std::string nearest_key(std::string_view key, Role role) {
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, asked.size() / 4) + 1;
   const Role other = role == Role::kServer ? Role::kClient : Role::kServer;
-  // Those of the other role come second, so that they win only if they are nearer.
+  // Keys of the other role come second, so they win only if they are nearer.
   for (const Role of : {role, other}) {
     for (const std::string& candidate : candidates(of, rule_of(asked))) {
       // A part of a key ("listen", "port") means the first key that contains it.

@@ -95,7 +95,7 @@ void add_login(Rows& rows) {
       [](Config& c) { return &c.auth.token_file; });
 }
 
-// Keys of one login method of a server. Those without a field go to its library.
+// Keys of one login method of a server. Keys without a field go to the method's library.
 void add_login_methods(Rows& rows) {
   const auto add = row_adder(rows, "Login", UsedBy::kServer);
   add({.key = "auth.jwt_keys",
@@ -265,8 +265,9 @@ void add_connection(Rows& rows) {
       [](Config& c) { return &c.socket.congestion_control; });
 }
 
-// Of a link, of what peers have together, and of strangers. What nobody would set is a default of
-// the options of each part (core/*/options.hpp, core/link/account.hpp, core/ports/net_options.hpp).
+// Limits of a link, of all peers together, and of unauthenticated connections. Limits that nobody
+// would change are defaults of the options of each part (core/*/options.hpp, core/link/account.hpp,
+// core/ports/net_options.hpp).
 void add_limits(Rows& rows) {
   const auto add = row_adder(rows, "Limits");
   const auto of_server = row_adder(rows, "Limits", UsedBy::kServer);

@@ -14,15 +14,17 @@
 
 namespace connect_bridge {
 
+// Programs that have a parameter.
 enum class UsedBy : std::uint8_t { kServer, kClient, kBoth };
 
-// Checks a string (or each string of a list); nullopt: valid, else what was expected.
+// Checks a string (or each string of a list); nullopt: valid, else the expected form.
 using Syntax = std::optional<std::string> (*)(std::string_view text);
 
 // Stores a value that fits its row.
 template <class Target>
 using Store = std::function<void(Target& target, const ParameterValue& value)>;
 
+// One row: everything that is known about a parameter.
 struct KeySpec {
   std::string section{};  // heading in docs/config.md
   std::string key{};      // "listen.port"; keys of a rule are templates: "rule.<name>.priority"
@@ -36,13 +38,14 @@ struct KeySpec {
   bool secret = false;      // never shown: no descriptor, no value in any text
   std::string unit{};       // "s", "bytes", "Hz" or empty
   std::string help{};       // one sentence
-  // Where its value goes; neither: a reader looks at it.
+  // The function that stores the value; without one a reader handles the key.
   std::variant<std::monostate, Store<Config>, Store<Rule>> store{};
 };
 
-// The section of the keys that say what a rule allows; its other keys say how.
+// Section of the keys with the rights of a rule; its other keys are the treatment.
 inline constexpr char kRuleRights[] = "Keys of a rule: what it allows";
 
+// All rows, in the order of docs/config.md.
 [[nodiscard]] const std::vector<KeySpec>& key_table();
 
 }  // namespace connect_bridge

@@ -21,7 +21,8 @@ void add(Problems& problems, std::string_view key, std::string value, std::strin
   problems.push_back({std::string{key}, std::move(value), std::move(expected)});
 }
 
-// For a login by certificate the client needs one, and TLS to a server that asks for it.
+// A login by certificate needs a certificate at the client and, at the server, an authority in
+// tls.ca.
 void check_certificate_login(const CheckedValues& values, const Config& config,
                              Problems& problems) {
   const char* const key = is_server(config) ? "tls.ca" : "tls.certificate";
@@ -53,7 +54,8 @@ void check_token(const CheckedValues& values, const Config& config, const Surrou
   }
 }
 
-// A key of one login method of a server: it is required there, and without effect elsewhere.
+// Keys of one login method of a server: some are required with it, all are without effect
+// elsewhere.
 void check_method(const CheckedValues& values, const Config& config, Problems& problems) {
   struct Part {
     const char* method;
@@ -72,7 +74,7 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
   }
 }
 
-// What is missing for a peer that rules can name; empty: nothing.
+// The setting without which rules can name no peer; empty: none is missing.
 std::string why_nobody(const CheckedValues& values, const Config& config) {
   if (is_server(config)) return config.auth.method == "none" ? "a login (auth.method)" : "";
   if (!values.valid("url")) return {};

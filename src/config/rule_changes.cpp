@@ -79,7 +79,7 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
   around.token_in_environment |= current.token_in_environment;
   const Parsed whole = parse_config(file, current.role, around, ReadAt::kRunning);
   found.problems = whole.problems;
-  // To take the list away is not to ask for the rules that there are by default.
+  // An operator who removes the list does not want the default rules.
   if (!current.is_robot() && current.given.contains("rules") && !file.contains("rules"))
     found.problems.push_back({"rules", "", "a list: without one the default rules would hold"});
   if (!found.problems.empty()) return found;
@@ -88,7 +88,7 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
     const KeySpec* spec = find_key(key);
     if (spec == nullptr) return;
     const bool differs = value_in(current.given, *spec, key) != value_in(now, *spec, key);
-    // Of rules it counts, too, whether a key is there at all.
+    // A key of a rule also counts as changed when it appears or disappears.
     const bool is_of_rules = !rule_of(key).empty() || key == "rules";
     const bool came_or_went = is_of_rules && current.given.contains(key) != now.contains(key);
     if (!spec->changeable) {

@@ -1,4 +1,4 @@
-// What a change of the configuration means.
+// Differences between two configurations: rules, settings, and the parameter file.
 #pragma once
 
 #include <string>
@@ -11,26 +11,28 @@ namespace connect_bridge {
 // Names of rules in use, before and after a change.
 struct RuleChanges {
   std::vector<std::string> added, changed, removed;
-  bool reordered = false;  // of those that stay
+  bool reordered = false;  // the rules that stay are in another order
   [[nodiscard]] bool none() const {
     return added.empty() && changed.empty() && removed.empty() && !reordered;
   }
 };
 
+// Compares the rules in use before and after a change.
 [[nodiscard]] RuleChanges rule_changes(const Config& before, const Config& after);
-// Which keys beside the rules have another value.
+// Keys beside the rules whose value differs.
 [[nodiscard]] std::vector<std::string> settings_changed(const Config& before, const Config& after);
-// "1 added (watch), 2 changed (a, b)", "none changed"; for log lines.
+// Text for log lines: "1 added (watch), 2 changed (a, b)", "none changed".
 [[nodiscard]] std::string to_text(const RuleChanges& changes);
 
-// What a parameter file that was read again changes in a running program.
+// Changes that a parameter file, read again, makes in a running program.
 struct FileChanges {
   std::vector<Parameter> changes;  // for apply_change(); without a value: not in the file now
   std::vector<std::string> fixed;  // keys that differ and need a restart
-  std::vector<Problem> problems;   // why it would not start: nothing is to be changed
+  std::vector<Problem> problems;   // reasons why a start would fail; then nothing is changed
 };
 
-// The file is checked as a whole, as at a start, with the token as it was then.
+// Compares a file with the running configuration. The file is checked as a whole, with the token as
+// it was at start.
 [[nodiscard]] FileChanges file_changes(const Config& current, const ParameterMap& file,
                                        const Surroundings& surroundings);
 

@@ -14,7 +14,7 @@
 namespace connect_bridge {
 namespace {
 
-// Fine enough for the timers of nodes, and cheap: it crosses no link.
+// This period is fine enough for the timers of nodes, and cheap: the messages cross no link.
 constexpr Duration kClockPublishPeriod = std::chrono::milliseconds(10);
 
 bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
@@ -22,8 +22,8 @@ bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
                      [&](const Pattern& pattern) { return pattern.matches(name); });
 }
 
-// With `clock: publish` the core makes /clock from the link's clock offset. The peer's own /clock
-// in addition would be a second, late time; and the /clock that we publish must not be exported
+// The core makes /clock from the link's clock offset if a rule has `clock: publish`. The peer's own
+// /clock in addition would be a second, late time. The /clock that we publish must not be exported
 // back.
 Rule clock_rule(const Rule& from) {
   Rule rule;
@@ -48,7 +48,7 @@ Rule read_rule(const CheckedValues& values, const std::string& name, bool is_rob
   return rule;
 }
 
-// A wrong list counts too, since its own problem is reported already.
+// An invalid list counts too: its own problem is already reported.
 bool allows_or_denies(const CheckedValues& values, const std::string& rule) {
   const auto& table = key_table();
   return std::any_of(table.begin(), table.end(), [&](const KeySpec& spec) {
@@ -104,7 +104,7 @@ void check_types(const Rule& rule, const Surroundings& around, std::vector<Probl
   }
 }
 
-// The list of patterns that are announced in which most have a wildcard.
+// The key of the announced list of patterns that has the most wildcards.
 std::string key_with_most_wildcards(const CheckedValues& values, const std::vector<Rule>& rules) {
   std::string most;
   std::ptrdiff_t count = 0;
@@ -128,9 +128,9 @@ std::string key_with_most_wildcards(const CheckedValues& values, const std::vect
   return most;
 }
 
-// What may be imported is announced to each peer, and a peer refuses more (docs/protocol.md
-// section 12). It is counted as if all rules were for one peer: groups are known only at the
-// login.
+// Import patterns are announced to each peer, and a peer refuses more than the limits
+// (docs/protocol.md section 12). The count assumes that all rules are for one peer: groups are
+// known only at the login.
 void check_announced(const CheckedValues& values, std::vector<Rule> rules,
                      std::vector<Problem>& problems) {
   const std::string most_wildcards = key_with_most_wildcards(values, rules);
@@ -168,16 +168,16 @@ Rule default_rule() {
   Rule rule;
   rule.name = "default";
   rule.opens[Direction::kExport][OpenedBy::kTopics] = syntax::parse_patterns({"/**"});
-  // With hidden names, as far as the peer's rules spell these out: of two hidden parts at most.
+  // Hidden names are included if the peer's rules spell them out, with at most two hidden parts.
   const std::vector<std::string> all = {"/**", "/**/_*", "/**/_*/**", "/**/_*/**/_*",
                                         "/**/_*/**/_*/**"};
   auto& imports = rule.opens[Direction::kImport];
   imports[OpenedBy::kTopics] = imports[OpenedBy::kServices] = syntax::parse_patterns(all);
   imports[OpenedBy::kActions] = imports[OpenedBy::kParameters] = syntax::parse_patterns({"/**"});
-  // Every node publishes it; merged with the local one, the sender of a message could not be
-  // identified.
+  // Every node publishes /rosout. After a merge with the local one, nobody could identify the
+  // sender of a message.
   rule.deny = syntax::parse_patterns({"/rosout"});  // mutant: rosout
-  rule.treatment.compression.automatic = true;      // as every rule has it
+  rule.treatment.compression.automatic = true;      // the default of every rule
   return rule;
 }
 

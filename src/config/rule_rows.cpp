@@ -9,7 +9,7 @@ constexpr char kTreats[] = "Keys of a rule: how it treats messages";
 
 using namespace syntax;  // NOLINT: a table reads better without the repeated word
 
-// Of keys without "rule.<name>.".
+// Adds rows whose keys are given without "rule.<name>.".
 auto rule_row_adder(Rows& rows, const char* section) {
   return RowAdder(rows, section, [](KeySpec& spec) {
     spec.key = "rule.<name>." + spec.key;
@@ -64,7 +64,7 @@ void add_rule_rights(Rows& rows) {
          [](Rule& r) { return &r.groups; });
 }
 
-// How a rule treats what it allows.
+// The treatment of messages that a rule allows.
 void add_rule_treatment(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add({.key = "priority",
@@ -102,7 +102,7 @@ void add_rule_treatment(Rows& rows) {
       [](Rule& r) { return &r.treatment.queue_bytes_max; });
 }
 
-// What is fixed at start.
+// The key that is fixed at start.
 void add_rule_clock(Rows& rows) {
   const auto add = row_adder(rows, kTreats);
   add({.key = "rule.<name>.clock",
@@ -112,7 +112,7 @@ void add_rule_clock(Rows& rows) {
                "itself, evenly, 100 times a second. With several peers it uses the time of one."});
 }
 
-// After a break, and with another version of its package here.
+// The treatment after a break, and with another version of the type's package here.
 void add_rule_exceptions(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add({.key = "resume",
@@ -131,7 +131,7 @@ void add_rule_exceptions(Rows& rows) {
       [](Rule& r) { return &r.treatment.allow_type_mismatch; });
 }
 
-// The same for calls of services.
+// The treatment of calls of services.
 void add_rule_calls(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add("calls_max", {1, 1000}, "calls",

@@ -1,4 +1,4 @@
-// The part of the table that describes the keys of a rule.
+// Adds the rows of the keys of a rule.
 #pragma once
 
 #include <string>

@@ -34,7 +34,8 @@ std::optional<unsigned> number(std::string_view text, std::size_t digits_max, un
   return value;
 }
 
-// The bytes of an address as it is sent. No leading zeros, which mean octal to some, and no zone.
+// The bytes of an address in network order. Leading zeros, which some programs read as octal, and
+// zones are invalid.
 std::optional<Bytes> parse_ip(int family, std::string_view text) {
   Bytes bytes(family == AF_INET ? 4 : 16);
   const bool ends_early = text.find('\0') != std::string_view::npos;
@@ -62,15 +63,15 @@ bool is_host_name(std::string_view text) {
          });
 }
 
-// Only characters that need no escaping and cannot break a request line.
+// Whether all characters need no escaping and cannot break a request line.
 bool is_target(std::string_view text) {
   return !text.empty() && text.front() == '/' && std::all_of(text.begin(), text.end(), [](char c) {
     return c > ' ' && c < 0x7f && c != '#' && c != '"' && c != '<' && c != '>' && c != '\\';
   });
 }
 
-// "host", "host:port", "[ipv6]:port"; an IPv6 address may have a zone, with "%25" in a URL by
-// RFC 6874, with "%" as people write it.
+// Reads "host", "host:port" or "[ipv6]:port". An IPv6 address may have a zone, after "%25" as RFC
+// 6874 writes it in URLs, or after "%" as people write it.
 bool read_authority(std::string_view text, Url& url) {
   std::string_view port;
   if (!text.empty() && text.front() == '[') {
@@ -245,7 +246,7 @@ Complaint check_address_range(std::string_view text) {
   const unsigned bits_max = parse_ip(AF_INET, address) ? 32 : 128;
   const auto bits =
       slash == std::string_view::npos ? bits_max : number(text.substr(slash + 1), 3, bits_max);
-  // With 0 bits every address would be a proxy.
+  // 0 bits would make every address a proxy.
   return expect(is_ip_address(address) && bits && *bits > 0,
                 "an IP address or a range of them, e.g. 127.0.0.1 or 10.0.0.0/8");
 }
@@ -300,7 +301,7 @@ Complaint check_identity_name(std::string_view text) {
 Complaint check_pattern(std::string_view text) {
   const auto pattern = Pattern::parse(text);
   if (pattern) return std::nullopt;
-  // The error contains the text and then what was expected; the Problem contains the text already.
+  // The error contains the text and then the expected form; the Problem contains the text already.
   constexpr std::string_view kExpected = "expected ";
   const std::string& message = pattern.error().message;
   const std::size_t at = message.rfind(kExpected);
@@ -326,7 +327,7 @@ Complaint check_not_empty(std::string_view text) {
   return expect(!text.empty(), "a text that is not empty");
 }
 
-// 32 bytes in base64. The last letter before the '=' carries four bits only.
+// A pin is 32 bytes in base64. The last letter before the '=' carries four bits only.
 Complaint check_pin(std::string_view text) {
   constexpr std::string_view kLastLetters = "AEIMQUYcgkosw048";
   const bool fine = text.size() == 44 && text[43] == '=' &&

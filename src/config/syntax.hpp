@@ -1,4 +1,4 @@
-// How the texts among the parameters are written: addresses, URLs, compressions, remappings.
+// Syntax of the texts among the parameters: addresses, URLs, compressions, remappings.
 #pragma once
 
 #include <array>
@@ -36,36 +36,39 @@ inline constexpr auto kLogLevelWords = std::to_array<Word<LogLevel>>({
     {LogLevel::kError, "error"},
 });
 
+// Whether the text is an IPv4 or IPv6 address, without brackets and zone.
 [[nodiscard]] bool is_ip_address(std::string_view text);
-// "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public, which is the safe
-// choice.
+// Whether the host is "localhost", in 127.0.0.0/8, or ::1. Other spellings of loopback count as
+// public, which is the safe choice.
 [[nodiscard]] bool is_loopback(std::string_view host);
-// The parts of listen.address, which commas divide.
+// The addresses in listen.address, which commas separate.
 [[nodiscard]] std::vector<std::string> listen_addresses(std::string_view text);
-// Whether all of them are loopback.
+// Whether all addresses in listen.address are loopback.
 [[nodiscard]] bool listens_on_loopback(std::string_view text);
-// "wss://..." or "ws://..."; with "robot7@" before the host of a relay.
+// Parses "wss://..." or "ws://..."; with "robot7@" before the host of a relay.
 [[nodiscard]] std::optional<Url> parse_url(std::string_view text);
-// "127.0.0.1:9091", "[::1]:9091", "localhost:9091".
+// Parses "127.0.0.1:9091", "[::1]:9091", "localhost:9091".
 [[nodiscard]] std::optional<Url> parse_status_address(std::string_view text);
-// "https://..."; on this machine "http://..." too.
+// Parses "https://..."; for loopback also "http://...".
 [[nodiscard]] std::optional<Url> parse_http_url(std::string_view text);
+// Parses "auto", "none", "lz4", "zstd", or "zstd:6" with a level from 1 to 19.
 [[nodiscard]] std::optional<Compression> parse_compression(std::string_view text);
+// Parses "wire:=local", two absolute names.
 [[nodiscard]] std::optional<NameMap::Pair> parse_remap(std::string_view text);
-// "identity:=word": the word stands before its names (core/policy/names.hpp).
+// Parses "identity:=word": the word stands before the identity's names (core/policy/names.hpp).
 [[nodiscard]] std::optional<std::pair<std::string, std::string>> parse_identity_name(
     std::string_view text);
-// In place of a prefix: each identity's own.
+// Value of `prefix`: each identity has its own prefix.
 inline constexpr std::string_view kByIdentity = "by_identity";
-// The patterns among these texts; texts that are no patterns are left out.
+// The valid patterns among these texts; other texts are left out.
 [[nodiscard]] std::vector<Pattern> parse_patterns(const std::vector<std::string>& texts);
-// Seconds as written by an operator, to the nearest nanosecond.
+// Converts an operator's seconds to the nearest nanosecond.
 [[nodiscard]] Duration from_seconds(double seconds);
 
-// The URL without what may be secret in it: user, password, query.
+// The URL without parts that may be secret: user, password, query.
 [[nodiscard]] std::string url_to_show(std::string_view url);
 
-// For the table (see Syntax): nullopt is fine, else what was expected.
+// Checks for the table of keys (see Syntax). nullopt: valid, else the expected form.
 using Complaint = std::optional<std::string>;
 Complaint check_listen_address(std::string_view text);
 Complaint check_status_address(std::string_view text);

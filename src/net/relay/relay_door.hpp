@@ -118,7 +118,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   bool takes_words_ = false;  // the relay there
   std::string word_;          // that it was told
   Traffic past_;
-  std::string word_;          // that it was told
+  std::string word_;  // that it was told
   Traffic past_;
   std::string told_;  // the last problem in the log
   PlaceAtRelay place_;

@@ -123,7 +123,8 @@ constexpr Field<StatusPicture> kSideFields[] = {
      counter("published", "Messages published in the local graph")},
     {"traffic.sent_bytes", Unit::kBytes,
      [](const StatusPicture& s) { return OrderedJson(s.run.traffic.sent); },
-     "since the start, as a provider counts: IP packets with headers, TLS and retransmissions, also "
+     "since the start, as a provider counts: IP packets with headers, TLS and retransmissions, "
+     "also "
      "of unauthenticated connections and of the relay's control connection",
      counter("sent_bytes", "Bytes of IP packets sent")},
     {"traffic.received_bytes", Unit::kBytes,

@@ -35,8 +35,8 @@ struct RunStatus {
   Traffic traffic = {};                        // since the start
   std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
   std::string version = {};
-  std::string started = {};   // RFC 3339
-  Stamp certificate_end = 0;  // 0: this side shows none that ends
+  std::string started = {};               // RFC 3339
+  Stamp certificate_end = 0;              // 0: this side shows none that ends
   std::vector<std::string> listens = {};  // a server's addresses: "127.0.0.1:9090"
   std::vector<PlaceAtRelay> relays = {};
   std::optional<RefusedParameters> refused_parameters = {};  // since the last that was accepted
