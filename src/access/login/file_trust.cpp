@@ -24,9 +24,9 @@ std::string user_name(uid_t user) {
   return known ? entry.pw_name : std::to_string(user);
 }
 
-// Where each user has a group of the same name, a umask lets the group write. Others could have it
-// as their first group, which only a look at all users would show: who gives a user the group of
-// another one's name means it.
+// Systems that give each user a group of the same name have a umask that lets the group write.
+// Another user could have it as the first group, which only a search of all users would show. An
+// administrator who gives a user the group of another one's name means it.
 bool is_private_group(gid_t group, uid_t owner) {
   std::array<char, kEntryBytes> buffer{};
   ::group entry{};
@@ -61,7 +61,8 @@ std::string why_not_trusted(const std::filesystem::path& path, const struct stat
   return {};
 }
 
-// Who else may put another link in its place. Its mode says nothing.
+// Reason why another user may replace a link, as a sentence with the cure; empty: nobody may. The
+// mode of a link means nothing.
 std::string why_link_not_trusted(const std::filesystem::path& link, const struct stat& facts) {
   const uid_t user = ::geteuid();
   if (facts.st_uid == 0 || facts.st_uid == user) return {};
@@ -71,9 +72,10 @@ std::string why_link_not_trusted(const std::filesystem::path& link, const struct
 
 }  // namespace
 
-// Link by link, as the kernel goes: whoever may change one in the middle leads to another file.
+// The walk goes link by link, as the kernel does: whoever may change one in the middle leads to
+// another file.
 std::string who_else_may_change(const std::string& file) {
-  constexpr int kLinksMax = 40;  // as the kernel has it
+  constexpr int kLinksMax = 40;  // the kernel's limit
   std::error_code failed;
   std::filesystem::path at;
   std::filesystem::path rest = std::filesystem::absolute(file, failed);

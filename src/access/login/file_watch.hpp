@@ -9,8 +9,8 @@
 
 namespace connect_bridge {
 
-// Looks at the file's time stamps, not at its content, and follows links: mounted secrets are
-// replaced by changing a link's target. Blocks as long as the file system does.
+// Compares the file's time stamps, not its content, and follows links: mounted secrets are replaced
+// by a link to another target. Blocks as long as the file system does.
 class FileWatch {
  public:
   // The file's present state counts as known: create this before the file is read.
@@ -19,10 +19,11 @@ class FileWatch {
   // Whether the file has changed, appeared or disappeared, and has not changed again since the last
   // call, so that its writer is done. True once for each change.
   [[nodiscard]] bool settled_change();
-  // The caller reads the file now, whatever settled_change() has said.
+  // Takes the file's present state as known: the caller reads the file now, whatever
+  // settled_change() has returned.
   void read_now();
-  // The file could not be used, which may pass (too many open files): settled_change() reports it
-  // again, if there is one. Whether `why` is news for the file as it is.
+  // Records that the file could not be used, which may pass (too many open files): settled_change()
+  // reports the file again if it exists. Returns whether `why` is new for this state of the file.
   [[nodiscard]] bool failed(const std::string& why);
   [[nodiscard]] const std::string& file() const { return file_; }
 
@@ -35,7 +36,7 @@ class FileWatch {
   Stamps known_;
   std::optional<Stamps> changing_;
   bool unusable_ = false;
-  std::pair<Stamps, std::string> failure_;  // the last one, and of which file
+  std::pair<Stamps, std::string> failure_;  // the last one, with the file's state
 };
 
 }  // namespace connect_bridge

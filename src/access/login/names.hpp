@@ -13,14 +13,14 @@ inline constexpr std::size_t kIdentityNameBytesMax = 255;
 inline constexpr std::size_t kIdentityGroupsMax = 256;
 inline constexpr double kExpirySecondsMax = 4e9;  // 2096: a later value is not a date
 
-// What is wrong with a name of an identity or group; empty: nothing.
+// The problem with a name of an identity or group; empty: none.
 [[nodiscard]] inline std::string name_problem(const std::string& name) {
   if (name.empty()) return "is empty";
   if (name.size() > kIdentityNameBytesMax) return "has more than 255 bytes";
   return is_text(name) ? "" : "has a control character or is not UTF-8";
 }
 
-// From seconds since 1970, which are from 0 to kExpirySecondsMax; to a millisecond.
+// The stamp of seconds since 1970, from 0 to kExpirySecondsMax, precise to a millisecond.
 [[nodiscard]] inline Stamp stamp_of_seconds(double seconds) {
   return static_cast<Stamp>(seconds * 1000) * (kStampSecond / 1000);
 }

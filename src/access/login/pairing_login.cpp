@@ -24,7 +24,7 @@ bool is_name_character(char c) {
          c == '_' || c == '.';
 }
 
-// "HASH GROUP GROUP"
+// Makes "HASH GROUP GROUP".
 std::string invited_line(const Digest& code, const std::vector<std::string>& groups) {
   std::string line = to_hex(code);
   for (const std::string& group : groups) line += " " + group;
@@ -74,7 +74,7 @@ void PairingLogin::take_invited() {
   if (::access(options_.file.c_str(), F_OK) != 0) return;
   Failure problem;
   const auto text = read_login_file(options_.file, options_.strict_modes, problem);
-  // One that stays would be taken again, with new time.
+  // An invitation that stays would be taken again, with new time.
   if (::unlink(options_.file.c_str()) != 0) {
     const std::string why = std::strerror(errno);
     if (!std::exchange(stays_, true))
@@ -115,11 +115,11 @@ Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   return tokens_->find(*paired, now);
 }
 
-// The file decides: the client's identity is what the file says afterwards.
+// The file decides: the client's identity is the one that the file has afterwards.
 Judgement PairingLogin::add(const Digest& token, const std::string& name, const Attempt& attempt,
                             Stamp now) {
   TokenEntry entry;
-  // The client chooses the name: it must not be one that a rule was written for.
+  // The client chooses the name, so it must not be one that a rule was written for.
   const std::string own = options_.of_robots ? prefix_word_of(name) : kIdentityPrefix + name;
   const auto& taken = options_.taken;
   entry.identity = own;
@@ -155,8 +155,8 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   return found;
 }
 
-// By the steady clock: on a robot without a battery-backed clock the system time may be set during
-// the pairing.
+// The steady clock decides: on a robot without a battery-backed clock, the system time may be set
+// during the pairing.
 bool PairingLogin::is_over() const {
   return std::chrono::steady_clock::now() >= invited_->until;
 }

@@ -1,4 +1,4 @@
-// Login by a one-time code: the token of a client that shows it is added to the token file.
+// Login by a one-time code: the token of a client that sends it is added to the token file.
 #pragma once
 
 #include <memory>
@@ -13,40 +13,41 @@
 namespace connect_bridge {
 
 // The login method of a client that pairs. Its credential is "CODE DIGEST NAME": the code, the
-// SHA-256 of the token that the client has made for itself in 64 hexadecimal digits, and its name,
-// 1 to 64 of [A-Za-z0-9_.-]. The token itself is not sent before it is used.
+// token's SHA-256 in 64 hexadecimal digits, and the client's name, 1 to 64 of [A-Za-z0-9_.-]. The
+// client has made the token, and does not send it before it logs in with it.
 inline constexpr char kPairingLogin[] = "pair";
 
 [[nodiscard]] std::string pairing_credential(const std::string& code, const Digest& token,
                                              const std::string& name);
 
 struct PairingCredential {
-  Digest code{};  // of the code that was shown
+  Digest code{};  // of the code that the client sent
   Digest token{};
   std::string name;
 };
-// nullopt: it is none. Any bytes.
+// Parses any bytes; nullopt: they are not a credential of a pairing.
 [[nodiscard]] std::optional<PairingCredential> parse_pairing_credential(ByteView credential);
 
 // Makes a client's name from a host name: characters that are not allowed become '-', and it is cut
 // to 64 bytes.
 [[nodiscard]] std::string pairing_name(const std::string& host);
 
-// Invites one client, which gets these groups, to the server that looks into this file: the one
-// that runs, or the next one. The file has the code's hash alone, and replaces an invitation that
-// was not taken yet. Returns what is wrong, empty if nothing.
+// Invites one client, which gets these groups, to the server that reads this file: the running one,
+// or the next one. The file has only the code's hash, and replaces an invitation that was not taken
+// yet. Returns the problem; empty: none.
 [[nodiscard]] std::string write_invited(const std::string& file, const std::string& code,
                                         const std::vector<std::string>& groups);
 
-// Logins of other methods go to the token login. An invitation is taken from its file, which is
-// removed, at a login and once a second, and replaces the one before. One client can pair with a
-// code: a second one is refused, but the same client may log in with it again until the pairing
-// ends, because the answer to its first login may have been lost. Wrong codes end nothing: nobody
-// guesses 128 random bits, and whoever reaches the port could end a pairing. One thread.
+// The login of a server that pairs. Logins of other methods go to the token login. An invitation is
+// taken from its file, which is then removed, at a login and once a second. It replaces the one
+// before. One client can pair with a code: a second one is refused. The same client may log in with
+// the code again until the pairing expires, because the answer to its first login may have been
+// lost. Wrong codes do not end a pairing: nobody guesses 128 random bits, and anybody who reaches
+// the port could end it. One thread.
 class PairingLogin : public Authenticator {
  public:
-  // The token file, from which `tokens` was made, gets the new client's entry. An invitation that
-  // is in its file already is one that no server has taken in time: it is removed.
+  // The new client's entry goes to the token file, from which `tokens` was made. An invitation that
+  // is already in its file is removed: no server has taken it in time.
   PairingLogin(PairingOptions options, std::string token_file, std::unique_ptr<TokenLogin> tokens);
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
@@ -71,7 +72,7 @@ class PairingLogin : public Authenticator {
   const std::string token_file_;
   std::unique_ptr<TokenLogin> tokens_;
   std::optional<Invited> invited_;
-  bool stays_ = false;  // an invitation that cannot be removed was reported
+  bool stays_ = false;  // a file of an invitation that cannot be removed was reported
   Refreshed untold_;
 };
 

@@ -53,7 +53,7 @@ const connect_bridge_auth_functions* functions_in(const std::string& file, std::
   return nullptr;
 }
 
-// What the library reports during a call is added to `told`.
+// Adds the library's reports of a call to `told`.
 connect_bridge_auth_report report_to(Refreshed& told) {
   const auto say = [](void* server, connect_bridge_auth_level level, const char* text) noexcept {
     Refreshed& to = *static_cast<Refreshed*>(server);
@@ -62,7 +62,7 @@ connect_bridge_auth_report report_to(Refreshed& told) {
                                                          : to.problems;
     lines.push_back(to_text(text, kSaidBytesMax));
   };
-  // Logins that rest on nothing are not withdrawn.
+  // A login without a proof has nothing that could be withdrawn.
   const auto withdraw = [](void* server, const char* proof) noexcept {
     if (!*proof) return;  // mutant: plugin_withdraws
     static_cast<Refreshed*>(server)->changes.push_back({proof, std::nullopt});
@@ -70,7 +70,7 @@ connect_bridge_auth_report report_to(Refreshed& told) {
   return {&told, say, withdraw};
 }
 
-// Fills the identity and returns an empty text, or returns what is wrong with it.
+// Fills the identity and returns an empty text, or returns the problem with it.
 std::string read_identity(const connect_bridge_auth_answer& answer, Identity& identity) {
   identity = {text_in(answer.identity), {}, answer.expires, text_in(answer.proof)};
   std::string wrong = name_problem(identity.name);

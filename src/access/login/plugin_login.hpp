@@ -12,7 +12,8 @@ namespace connect_bridge {
 
 class PluginLogin : public Authenticator {
  public:
-  // What is wrong is of the file, its permissions, its interface, or is what it says itself.
+  // Loads the library. Problems are about the file, its permissions or its interface, or come from
+  // the library itself.
   [[nodiscard]] static AuthSetup load(const std::string& file,
                                       const std::map<std::string, std::string>& options);
   ~PluginLogin() override;

@@ -30,7 +30,7 @@ std::vector<std::string> possible_runtime_folders() {
   return folders;
 }
 
-// Its program has ended: nobody listens.
+// Whether the socket's program has exited: nobody listens.
 bool is_left_over(const std::string& socket) {
   boost::asio::io_context io;
   boost::asio::local::stream_protocol::socket asking(io);
@@ -64,10 +64,10 @@ std::string status_socket(const std::string& folder, const std::string& node) {
 std::vector<std::string> status_sockets() {
   std::error_code none;
   std::vector<std::string> folders;
-  // Somebody else could answer there.
+  // Another user could answer in a folder that he may change.
   for (const std::string& folder : possible_runtime_folders())
     if (who_else_may_change(folder).empty()) folders.push_back(folder);
-  // Of units of the system, as root sees them; another user sees those that are its own.
+  // Folders of the system's units: root sees all of them, another user sees its own.
   for (const auto& entry : std::filesystem::directory_iterator("/run", none))
     if (entry.path().filename().string().starts_with("connect_bridge"))
       folders.push_back(entry.path());

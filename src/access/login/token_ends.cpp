@@ -6,7 +6,7 @@ namespace connect_bridge {
 
 std::optional<std::string> TokenEnds::take_line(const TokenTable& table, const std::string& source,
                                                 Stamp now) {
-  // A clock that was set back must not silence it.
+  // A clock that was set back must not silence the warning.
   if (told_ && now >= *told_ && now - *told_ < kPeriod) return std::nullopt;
   const auto ending = table.ending(now, now + kSoon, once_);
   if (ending.empty()) return std::nullopt;

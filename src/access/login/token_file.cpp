@@ -27,9 +27,9 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::chrono::seconds kLockPatience{5};
-constexpr std::chrono::seconds kLockSoon{1};  // where the thread is everybody's
+constexpr std::chrono::seconds kLockSoon{1};  // for a thread that serves everybody
 
-// As a YAML string, with any content.
+// The text as a YAML string; it may have any content.
 std::string quoted(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) {
@@ -39,7 +39,8 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-// Who holds a folder locked, as a sentence with the cure. Processes of another namespace are 0.
+// Names the process that holds a folder's lock, as a sentence with the cure. Processes of another
+// namespace have the number 0 and get no name.
 std::string holder_of_lock(int folder) {
   struct stat facts {};
   ::fstat(folder, &facts);
@@ -56,7 +57,7 @@ std::string holder_of_lock(int folder) {
   return text + " holds its folder locked: it is being changed, or end that program";
 }
 
-// The folder that a file is in. Without one nothing can be written either.
+// The folder of a file. If it cannot be opened, the write fails, too.
 class Folder {
  public:
   explicit Folder(const std::string& file) {
@@ -70,9 +71,9 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
 
-  // One writer after the other, as long as it is held. Whoever may open the folder can hold it
-  // without end, so that nobody waits longer than `patience`, nor than a second without a word.
-  // What is wrong, or nothing.
+  // Takes the folder's lock, so that one writer follows the other while this object lives. Anybody
+  // who may open the folder can hold the lock without end. So the wait is at most `patience`, and
+  // after a second a line on stderr names the holder. Returns the problem; empty: none.
   [[nodiscard]] std::string lock_soon(std::chrono::seconds patience) const {
     const auto begin = std::chrono::steady_clock::now();
     bool told = false;
@@ -82,12 +83,12 @@ class Folder {
       if (waited >= patience) return holder_of_lock(handle_);
       if (waited >= kSilence && !std::exchange(told, true))
         std::fprintf(stderr, "waiting: %s\n", holder_of_lock(handle_).c_str());
-      ::poll(nullptr, 0, kLockStepMs);  // no event says that a lock is free
+      ::poll(nullptr, 0, kLockStepMs);  // no event reports that a lock is free
     }
     return {};
   }
-  // What was renamed in it survives a loss of power. A file system that cannot promise that says
-  // EINVAL.
+  // Makes renames in the folder survive a loss of power. A file system that cannot promise this
+  // returns EINVAL, which is no failure.
   [[nodiscard]] bool keep() const {
     return handle_ < 0 || ::fsync(handle_) == 0 || errno == EINVAL;
   }
@@ -99,7 +100,7 @@ class Folder {
   int handle_ = -1;
 };
 
-// When the disk becomes full, one call writes a part, and the next one returns the error.
+// A disk that becomes full lets one call write a part; the next call returns the error.
 bool write_all(int out, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(out, text.data(), text.size());
@@ -109,14 +110,14 @@ bool write_all(int out, std::string_view text) {
   return true;
 }
 
-// What a link names is replaced, not the link: it may lead to where files outlast an update.
+// The target of a link is replaced, not the link: it may lead to a place that outlasts an update.
 std::string target_of(const std::string& file) {
   const std::unique_ptr<char, decltype(&std::free)> target(::realpath(file.c_str(), nullptr),
                                                            &std::free);
   return target ? target.get() : file;
 }
 
-// A comment above an entry belongs to that one, not to the one before.
+// A comment above an entry belongs to that entry, not to the one before.
 bool is_between_entries(std::string_view line) {
   line = trim(line);
   return line.empty() || line.front() == '#';
@@ -132,7 +133,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// Of a valid file, without the lines of an identity's entries.
+// The text of a valid file without the lines of an identity's entries.
 std::string without(const std::string& text, const std::string& identity) {
   std::vector<std::string> lines = lines_of(text);
   const YAML::Node entries = YAML::Load(text);
@@ -149,8 +150,8 @@ std::string without(const std::string& text, const std::string& identity) {
   return fmt::format("{}", fmt::join(lines, ""));
 }
 
-// Of this file. `removed`: how many entries are left out; `problem` is set if it cannot be done, or
-// if none of them has this token.
+// The text of this file without an identity's entries. `removed` gets their number. `problem` is
+// set if they cannot be removed, or if none of them has this token.
 std::string text_without(const std::string& file, const std::string& identity,
                          const std::optional<Digest>& token, std::size_t& removed,
                          std::string& problem) {
@@ -204,7 +205,7 @@ std::string write_secret_file(const std::string& named, const std::string& text)
 std::string secret_to_print(const std::string& text, const std::string& name, bool terminal,
                             const std::string& file, std::string& problem) {
   if (terminal) return text;
-  ::unlink(file.c_str());  // whoever may read one that is there may not read this
+  ::unlink(file.c_str());  // a user who may read an existing file may not read this
   problem = write_secret_file(file, text);
   if (!problem.empty()) return {};
   return name + " is in '" + file + "', since this output may be a log that others read\n";

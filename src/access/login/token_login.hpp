@@ -15,9 +15,8 @@ namespace connect_bridge {
 // rate of attempts.
 class TokenLogin : public Authenticator {
  public:
-  // Without `file` the table stays as it is; otherwise it was read from there, and is read again
-  // when that changes: whole, or not at all.
-  // `once`: as in AuthOptions.
+  // Without `file` the table never changes. Otherwise the table was read from there, and is read
+  // again when the file changes: whole, or not at all. `once`: as in AuthOptions.
   TokenLogin(TokenTable table, std::optional<FileWatch> file, bool strict_modes = true,
              std::string once = {})
       : table_(std::move(table)),
@@ -26,12 +25,12 @@ class TokenLogin : public Authenticator {
         ends_(std::move(once)) {}
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
-  // Also warns of tokens of the file that end soon.
+  // Reads a changed file, and warns of its tokens that expire soon.
   [[nodiscard]] Refreshed refresh(Stamp now) override;
 
   // Reads the file as it is now, changed or not.
   [[nodiscard]] Refreshed read_again(Stamp now);
-  // The identity whose token has this digest.
+  // The identity whose token has this digest, or the reason of a refusal.
   [[nodiscard]] Judgement find(const Digest& token, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const { return table_.knows(identity); }
 
@@ -40,10 +39,10 @@ class TokenLogin : public Authenticator {
   std::optional<FileWatch> file_;
   const bool strict_modes_;
   TokenEnds ends_;
-  bool lacks_means_ = false;  // to read the file
+  bool lacks_means_ = false;  // descriptors or memory, for the file
 };
 
-// All that is wrong with a token file, its permissions and its content, goes to `problems`.
+// Reads a token file. All problems with its permissions and its content go to `problems`.
 [[nodiscard]] TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now,
                                          std::vector<Failure>& problems,
                                          std::vector<std::string>& warnings);

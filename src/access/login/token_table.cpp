@@ -149,14 +149,14 @@ class TokenFileReader {
 void TokenTable::read(std::string_view text, const std::string& source, Stamp now,
                       std::vector<std::string>& problems, std::vector<std::string>& warnings) {
   const std::string_view word = trim(text);
-  // A list may be written as JSON without a blank; no token looks like that.
+  // A list may be JSON without a blank; no token looks like that.
   if (word.find_first_of(" \t\r\n{}[]\"") == std::string_view::npos)
     return add_single(word, source, problems);
   TokenFileReader reader(*this, source, now, problems, warnings);
   try {
     reader.read(YAML::Load(std::string{text}));
   } catch (const YAML::Exception& error) {
-    // Its message does not quote the file.
+    // The exception's message does not quote the file.
     reader.problem(error.mark, "invalid YAML: " + error.msg);
   }
 }
@@ -178,7 +178,7 @@ void TokenTable::add_single(std::string_view token, const std::string& source,
 bool TokenTable::add(Entry entry) {
   const auto same = [&](const Entry& other) { return other.digest == entry.digest; };
   if (std::any_of(entries_.begin(), entries_.end(), same)) return false;
-  // Enough of the digest to distinguish tokens; it reveals nothing of a random token.
+  // Half of the digest distinguishes tokens, and reveals nothing of a random token.
   entry.identity.credential = "token:" + to_hex(ByteView{entry.digest}.first(16));
   entries_.push_back(std::move(entry));
   return true;
@@ -194,7 +194,8 @@ std::vector<IdentitiesChanged::Change> TokenTable::changes_to(const TokenTable& 
   std::vector<IdentitiesChanged::Change> changes;
   for (const auto& [digest, now, plain] : entries_) {
     const auto then = later.find(now.credential);
-    // A token that has another name now belongs to somebody else: the link with the old name ends.
+    // A token that has another name now belongs to somebody else: the link with the old name is
+    // closed.
     if (then == later.end() || then->second->name != now.name) {  // mutant: token_renamed
       changes.push_back({now.credential, std::nullopt});
     } else if (then->second->groups != now.groups || then->second->expires != now.expires) {
@@ -247,8 +248,8 @@ Judgement TokenTable::find(ByteView credential, Stamp now) const {
 }
 
 Judgement TokenTable::find(const Digest& digest, Stamp now) const {
-  // Compares digests, so that lengths are equal and a partial match reveals nothing; compares all
-  // entries, so that the time does not show which one matched.
+  // Digests have equal lengths, and a partial match reveals nothing. All entries are compared, so
+  // that the time does not show which one matched.
   std::size_t found = entries_.size();
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const bool equal = CRYPTO_memcmp(entries_[i].digest.data(), digest.data(), digest.size()) == 0;

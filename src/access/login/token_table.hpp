@@ -1,12 +1,12 @@
-// The tokens that a server accepts, and whose they are.
+// Tokens that a server accepts, and their identities.
 //
 // A token file is YAML: a list of entries, each with `token_sha256` and `identity`, and optionally
 // `groups` (list or name), `expires` (2027-01-31, or 2027-01-31T12:00:00Z; UTC) and `comment`. A
 // file that is one word is one token.
 //
 // A plain hash is right for random tokens: 256 bits cannot be found by trying, however fast the
-// hash is, so salt and a slow hash, which passwords need, would only make logins slow. A reader of
-// the file learns names, but no token.
+// hash is. Salt and a slow hash, which passwords need, would only make logins slow. A reader of the
+// file learns names, but no token.
 #pragma once
 
 #include <string>
@@ -26,25 +26,28 @@ class TokenTable {
   // The identity of every client with the only token.
   static constexpr char kSingleIdentity[] = "token";
 
-  // All problems and warnings of a text, each beginning with "<source>:<line>: ".
+  // Reads a text of entries or one token. Problems and warnings each begin with "<source>:<line>:
+  // ".
   void read(std::string_view text, const std::string& source, Stamp now,
             std::vector<std::string>& problems, std::vector<std::string>& warnings);
-  // One token. `source` names the parameter.
+  // Adds one token. `source` names the parameter.
   void add_single(std::string_view token, const std::string& source,
                   std::vector<std::string>& problems);
 
-  // Takes the same time for every entry, and if there is none.
+  // The identity of a credential, or the reason of a refusal. The search takes the same time for
+  // every entry, and for none.
   [[nodiscard]] Judgement find(ByteView credential, Stamp now) const;
   [[nodiscard]] Judgement find(const Digest& digest, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const;
-  // Its tokens, and their groups together, in the order of their first appearance.
+  // Number of an identity's tokens, and all their groups in the order of their first appearance.
   struct Tokens {
     std::size_t count = 0;
     std::vector<std::string> groups;
   };
   [[nodiscard]] Tokens of_identity(const std::string& identity) const;
-  // Each identity with a token that ends after `from` and not after `to`, and when its first such
-  // token ends. Sorted by that time, the earliest first. Without those of the group `but`, if any.
+  // Identities with a token that expires after `from` and not after `to`, each with the earliest
+  // such time, sorted by it. An identity with a later token is left out, and so are tokens of the
+  // group `but`, if any.
   struct Ending {
     std::string identity;
     Stamp end = 0;
@@ -71,7 +74,7 @@ class TokenTable {
 
 // Nanoseconds since 1970 of "2027-01-31" or "2027-01-31T12:00:00Z"; nullopt: neither.
 [[nodiscard]] std::optional<Stamp> parse_date(std::string_view text);
-// With the time, in UTC: what parse_date() takes.
+// The date with the time, in UTC, as parse_date() reads it.
 [[nodiscard]] std::string date_text(Stamp time);
 
 }  // namespace connect_bridge

@@ -14,7 +14,7 @@ constexpr char kRobot[] = "--robot";
 constexpr char kOperate[] = "--operate";
 constexpr char kVia[] = "--via";
 
-// What the user may have meant; empty: nothing comes to mind.
+// The argument that the user may have meant; empty: none is similar.
 std::string meant(const std::string& word, const std::string& shown, Role role) {
   if (word.find(":=") != std::string::npos) return "--ros-args -p " + shown + ":=...";
   if (word.ends_with(".yaml") || word.ends_with(".yml")) return "--ros-args --params-file " + shown;
@@ -37,7 +37,7 @@ std::string meant(const std::string& word, const std::string& shown, Role role) 
 
 std::string unknown(const std::string& word, Role role) {
   const char* const program = role == Role::kServer ? "server" : "client";
-  // The text after := may be a token, that after # a code.
+  // The text after := may be a token, the text after # a code.
   const std::string shown = word.substr(0, std::min(word.find(":="), word.find('#')));
   const std::string instead = meant(word, shown, role);
   return "unknown argument \"" + shown + "\": " +
@@ -46,7 +46,7 @@ std::string unknown(const std::string& word, Role role) {
          program + " --help";
 }
 
-// What the words are together.
+// Checks that the arguments fit together.
 void check_words(Arguments& read, Role role) {
   const bool client_is_robot = read.robot == Role::kClient;
   const auto add = [&](const char* problem) { read.problems.emplace_back(problem); };

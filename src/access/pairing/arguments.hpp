@@ -11,10 +11,10 @@ namespace connect_bridge {
 
 struct Arguments {
   bool pairs = false;          // server: --pair
-  Role robot = Role::kServer;  // the client with --drive of the server, or --robot of the client
-  bool operates = false;       // --operate: who pairs with the robot may do more than look
-  std::string host;            // server: what clients are to dial, "robot.example:443"; or empty
-  std::string via;             // server: wss+relay://..., the relay's line; empty: by no relay
+  Role robot = Role::kServer;  // the client, with --drive at the server or --robot at the client
+  bool operates = false;       // --operate: the peer of the robot may do more than look
+  std::string host;            // server: address for clients, "robot.example:443"; or empty
+  std::string via;             // server: wss+relay://..., by registration command; empty: no relay
   std::string invitation;      // client: wss+pair://...; empty: none
   std::vector<std::string> problems;
 };

@@ -1,4 +1,4 @@
-// What a server that pairs says to the person who is to start the client, or the robot.
+// Text of an invitation, for the person who starts the client or the robot.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace connect_bridge {
 
-// `port`: where the server listens.
+// `port`: the port on which the server listens.
 [[nodiscard]] std::string invitation_text(Invitation invitation, std::uint16_t port);
 
-// What is printed of that text (secret_to_print()).
+// The printed form of that text (secret_to_print()).
 [[nodiscard]] std::string invitation_to_print(const Invitation& invitation, std::uint16_t port,
                                               bool terminal, const std::string& file,
                                               std::string& problem);

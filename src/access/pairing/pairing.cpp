@@ -37,7 +37,7 @@ std::string news_of(const PairingFolder& folder) {
 
 // ---- both
 
-// The token in the file, which is created if needed; empty: `problem` says why.
+// The token in the file, which is created if needed; empty: `problem` has the reason.
 std::string kept_token(const std::string& file, std::string& problem) {
   if (::access(file.c_str(), F_OK) != 0) {
     const std::string token = random_token();
@@ -60,9 +60,9 @@ std::string kept_token(const std::string& file, std::string& problem) {
 constexpr char kPaired[] = "paired";
 constexpr char kOperators[] = "operators";
 
-// The default parameters of a paired server. At the robot every paired client may look, operators
+// The default parameters of a paired server. At the robot every paired client may look; operators
 // may also publish, call services, send goals and set parameters. An operator's server needs no
-// rules: it takes what the robots allow.
+// rules: it imports what the robots allow.
 ParameterMap server_parameters(const PairingFolder& folder, Role robot) {
   ParameterMap all{{"listen.address", std::string{"*"}},
                    {"listen.port", kPort},
@@ -79,8 +79,7 @@ ParameterMap server_parameters(const PairingFolder& folder, Role robot) {
   return all;
 }
 
-// The parameters for the next start without arguments: the address that clients dial, and where the
-// peer's names are, stay as given.
+// The parameters for the next start without arguments: given addresses and a given prefix stay.
 ParameterMap lasting(const ParameterMap& given, const ParameterMap& stored) {
   ParameterMap listening;
   for (const auto& entry : given)
@@ -100,7 +99,7 @@ ParameterMap stored_or_new(const PairingFolder& folder, const ParameterMap& give
   return stored;
 }
 
-// A client trusts the certificate by its digest, whatever its name.
+// The name in the certificate. Clients trust it by the digest of its key, so any name will do.
 std::string certified_name() {
   const std::string name = pairing_name(host_name());
   return name.front() == '-' || name.front() == '.' ? "server" : name;
@@ -116,7 +115,7 @@ std::string make_server_files(const PairingFolder& folder) {
   return problem;
 }
 
-// Where the client dials, without a port if that is not known before the server listens.
+// The URL for clients, without a port if the port is not known before the server listens.
 std::string dialed(const ParameterMap& parameters, const std::string& host) {
   const std::string relay = string_at(parameters, "listen.relay.url");
   if (host.empty() && !relay.empty()) return relay.substr(0, relay.rfind('/')) + "/";
@@ -139,8 +138,9 @@ std::string end_or_name() {
   return std::string{"end it first, or "} + kOwnName;
 }
 
-// With names as they are, two robots would be one here: /scan of both is one topic, and of two
-// services one is called. Who has one robot wants /tf to be /tf, so a second one is asked for.
+// Two robots with unchanged names would be one here: /scan of both is one topic, and only one of
+// two equal services is called. An operator with one robot wants /tf to be /tf, so only a second
+// robot needs a prefix.
 std::string second_robot(const PairingFolder& folder, const std::string& prefix) {
   if (prefix == syntax::kByIdentity) return {};
   const std::string file = folder.file("tokens.yaml");
@@ -157,7 +157,7 @@ std::string second_robot(const PairingFolder& folder, const std::string& prefix)
          file + "', with its identity in that file";
 }
 
-// The server that runs takes the client: what is given for this process would not be used.
+// The running server takes the client: parameters of this process would have no effect.
 std::string go_to_running(const PairingFolder& folder, bool by_relay, Start& start) {
   const std::string which = text_of(*start.running, folder);
   const bool says_more = std::any_of(start.parameters.begin(), start.parameters.end(),
@@ -169,7 +169,8 @@ std::string go_to_running(const PairingFolder& folder, bool by_relay, Start& sta
   return {};
 }
 
-// By the relay of this line, and not from elsewhere.
+// Adds the relay of a registration command. By default the server is then reached through the relay
+// alone.
 void add_relay(const std::string& text, const PairingFolder& folder, Start& start,
                std::string& problem) {
   const Invitation line = parse_relay_line(text, problem);
@@ -227,7 +228,7 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
   if (!problem.empty()) return start.problems.push_back("--pair: " + problem);
   std::string wrong;
   static_cast<void>(parse_invitation(to_text(invitation), wrong));
-  const bool names_robot = arguments.host.find('@') != std::string::npos;  // as only a relay does
+  const bool names_robot = arguments.host.find('@') != std::string::npos;  // a relay's URL has it
   if (!wrong.empty() || names_robot)
     return start.problems.push_back("--pair \"" + arguments.host +
                                     "\": expected a host name or address, with or without a port");
@@ -255,13 +256,13 @@ std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
   const ParameterMap stored = folder.parameters(problem);
   const std::string former = string_at(stored, "auth.token_file");
   if (problem.empty()) problem = folder.write_parameters(filled(parameters, stored));
-  // The token for the server that this client was paired with before.
+  // This token was for the server that this client was paired with before.
   if (problem.empty())
     folder.remove_former("token", former, string_at(parameters, "auth.token_file"));
   return problem;
 }
 
-// As second_robot(), where the operator dials.
+// The check of second_robot(), for an operator's end that is the client.
 std::string robot_of_same_names(const PairingFolder& folder, const std::string& prefix) {
   const std::string other = folder.other_client(prefix);
   if (other.empty()) return {};
@@ -284,7 +285,7 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
   ParameterMap paired{{"url", invitation.url},
                       {"tls.pin", std::vector<std::string>{invitation.pin}},
                       {"auth.token_file", file}};
-  // Whom the robot's rules and its audit log can name.
+  // The robot's rules and its audit log use this name for the operator.
   if (is_robot) paired["tls.pin"] = std::vector<std::string>{invitation.pin + " " + kOperatorName};
   std::string problem = two_of_a_kind(invitation, is_robot);
   if (problem.empty()) problem = folder.make();
@@ -296,7 +297,7 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
     paired.merge(own_rules ? rules_of(stored) : robot_rules(arguments.operates));
   }
   const std::string former = string_at(stored, "auth.token_file");
-  const bool is_paired = former == file;  // by this invitation already
+  const bool is_paired = former == file;  // this invitation was used here already
   if (problem.empty() && !is_robot && !is_paired)
     problem = robot_of_same_names(folder, string_at(filled(start.parameters, stored), "prefix"));
   const std::string token = problem.empty() ? kept_token(file, problem) : "";
@@ -328,7 +329,7 @@ void join(const Invitation& invitation, const Arguments& arguments, const Pairin
 }
 
 PairingFolder folder_of(const std::string& node, const ParameterMap& given) {
-  // Not by what stands in the folder itself.
+  // The given parameters decide on this, not those in the folder itself.
   const auto strict = given.find("strict_modes");
   return PairingFolder(node, strict == given.end() || strict->second != ParameterValue{false});
 }

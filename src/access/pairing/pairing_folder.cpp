@@ -23,7 +23,7 @@
 namespace connect_bridge {
 namespace {
 
-// "/robot1/connect_client" is "robot1.connect_client".
+// The folder of "/robot1/connect_client" is "robot1.connect_client".
 std::string folder_name(const std::string& node) {
   std::string name = node.substr(node.starts_with('/') ? 1 : 0);
   std::replace(name.begin(), name.end(), '/', '.');
@@ -51,7 +51,8 @@ std::string ros_home() {
   return std::string{user ? user->pw_dir : home ? home : ""} + "/.ros";
 }
 
-// The lock ends with the process, whatever ends it; what stands in the file stays.
+// The kernel releases the lock when the process exits, for whatever reason; the file's content
+// stays.
 RunningMark::RunningMark(const std::string& file, std::uint16_t port)
     : handle_(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600)) {
   struct flock lock = whole_file(F_WRLCK);
@@ -77,7 +78,7 @@ bool PairingFolder::has(const std::string& name) const {
 std::optional<RunningServer> PairingFolder::running() const {
   const int handle = ::open(running_file().c_str(), O_RDONLY | O_CLOEXEC);
   if (handle < 0) return std::nullopt;
-  // Asked, not taken: that could be what a server that starts just now finds taken.
+  // The lock is queried, not taken: a server that starts just now would find it taken.
   struct flock lock = whole_file(F_RDLCK);
   const bool held = ::fcntl(handle, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
   ::close(handle);
@@ -109,7 +110,7 @@ std::string PairingFolder::make() const {
     const std::string part = path_.substr(0, end);
     if (::mkdir(part.c_str(), 0700) != 0 && errno != EEXIST)
       return "the folder " + part + " cannot be made: " + std::strerror(errno);
-    // Another user may have made it before.
+    // Another user may have made the folder before.
     if (end == std::string::npos) return distrusted(path_);
   }
 }

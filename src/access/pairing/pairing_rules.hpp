@@ -1,19 +1,19 @@
-// What a pairing lets the operator do at the robot, as the rules that it writes.
+// Rules that a pairing writes for the operator's rights at the robot.
 #pragma once
 
 #include "core/base/parameter.hpp"
 
 namespace connect_bridge {
 
-// The operator may receive topics; if it operates, also publish, call, send goals and set
-// parameters. Nobody gets /rosout: any node of the robot writes there whatever it likes; nor may
-// anybody write lines there.
+// The operator may receive topics; with `operates`, also publish, call, send goals and set
+// parameters. Nobody may receive /rosout, where any node of the robot writes whatever it likes, and
+// nobody may publish there.
 [[nodiscard]] ParameterMap robot_rules(bool operates);
 
 // The rules among the parameters.
 [[nodiscard]] ParameterMap rules_of(ParameterMap parameters);
 
-// Whether the owner of a robot that dials has changed the rules that its pairing wrote.
+// Whether the owner of a robot that is the client has changed the rules that its pairing wrote.
 [[nodiscard]] bool has_own_rules(const ParameterMap& stored);
 
 }  // namespace connect_bridge

@@ -13,18 +13,18 @@ namespace connect_bridge {
 struct HttpRequest {
   Url url;
   std::string json;                         // the body of a POST; empty: a GET
-  std::chrono::milliseconds timeout{3000};  // of everything, from the look-up of the name on
+  std::chrono::milliseconds timeout{3000};  // for everything, from the look-up of the name on
   std::size_t answer_bytes_max = 64 << 10;
 };
 
 struct HttpAnswer {
   int status = 0;
   std::string body;
-  std::optional<std::chrono::seconds> max_age;  // by Cache-Control
-  std::string problem;                          // why there is no answer; empty: there is one
+  std::optional<std::chrono::seconds> max_age;  // from Cache-Control
+  std::string problem;  // reason why there is no answer; empty: there is one
 };
 
-// Blocks. Any thread, several at once.
+// Makes one request and blocks. Any thread, several at once.
 using HttpFetch = std::function<HttpAnswer(const HttpRequest&)>;
 
 }  // namespace connect_bridge

@@ -22,7 +22,7 @@ namespace http = boost::beast::http;
 constexpr std::uint32_t kAnswerHeaderBytesMax = 16 << 10;
 constexpr int kHttp11 = 11;
 
-// Of "public, max-age=600" (RFC 9111 section 5.2.2.1).
+// The number in "public, max-age=600" (RFC 9111 section 5.2.2.1).
 std::optional<std::chrono::seconds> max_age_of(std::string_view control) {
   constexpr std::string_view kName = "max-age=";
   const auto at = control.find(kName);
@@ -127,7 +127,7 @@ class Exchange {
 Https::Https(const std::string& ca_file, std::optional<HttpProxy> proxy)
     : files_({.ca_file = ca_file}, Role::kClient), proxy_(std::move(proxy)) {}
 
-// Reading the system's authorities takes milliseconds: not at every request.
+// The context stays between requests: reading the system's authorities takes milliseconds.
 TlsContext Https::tls(std::string& problem) {
   const std::lock_guard lock(mutex_);
   return files_.get_fresh(problem);

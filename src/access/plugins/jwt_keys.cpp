@@ -39,7 +39,7 @@ Key owned(EVP_PKEY* key) {
   return {key, &EVP_PKEY_free};
 }
 
-// The algorithm that a key is for; empty: none that is supported, or the key is too weak.
+// The algorithm of a key; empty: its type is not supported, or it is too weak.
 std::string algorithm_of(const EVP_PKEY* key) {
   std::array<char, 64> group{};
   switch (EVP_PKEY_get_base_id(key)) {
@@ -125,7 +125,7 @@ bool is_foreign(const Json& json) {
          (!curve.empty() && curve != "P-256" && curve != "Ed25519");
 }
 
-// Adds the key and returns an empty text, or returns what is wrong.
+// Adds the key and returns an empty text, or returns the problem.
 std::string add_json_key(const Json& json, std::vector<JwtKey>& keys) {
   if (!json.is_object()) return "is not an object";
   if (is_foreign(json)) return {};
@@ -184,8 +184,8 @@ std::string fingerprint_of(ByteView bytes) {
   return "jwt:" + to_hex(ByteView{sha256(bytes)}.first(16));
 }
 
-// r and s of a JWS (RFC 7518 section 3.4) in the form that OpenSSL needs; empty: they are not
-// valid.
+// Converts r and s of a JWS (RFC 7518 section 3.4) to the form that OpenSSL needs; empty: they are
+// not valid.
 Bytes to_der(ByteView signature) {
   if (signature.size() != 2 * kP256Bytes) return {};
   const Owned<ECDSA_SIG, ECDSA_SIG_free> pair(ECDSA_SIG_new());

@@ -1,7 +1,7 @@
-// The keys that JSON Web Tokens are verified with, and the verification of one signature.
+// Keys that verify JSON Web Tokens, and the verification of one signature.
 //
-// A key is used for one algorithm, that of its type: the algorithm that a token names only selects
-// among the keys, and never how a key is used. This uses OpenSSL, because the JWT libraries of
+// A key is used for one algorithm, that of its type: the algorithm in a token only selects among
+// the keys, and never decides how a key is used. OpenSSL verifies, because the JWT libraries of
 // Debian 12 and Ubuntu 22.04 (libjwt 1.10, cjose 0.6) do not support EdDSA.
 #pragma once
 
@@ -18,7 +18,7 @@ namespace connect_bridge {
 
 class JwtKey {
  public:
-  // `algorithm`: "RS256", "ES256", "EdDSA" (Ed25519) or "HS256". `id` as in its token's "kid", or
+  // `algorithm`: "RS256", "ES256", "EdDSA" (Ed25519) or "HS256". `id`: the "kid" of its tokens, or
   // empty.
   JwtKey(std::string algorithm, std::string id, std::shared_ptr<EVP_PKEY> key);
   JwtKey(std::string id, Bytes secret);  // HS256
@@ -39,8 +39,8 @@ class JwtKey {
 
 inline constexpr std::size_t kJwtKeysMax = 64;
 
-// A JWKS (RFC 7517), or public keys in PEM. Keys for other uses are skipped. Everything that is
-// wrong goes to `problems`: private keys, keys that are too weak, no key at all.
+// Reads a JWKS (RFC 7517), or public keys in PEM. Skips keys for other uses. Everything wrong goes
+// to `problems`: private keys, keys that are too weak, no key at all, too many keys.
 [[nodiscard]] std::vector<JwtKey> read_jwt_keys(std::string_view text, const std::string& source,
                                                 std::vector<std::string>& problems);
 

@@ -43,7 +43,7 @@ const std::string* text_at(const Json& json, const char* key) {
   return member == json.end() ? nullptr : member->get_ptr<const std::string*>();
 }
 
-// "exp" and "nbf": seconds since 1970. nullopt: no valid number.
+// The time in "exp" or "nbf", seconds since 1970. nullopt: no valid number.
 std::optional<Stamp> time_of(const Json& json, const char* key) {
   const auto member = json.find(key);
   if (member == json.end() || !member->is_number()) return std::nullopt;
@@ -59,7 +59,7 @@ bool is_for(const Json& payload, const std::string& audience) {
   return member->is_array() && std::find(member->begin(), member->end(), audience) != member->end();
 }
 
-// Adds the groups and returns an empty text, or returns what is wrong.
+// Adds the groups and returns an empty text, or returns the problem.
 std::string read_groups(const Json& payload, const std::string& claim, Identity& identity) {
   const auto member = payload.find(claim);
   if (member == payload.end()) return {};
@@ -106,7 +106,7 @@ Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
   if (!parts) return jwt_refused("it does not have three parts");
   const Json header = object_of(parts->header);
   if (!header.is_object()) return jwt_refused("the header is not a JSON object");
-  // Extensions that must be understood; we understand none.
+  // "crit" names extensions that must be understood; we understand none.
   if (header.contains("crit")) return jwt_refused("it needs extensions (\"crit\")");
   const std::string* const algorithm = text_at(header, "alg");
   if (!algorithm) return jwt_refused("it names no algorithm");
@@ -134,7 +134,7 @@ Judgement JwtLogin::judge(const Attempt& attempt, Stamp now) {
   bool unknown_key = false;
   Judgement judged = judge_jwt(token, keys_, options_, now, &unknown_key);
   if (unknown_key) source_->wanted();
-  if (unknown_key && keys_.empty()) judged.judged = false;  // they have not come yet
+  if (unknown_key && keys_.empty()) judged.judged = false;  // the keys have not arrived yet
   return judged;
 }
 

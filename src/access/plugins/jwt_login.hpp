@@ -14,14 +14,14 @@
 namespace connect_bridge {
 
 struct JwtOptions {
-  std::string issuer;                   // "iss" must be this one
-  std::string audience;                 // "aud" must be this one or name it
+  std::string issuer;                   // required value of "iss"
+  std::string audience;                 // required value of "aud", or one of its values
   std::string groups_claim = "groups";  // a list of names, or one
 };
 
-// The identity of a token: "sub", the groups, and "exp", which is required. Only the header is
-// parsed before the signature is verified. `unknown_key` (may be null) is set if there is no key of
-// the type and name that the token asks for.
+// Judges a token. Its identity has "sub", the groups, and "exp", which is required. Only the header
+// is parsed before the signature is verified. `unknown_key` (may be null) is set if no key has the
+// type and name in the token.
 [[nodiscard]] Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
                                   const JwtOptions& options, Stamp now,
                                   bool* unknown_key = nullptr);
@@ -31,7 +31,7 @@ class JwtLogin : public Authenticator {
   JwtLogin(JwtOptions options, std::unique_ptr<KeySource> source);
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
-  // Ends logins whose key was removed.
+  // Takes changed keys, and withdraws logins whose key was removed.
   [[nodiscard]] Refreshed refresh(Stamp now) override;
 
  private:
@@ -40,8 +40,8 @@ class JwtLogin : public Authenticator {
   std::unique_ptr<KeySource> source_;
 };
 
-// By the options jwt_keys, jwt_issuer, jwt_audience, jwt_groups_claim, https_ca. A
-// file of keys must be valid; an address may be unreachable for a while.
+// Makes the login from the options jwt_keys, jwt_issuer, jwt_audience, jwt_groups_claim, https_ca.
+// A file of keys must be valid; an address may be unreachable for a while.
 [[nodiscard]] AuthSetup make_jwt_login(PluginOptions options);
 
 }  // namespace connect_bridge

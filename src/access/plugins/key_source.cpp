@@ -97,7 +97,7 @@ void KeyAddress::ask_for_ever() {
   }
 }
 
-// With the mutex held.
+// The caller holds the mutex.
 void KeyAddress::take(const HttpAnswer& answer) {
   constexpr int kOk = 200;
   std::vector<std::string> problems;

@@ -1,4 +1,4 @@
-// Where the keys of JSON Web Tokens come from: a file, or an address that is requested from time to
+// Sources of the keys of JSON Web Tokens: a file, or an address that is requested from time to
 // time.
 #pragma once
 
@@ -15,16 +15,16 @@
 
 namespace connect_bridge {
 
-// Thread: all calls from one thread, that of the login method.
+// All calls come from one thread, that of the login method.
 class KeySource {
  public:
   virtual ~KeySource() = default;
-  // "auth.jwt_keys '/etc/keys.json'", for sentences.
+  // The source's name in sentences: "auth.jwt_keys '/etc/keys.json'".
   [[nodiscard]] virtual std::string name() const = 0;
-  // The keys, if they have changed; or what is wrong, once. Does not wait for the network.
+  // The keys, if they have changed. Adds each problem once. Does not wait for the network.
   [[nodiscard]] virtual std::optional<std::vector<JwtKey>> changed(
       std::vector<std::string>& problems) = 0;
-  // A token names a key that is not known: it may be a new one.
+  // A token names an unknown key, which may be a new one: the keys are requested soon.
   virtual void wanted() {}
 };
 
@@ -43,9 +43,9 @@ class KeyFile : public KeySource {
   bool first_ = true;
 };
 
-// Sends requests as often as the answer's Cache-Control says, within kPeriodMin and kPeriodMax;
-// after a failure it retries soon, then less and less often. Known keys stay valid as long as there
-// is no answer.
+// Requests the keys as often as the answer's Cache-Control says, within kPeriodMin and kPeriodMax.
+// After a failure it retries soon, then less and less often. Known keys stay valid while there is
+// no answer.
 class KeyAddress : public KeySource {
  public:
   static constexpr std::chrono::seconds kPeriodMin{60};  // also for requests of wanted()
@@ -54,9 +54,8 @@ class KeyAddress : public KeySource {
   static constexpr std::chrono::seconds kRetryMin{5};
   static constexpr std::size_t kBytesMax = 1 << 20;
 
-  // Waits for the first answer, up to the time limit of one request: then most servers know the
-  // keys at their first login.
-  // `period_min`: for tests.
+  // The constructor waits for the first answer, up to the time limit of one request: then most
+  // servers know the keys at their first login. `period_min`: for tests.
   KeyAddress(Url address, HttpFetch fetch, std::chrono::milliseconds period_min = kPeriodMin);
   ~KeyAddress() override;
   [[nodiscard]] std::string name() const override;
@@ -76,7 +75,7 @@ class KeyAddress : public KeySource {
   std::condition_variable wake_;
   bool ending_ = false;
   bool wanted_ = false;
-  bool answered_ = false;                    // or failed, once
+  bool answered_ = false;                    // the first request has succeeded or failed
   std::optional<std::vector<JwtKey>> keys_;  // not yet reported
   std::vector<std::string> problems_;        // not yet reported
   std::string text_;                         // of the last answer

@@ -9,7 +9,7 @@
 namespace connect_bridge::plugin {
 namespace {
 
-// Cut where it is too long. The rest of the field is zero already.
+// Writes a text, and cuts it if it is too long. The rest of the field is zero already.
 template <std::size_t kSize>
 void write(char (&field)[kSize], const std::string& text) {
   std::copy_n(text.data(), std::min(text.size(), kSize - 1), field);

@@ -1,4 +1,4 @@
-// A login method of C++ as a library with the C interface of include/connect_bridge/auth_plugin.h.
+// A login method in C++ as a library with the C interface of include/connect_bridge/auth_plugin.h.
 #pragma once
 
 #include <connect_bridge/auth_plugin.h>
@@ -10,14 +10,14 @@
 
 namespace connect_bridge {
 
-// What the server hands over, by key. A list has blanks between.
+// Options from the server, by key. A list has blanks between its items.
 using PluginOptions = std::map<std::string, std::string>;
 
-// The method that such options ask for. May throw.
+// Makes the method that such options request. May throw.
 using MakeLogin = AuthSetup (*)(PluginOptions options);
 
-// The functions of the interface, for a method that is made by `make`. Exceptions end in them: a
-// method that is not made is a problem, a login without an answer is not judged.
+// The functions of the interface, for a method that `make` makes. Exceptions stay inside: a method
+// that cannot be made is a problem, and a login without an answer is not judged.
 namespace plugin {
 [[nodiscard]] void* open(MakeLogin make, const connect_bridge_auth_option* options,
                          std::size_t count, const connect_bridge_auth_report* report) noexcept;
@@ -27,7 +27,7 @@ void refresh(void* self, std::int64_t now, const connect_bridge_auth_report* rep
 void close(void* self) noexcept;
 }  // namespace plugin
 
-// What a library exports. `method`: the name that clients give.
+// The functions that a library exports. `method`: the name that clients give.
 template <MakeLogin kMake>
 constexpr connect_bridge_auth_functions plugin_functions(const char* method, unsigned threads) {
   const auto open = [](const connect_bridge_auth_option* options, std::size_t count,

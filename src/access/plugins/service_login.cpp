@@ -17,20 +17,21 @@ Judgement service_refused(const std::string& why) {
   return {std::nullopt, why};
 }
 
-// It did not say whether the login is right.
+// The service did not decide about the login.
 Judgement unanswered(const std::string& why) {
   Judgement judged = service_refused(why);
   judged.judged = false;  // mutant: service_down
   return judged;
 }
 
-// That the login is wrong, or no login. Other statuses tell of the service or of the way to it.
+// Whether the status means that the login is wrong, or is no login. Other statuses are about the
+// service or the path to it.
 bool is_refusal(int status) {
   const bool later = status == 408 || status == 425 || status == 429;
   return status >= 400 && status < 500 && status != 404 && !later;
 }
 
-// Fills the identity and returns an empty text, or returns what is wrong with the answer.
+// Fills the identity and returns an empty text, or returns the problem with the answer.
 std::string read_identity(const Json& answer, Identity& identity) {
   if (!answer.is_object()) return "its answer is not a JSON object";
   const auto name = answer.find("identity");

@@ -9,7 +9,7 @@ namespace connect_bridge {
 
 // Request: POST of {"credential": TEXT, "peer": "203.0.113.5:51234"}. Answer: 200 with {"identity":
 // NAME, "groups": [NAME...], "expires": SECONDS}, the last two optional, seconds since 1970; 401 or
-// another 4xx but 404, 408, 425 and 429: refused. Everything else lets nobody in either, but counts
+// another 4xx but 404, 408, 425 and 429: refused. All other answers admit nobody either, but count
 // as no judgement.
 class ServiceLogin : public Authenticator {
  public:
@@ -23,7 +23,7 @@ class ServiceLogin : public Authenticator {
   const HttpFetch fetch_;
 };
 
-// By the options service and https_ca.
+// Makes the login from the options service and https_ca.
 [[nodiscard]] AuthSetup make_service_login(PluginOptions options);
 
 }  // namespace connect_bridge
