@@ -19,7 +19,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::seconds kEventsAtLeast{5};  // however large they are
+constexpr std::chrono::seconds kEventsAtLeast{5};  // for events of any size
 constexpr char kAcceptsNothing[] =
     "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 constexpr char kBearer[] = "Bearer ";
@@ -42,7 +42,7 @@ StatusAnswer metrics_answer(const StatusRequest& request, SharedText metrics) {
           false};
 }
 
-// One connection. It ends by done(), which is called in each way that it can take.
+// One connection. Every path of it ends with done().
 class StatusDoor::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(StatusDoor& door, TcpSocket socket, bool is_private)
@@ -69,8 +69,9 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     transport_.abort();
   }
 
-  // Who has less gives way first: who has not asked; then the oldest answer, of which its reader
-  // had most time to read; then who waits for one; last who follows the stream.
+  // The session with the lowest rank gives way first. Ranks rise in this order: no request yet; an
+  // answer, the oldest first, since its reader had most time to read; a request that waits for its
+  // answer; a reader of the stream.
   [[nodiscard]] std::pair<int, std::uint64_t> keeps_its_place() const {
     constexpr int kHasNotAsked = 0, kIsAnswered = 1, kWaits = 2, kStreams = 3;
     if (streams_) return {kStreams, 0};
@@ -123,7 +124,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     ask(request);
   }
 
-  // Whether it may look; else it is refused.
+  // Whether the reader may look; if not, the request is refused.
   bool judge(const StatusGet& request) {
     const std::string shown{request[http::field::authorization]};
     const bool bearer = shown.starts_with(kBearer);
@@ -157,7 +158,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
   void send(StatusAnswer answer) {
     if (answer.streams && door_->streams(is_private_) >= kStreamsMax)
       answer = plain_answer(503, "Too many follow the events.");
-    streams_ = writes_ = answer.streams;  // no event before the first is written
+    streams_ = writes_ = answer.streams;  // no event before the response is written
     if (has_asked_) answer_ = ++door_->answers_;
     response_.result(answer.status);
     response_.version(11);
@@ -185,7 +186,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
         });
   }
 
-  // Whatever it sends now, or its end, ends the stream.
+  // Any byte from the reader, or its end of sending, closes the stream.
   void follow() {
     writes_ = false;
     deadline_.cancel();
@@ -206,23 +207,23 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     call_after(deadline_, time, if_alive(this, &Session::done));
   }
 
-  StatusDoor* door_;  // null: it has ended
+  StatusDoor* door_;  // null: the session is over
   Transport transport_;
   asio::steady_timer deadline_;
   const bool is_private_;
   beast::flat_buffer buffer_{kHeaderBytesMax};
   http::request_parser<http::empty_body> parser_;
   http::response<http::span_body<const char>> response_;
-  SharedText text_;  // its body
+  SharedText text_;  // the response's body
   std::array<char, 1> end_{};
-  std::string token_;  // that was shown
+  std::string token_;  // of the request
   SharedText event_;
   TimePoint next_event_{};
   bool has_asked_ = false;
-  std::uint64_t answer_ = 0;  // the number of the door's answers to who may look; 0: there is none
+  std::uint64_t answer_ = 0;  // number of the answer to an admitted request; 0: there is none
   bool sees_names_ = false;
   bool streams_ = false;
-  bool writes_ = false;  // an event, or what comes before them
+  bool writes_ = false;  // an event, or the response before them
 };
 
 StatusDoor::StatusDoor(asio::io_context& io, Ports ports, Times times)
@@ -285,10 +286,11 @@ void StatusDoor::admit(TcpSocket socket, bool is_private) {
   const auto is_alike = [&](const auto& session) { return session->is_private() == is_private; };
   const bool by_tls = tls_ && !is_private;
   const TlsContext tls = by_tls ? tls_->context() : nullptr;
-  if (by_tls && !tls) return;  // in plain it would be answered without a token
+  if (by_tls && !tls) return;  // without TLS it would be answered without a token
   if (std::count_if(sessions_.begin(), sessions_.end(), is_alike) >=
       static_cast<std::ptrdiff_t>(kConnectionsMax)) {
-    // The first of the least; those who follow the stream are fewer than kConnectionsMax.
+    // The first session of the lowest rank gives way; readers of the stream are fewer than
+    // kConnectionsMax.
     const auto gives_way = std::min_element(
         sessions_.begin(), sessions_.end(), [&](const auto& one, const auto& other) {
           return std::pair(!is_alike(one), one->keeps_its_place()) <

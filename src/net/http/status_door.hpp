@@ -1,4 +1,4 @@
-// Where the status of a side is asked for: HTTP, GET only, one answer for each connection.
+// The HTTP door to the status of a side: GET only, one answer for each connection.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -20,37 +20,37 @@
 namespace connect_bridge {
 
 struct StatusRequest {
-  std::string path;           // without what follows a '?'
-  bool open_metrics = false;  // OpenMetrics is understood, not only the older text of Prometheus
-  bool sees_names = false;    // who asks may know who is on the links
+  std::string path;           // without the query behind '?'
+  bool open_metrics = false;  // the reader understands OpenMetrics, not only Prometheus' older text
+  bool sees_names = false;    // the reader may know who is on the links
 };
 
-// One text that all its receivers share, also those that take it slowly.
+// One text that all receivers share, also slow ones.
 using SharedText = std::shared_ptr<const std::string>;
 
 struct StatusAnswer {
   unsigned status = 200;  // of HTTP
   std::string type = "text/plain; charset=utf-8";
   SharedText body{};          // not null
-  std::string page_policy{};  // what a page may do (CSP); empty: nothing
-  bool streams = false;       // events follow: what tell() is given
+  std::string page_policy{};  // Content-Security-Policy of a page; empty: it may do nothing
+  bool streams = false;       // events of tell() follow
 };
 
-// A line of text.
+// An answer with a line of text.
 [[nodiscard]] StatusAnswer plain_answer(unsigned status, const std::string& text);
-// Metrics, in the format that the request understands.
+// An answer with metrics, in the format that the request understands.
 [[nodiscard]] StatusAnswer metrics_answer(const StatusRequest& request, SharedText metrics);
 
-// Answers HTTP requests for the status. A visitor is a stranger until its request was read, and its
-// token if it needs one. There are limits for the connections of strangers, their time, the header,
-// and TLS handshakes. Where all places are taken the newest visitor gets that of another one, who
-// has not asked or had most time to read. Visitors by the socket file have places of their own.
-// Thread: that of the io_context, which is not the loop's.
+// Answers HTTP requests for the status. A connection is unauthenticated until its request was read,
+// and its token if it needs one. Limits apply to the number of connections, their time, the header,
+// and TLS handshakes. If all places are taken, the newest connection gets the place of another one:
+// one without a request, or one that had most time to read. Connections by the socket file have
+// places of their own. Thread: that of the io_context, which is not the loop's.
 class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
  public:
-  // By TCP, and as many by the file.
+  // Connections by TCP; as many again by the file.
   static constexpr std::size_t kConnectionsMax = 32;
-  static constexpr std::size_t kStreamsMax = 8;  // of these; so there is room for others
+  static constexpr std::size_t kStreamsMax = 8;  // of these, so that there is room for others
   static constexpr std::uint32_t kHeaderBytesMax = 8192;
   static constexpr std::size_t kStreamBytesPerSecond =
       50'000;  // larger events come less often, at least every 5 s
@@ -59,12 +59,13 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   struct Ports {
     // `answered` is called once, now or later, in the same thread.
     std::function<void(const StatusRequest&, Answered answered)> answer;
-    // Whether the owner of this token may look: 200, 401 or 403. Only where `tls` is given.
+    // Judges whether the owner of this token may look: 200, 401 or 403. Called only if `tls` is
+    // given.
     std::function<unsigned(const std::string& token)> judge;
     std::function<void(LogLevel, std::string)> log;
   };
   struct Times {
-    std::chrono::milliseconds request{5000};  // accepted to header read
+    std::chrono::milliseconds request{5000};  // from accept to the end of the header
     std::chrono::milliseconds answer{10'000};
   };
 
@@ -72,19 +73,21 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   StatusDoor(asio::io_context& io, Ports ports) : StatusDoor(io, std::move(ports), Times{}) {}
   ~StatusDoor();
 
-  // Each returns what is wrong, or nothing. With `tls` everybody needs a token.
+  // Listens on a TCP address. With `tls` every reader needs a token. Returns the problem; empty:
+  // none.
   [[nodiscard]] std::string listen(const std::string& address, std::uint16_t port,
                                    const std::optional<TlsOptions>& tls);
-  // A socket that only this process's user may use; it is removed at the end.
+  // Listens at a socket file that only this process's user may use; close() removes it. Returns the
+  // problem; empty: none.
   [[nodiscard]] std::string listen_at_file(const std::string& file);
-  // Where it listens by TCP; 0: nowhere.
+  // The TCP port; 0: none.
   [[nodiscard]] std::uint16_t port() const;
 
-  // An event for those who follow the stream and still may: one text for who sees names, one for
-  // others.
+  // Sends an event to readers that follow the stream and still may: one text for those who see
+  // names, one for others.
   void tell(const SharedText& with_names, const SharedText& without);
-  [[nodiscard]] std::size_t streams() const;  // how many follow, or are about to
-  // Reads certificates that have changed. Once a second.
+  [[nodiscard]] std::size_t streams() const;  // readers that follow, or are about to
+  // Reads certificates that have changed. Called once a second.
   void check_files();
   void close();
 
@@ -100,12 +103,12 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   asio::io_context& io_;
   const Ports ports_;
   const Times times_;
-  std::shared_ptr<TcpDoors> doors_;      // null: nowhere by TCP
-  std::shared_ptr<TcpDoors> file_door_;  // null: at no file
+  std::shared_ptr<TcpDoors> doors_;      // null: no TCP
+  std::shared_ptr<TcpDoors> file_door_;  // null: no file
   std::string file_;
   std::optional<TlsFiles> tls_;
-  AddressPaces paces_{20, std::chrono::milliseconds(500)};  // of TLS handshakes, by address
-  Pace pace_{50, std::chrono::milliseconds(50)};            // of all of them
+  AddressPaces paces_{20, std::chrono::milliseconds(500)};  // TLS handshakes of one address
+  Pace pace_{50, std::chrono::milliseconds(50)};            // TLS handshakes of all addresses
   Sessions sessions_;                                       // the oldest first
   std::uint64_t answers_ = 0;
 };

@@ -11,7 +11,7 @@
 namespace connect_bridge {
 namespace {
 
-// The host of "robot:9091" or "[::1]:9091" without its port; nullopt: it is no such text.
+// The host of "robot:9091" or "[::1]:9091" without its port; nullopt: the text has another form.
 std::optional<std::string> host_without_port(std::string_view text) {
   const bool bracket = text.starts_with('[');
   const std::size_t end = bracket ? text.find(']') : text.find(':');
@@ -23,8 +23,8 @@ std::optional<std::string> host_without_port(std::string_view text) {
   return std::string{bracket ? text.substr(1, end - 1) : text.substr(0, end)};
 }
 
-// A web page whose name leads to this machine (DNS rebinding) shows that name here. It cannot show
-// an address, or "localhost"; names of our certificate are ours.
+// A web page whose name leads to this machine (DNS rebinding) sends that name here. It cannot send
+// an address, or "localhost"; names in our certificate are ours.
 bool is_own_host(std::string_view text, SSL* tls) {
   const auto host = host_without_port(text);
   if (!host) return false;
@@ -48,7 +48,8 @@ StatusRefusal wrong_with(const StatusGet& request, SSL* tls) {
   if (!request.target().starts_with('/')) return {400, "A path is needed."};
   if (request.count(http::field::transfer_encoding) + request.count(http::field::content_length))
     return {400, "A request has no body here."};
-  // A browser says so of what a page asks; a page may not read the answer, but could ask on and on.
+  // A browser adds these headers to the requests of a page. The page may not read the answer, but
+  // could send requests on and on.
   const auto site = request["Sec-Fetch-Site"];
   if (request.count(http::field::origin) ||
       !(site.empty() || site == "same-origin" || site == "none"))

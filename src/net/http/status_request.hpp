@@ -1,4 +1,4 @@
-// A request for the status, as it came.
+// A request for the status, and the refusals that do not depend on its sender.
 #pragma once
 
 #include <openssl/ssl.h>
@@ -18,8 +18,9 @@ struct StatusRefusal {
   std::string text;
 };
 
-// What is wrong with the request, whoever sent it: its method, its host (a web page of elsewhere
-// may not ask, also not by a name that leads here), a body. `tls`: null without TLS.
+// The reason to refuse a request, from any sender: its method, its host or a body. A web page from
+// elsewhere may not request anything, not even under a name that leads here. `tls`: null without
+// TLS.
 [[nodiscard]] StatusRefusal wrong_with(const StatusGet& request, SSL* tls);
 
 }  // namespace connect_bridge

@@ -11,10 +11,10 @@ constexpr std::uint64_t kSegments = 200;
 constexpr std::uint64_t kLostMin = 4;
 constexpr std::uint64_t kLostPerMille = 3;
 // The start of a connection, a cell that hands over, and a queue that somebody else fills lose many
-// at once: losses that come so often are something else.
+// segments at once. Losses that come so often are something else.
 constexpr int kTimes = 3;
 constexpr Duration kTogether = 3s;
-constexpr Duration kTogetherMost = 30s;  // where less than kSegments leave in kTogether
+constexpr Duration kTogetherMost = 30s;  // if fewer than kSegments leave in kTogether
 
 // While a path is gone, TCP repeats the same segments again and again, and sends nothing new.
 bool loses_of_new(std::uint64_t segments, std::uint64_t lost) {
@@ -28,11 +28,11 @@ bool CongestionChoice::is_due(TimePoint now) const {
 }
 
 void CongestionChoice::look(const TcpCounts& counts, TimePoint now) {
-  // The kernel's counts have 32 bits.
+  // The kernel's counts have 32 bits and may wrap.
   if (!looks_.empty() && counts.segments < looks_.back().segments) looks_.clear();
   Look look{counts.segments, counts.lost, now};
   round_trip_ = counts.round_trip;
-  // Of a segment that was repeated it may turn out later that it had come.
+  // The kernel may find out later that a repeated segment had arrived, and lower its count.
   if (!looks_.empty()) look.lost = std::max(look.lost, looks_.back().lost);
   looks_.push_back(look);
   const auto is_too_old = [&] {

@@ -1,4 +1,4 @@
-// Which TCP congestion control suits the path of a connection, by what TCP itself counts.
+// Chooses the TCP congestion control for the path of a connection, by TCP's own counts.
 #pragma once
 
 #include <deque>
@@ -10,21 +10,22 @@
 
 namespace connect_bridge {
 
-// Our own pacing keeps the path's queue short (docs/flow.md). On such a path cubic is the better
-// one: bbr sends next to nothing for 200 ms every ten seconds, to measure the round trip. But cubic
-// takes each lost segment for a full queue: where some are lost all the time, as by radio, it slows
-// down far too much, and bbr does not.
+// Our own pacing keeps the path's queue short (docs/flow.md). On such a path cubic is better: bbr
+// sends next to nothing for 200 ms every ten seconds, to measure the round trip. But cubic takes
+// each lost segment for a full queue. If some are lost all the time, as by radio, cubic slows down
+// far too much, and bbr does not.
 class CongestionChoice {
  public:
   static constexpr std::string_view kFirst = "cubic";
   static constexpr std::string_view kWithLosses = "bbr";
-  static constexpr Duration kCalm = std::chrono::seconds(60);  // without losses: kFirst again
-  // Between two looks at the counts, and two round trips at least: so long a single loss may last.
+  static constexpr Duration kCalm = std::chrono::seconds(60);  // without losses: back to kFirst
+  // Shortest time between two looks at the counts, beside two round trips: a single loss may last
+  // that long.
   static constexpr Duration kLook = std::chrono::milliseconds(100);
 
   // Whether it is time to look at the counts.
   [[nodiscard]] bool is_due(TimePoint now) const;
-  // What the connection should have from now on, if that changes. Call it when it is due.
+  // The connection's algorithm from now on, if it changes. Call this when is_due().
   std::optional<std::string_view> next(const TcpCounts& counts, TimePoint now);
 
  private:
@@ -39,7 +40,7 @@ class CongestionChoice {
   };
 
   std::string_view chosen_ = kFirst;
-  std::deque<Look> looks_;  // the last of them
+  std::deque<Look> looks_;  // the last looks
   Duration round_trip_{};
   std::optional<TimePoint> asked_at_;
   TimePoint lost_at_{};

@@ -6,7 +6,7 @@
 namespace connect_bridge {
 namespace {
 
-// Sockets and shared memory of the middleware, threads' events, standard streams.
+// Descriptors for sockets and shared memory of the middleware, threads' events, standard streams.
 constexpr std::size_t kDescriptorsOfGraph = 128;
 
 rlimit limit_of_descriptors() {

@@ -15,7 +15,7 @@ struct LookUp::Shared : std::enable_shared_from_this<LookUp::Shared> {
 
   Shared(asio::io_context& context, Resolve blocking) : io(context), resolve(std::move(blocking)) {}
 
-  // What was found, or why not. False: nobody has waited for it.
+  // Hands over the addresses or the error. False: nobody has waited for them.
   bool tell(const ErrorCode& error, Endpoints found);
 
   asio::io_context& io;
@@ -24,7 +24,7 @@ struct LookUp::Shared : std::enable_shared_from_this<LookUp::Shared> {
   std::uint16_t port = 0;
   std::mutex mutex;
   bool told = false;
-  std::optional<Work> work;  // none: nobody waits for it, and the io_context may be gone
+  std::optional<Work> work;  // none: nobody waits, and the io_context may be gone
   Done done;                 // only in the thread of the io_context
 };
 
@@ -57,7 +57,7 @@ class LookUp::All {
     ErrorCode error;
     Endpoints found;
   };
-  // What can be told at once: that there are too many, or what came late for the same name. None:
+  // The answer that is known at once: too many look-ups, or a late answer for the same name. None:
   // one more look-up is counted.
   std::optional<Answer> begin(const std::shared_ptr<Shared>& one) {
     const std::lock_guard lock(mutex_);
@@ -98,10 +98,10 @@ class LookUp::All {
     Endpoints found;
     Clock::time_point at;
   };
-  std::mutex mutex_;  // before that of a look-up
+  std::mutex mutex_;  // locked before that of a look-up
   int under_way_ = 0;
   std::vector<std::weak_ptr<Shared>> waiting_;
-  std::vector<Late> late_;  // no more than end in kLate
+  std::vector<Late> late_;  // at most the answers within kLate
 };
 
 LookUp::Endpoints LookUp::resolve(const std::string& host, std::uint16_t port, ErrorCode& error) {

@@ -12,7 +12,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr char kFarAwayIpv6[] = "2001:db8::1";  // for documentation (RFC 3849)
+constexpr char kFarAwayIpv6[] = "2001:db8::1";  // address for documentation (RFC 3849)
 constexpr std::uint16_t kAnyPort = 9;
 
 // connect() on UDP only looks up the route and sends nothing.
@@ -31,7 +31,7 @@ std::string address_of_first_interface() {
   const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> list(found, &::freeifaddrs);
   for (const ifaddrs* at = found; at != nullptr; at = at->ifa_next) {
     if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET) continue;
-    // Without a carrier, as the bridge of containers when none runs, nobody comes by it.
+    // An interface without a carrier, as the bridge of containers when none runs, brings nobody.
     constexpr unsigned int kCarries = IFF_UP | IFF_RUNNING;
     if ((at->ifa_flags & (IFF_LOOPBACK | kCarries)) != kCarries) continue;
     const auto* address = reinterpret_cast<const sockaddr_in*>(at->ifa_addr);

@@ -19,7 +19,7 @@ constexpr std::string_view kWord1 = "PROXY ";
 constexpr std::size_t kFirstBytes = 15;  // "PROXY UNKNOWN\r\n" is the shortest of version 1
 constexpr std::size_t kLine1Max = 107;
 constexpr std::size_t kHead2 = 16;
-constexpr std::size_t kBody2Max = 2048;  // addresses need 36; the rest is for what we do not read
+constexpr std::size_t kBody2Max = 2048;  // addresses need 36; we do not read the rest
 constexpr std::uint8_t kTcp4 = 0x11, kTcp6 = 0x21;
 constexpr std::size_t kEntriesMax = 100;
 
@@ -42,7 +42,7 @@ std::optional<Number> number(std::string_view text) {
 }
 
 std::optional<ip::address> address_of(std::string_view text) {
-  // Zones ("%eth0") have a meaning on the machine that wrote them only.
+  // A zone ("%eth0") has a meaning only on the machine that wrote it.
   if (text.size() > 45 || text.find('%') != std::string_view::npos) return std::nullopt;
   boost::system::error_code error;
   const ip::address address = ip::make_address(std::string{text}, error);
@@ -50,7 +50,7 @@ std::optional<ip::address> address_of(std::string_view text) {
   return plain_address(address);
 }
 
-// The next word of a line of version 1.
+// Takes the next word of a line of version 1.
 std::string_view take_word(std::string_view& rest) {
   const std::size_t space = rest.find(' ');
   const std::string_view word = rest.substr(0, space);
@@ -118,7 +118,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
 }
 
-// "192.0.2.1", "192.0.2.1:4711", "2001:db8::1", "[2001:db8::1]:4711"
+// Parses "192.0.2.1", "192.0.2.1:4711", "2001:db8::1", "[2001:db8::1]:4711".
 std::optional<Source> source_of(std::string_view text) {
   std::string_view port;
   if (!text.empty() && text.front() == '[') {

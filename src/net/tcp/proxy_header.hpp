@@ -1,5 +1,5 @@
-// How a proxy gives the client's address: the PROXY protocol before the first byte, or
-// X-Forwarded-For in the request. Pure; the caller checks that the proxy is trusted.
+// Reads the client's address as a proxy gives it: by the PROXY protocol before the first byte, or
+// by X-Forwarded-For in the request. Pure; the caller checks that the proxy is trusted.
 #pragma once
 
 #include <boost/asio/ip/address.hpp>
@@ -17,6 +17,7 @@ namespace connect_bridge {
 // A range of addresses with the same first bits: "10.0.0.0/8", "fd00::/8", "192.0.2.1".
 class AddressRange {
  public:
+  // Parses such a text; a zone is invalid.
   static std::optional<AddressRange> parse(std::string_view text);
   [[nodiscard]] bool contains(const boost::asio::ip::address& address) const;
 
@@ -31,10 +32,11 @@ using AddressRanges = std::vector<AddressRange>;
 
 [[nodiscard]] bool contain(const AddressRanges& ranges, const boost::asio::ip::address& address);
 
-// IPv4 addresses in IPv6 notation are shown and counted as IPv4.
+// The address as it is shown and counted: IPv4 in IPv6 notation becomes IPv4.
 [[nodiscard]] boost::asio::ip::address plain_address(const boost::asio::ip::address& address);
 
-// The first bytes of an IPv6 address, an IPv4 address whole: those whose limits count together.
+// The network whose limits count together: the first bytes of an IPv6 address, or a whole IPv4
+// address.
 [[nodiscard]] std::string network_of(const boost::asio::ip::address& address, int bytes);
 
 struct Source {
@@ -47,10 +49,11 @@ struct Source {
 struct ProxyHeader {
   enum class State : std::uint8_t { kMore, kComplete, kWrong };
   State state = State::kMore;
-  std::size_t missing = 0;       // kMore: at least so many more bytes belong to the header
+  std::size_t missing = 0;       // kMore: at least so many further bytes belong to the header
   std::optional<Source> source;  // kComplete; none: the proxy connects for itself
 };
-// Without any bytes it returns how many to read first. A header has at most 2064 bytes.
+// Reads the header. Without any bytes, `missing` is the number of bytes to read first. A header has
+// at most 2064 bytes.
 [[nodiscard]] ProxyHeader read_proxy_header(ByteView bytes);
 
 // The client's address from the lines of X-Forwarded-For, in their order. Each proxy adds its

@@ -43,7 +43,7 @@ void Race::start(const std::vector<Endpoint>& addresses, Done done) {
   begin_next();
 }
 
-// One attempt now, if an address is due, and the next after the delay.
+// Begins one attempt now, if an address is due, and the next after the delay.
 void Race::begin_next() {
   if (!done_) return;
   const auto now = Clock::now();
@@ -70,7 +70,7 @@ void Race::begin(const Waiting& next) {
 
 void Race::on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error) {
   if (!done_ || running_.erase(attempt) == 0) return;
-  // It may have connected at the moment when its time was over.
+  // The attempt may have connected at the moment when its time was over.
   if (!error && !attempt->socket.is_open()) error = asio::error::operation_aborted;
   attempt->limit.cancel();
   if (!error) return finish(std::move(attempt->socket), {});
@@ -85,7 +85,7 @@ void Race::on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error) {
   begin_next();
 }
 
-// It refuses: what else is under way there would be refused as well.
+// The address refuses: other attempts to it would be refused as well.
 void Race::forget(const Endpoint& address) {
   std::erase_if(waiting_, [&](const Waiting& one) { return one.address == address; });
   std::erase_if(running_, [&](const std::shared_ptr<Attempt>& attempt) {

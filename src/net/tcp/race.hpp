@@ -1,4 +1,5 @@
-// Several addresses of one name, of which some may not answer (RFC 8305, "Happy Eyeballs").
+// Connects to one of several addresses of a name, of which some may not answer (RFC 8305, "Happy
+// Eyeballs").
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -16,10 +17,10 @@
 namespace connect_bridge {
 
 // Connects to the first address that answers. Attempts begin in the order of the addresses, one
-// every kAttemptDelay, or at once when one ends without success. An address that is silent for
-// kPatience gets further, short attempts beside the first: the kernel repeats a lost SYN only after
-// a second and more, and the link must be back as soon as the network is. An address that refuses
-// is not tried again. Thread: that of the io_context.
+// every kAttemptDelay, or at once when one fails. An address that is silent for kPatience gets
+// further, short attempts beside the first: the kernel repeats a lost SYN only after a second and
+// more, and the link must be back as soon as the network is. An address that refuses is not tried
+// again. Thread: that of the io_context.
 class Race : public std::enable_shared_from_this<Race> {
  public:
   using Endpoint = asio::ip::tcp::endpoint;
@@ -28,21 +29,21 @@ class Race : public std::enable_shared_from_this<Race> {
 
   static constexpr std::size_t kAddressesMax = 16;
   static constexpr std::chrono::milliseconds kAttemptDelay{250};  // RFC 8305 section 5
-  // Until an address gets another attempt, and how long that takes. Beside these there is always
-  // one that goes on for kAttemptTime, for paths on which an answer takes long.
+  // Time until an address gets another attempt, and the length of that attempt. Beside these, one
+  // attempt always goes on for kAttemptTime, for paths on which an answer takes long.
   static constexpr std::chrono::seconds kPatience{1};
   static constexpr std::chrono::seconds kAttemptTime{5};
 
-  // The address families alternate, beginning with that of the first address (RFC 8305 section 4);
-  // addresses beyond kAddressesMax are left out.
+  // The order of the attempts: address families alternate, beginning with that of the first address
+  // (RFC 8305 section 4); addresses beyond kAddressesMax are left out.
   [[nodiscard]] static std::vector<Endpoint> in_turns(const std::vector<Endpoint>& addresses);
 
   // `slow`: an address gets another attempt only every kPatience.
   explicit Race(asio::io_context& io, bool slow = false) : io_(io), pace_(io), slow_(slow) {}
-  // Once only, with at least one address. `done` is called once, never from inside this call; the
-  // race does not end by itself while an address does not answer.
+  // Starts the race; call this once, with at least one address. `done` is called once, never from
+  // inside this call. The race goes on while an address does not answer.
   void start(const std::vector<Endpoint>& addresses, Done done);
-  // `done` is not called any more.
+  // Stops the race: `done` is not called any more.
   void stop();
 
  private:
@@ -50,8 +51,8 @@ class Race : public std::enable_shared_from_this<Race> {
   using Clock = asio::steady_timer::clock_type;
   struct Waiting {
     Endpoint address;
-    Clock::time_point due;  // when it may have another attempt
-    Clock::duration time;   // that this one may take
+    Clock::time_point due;  // earliest time of the next attempt
+    Clock::duration time;   // limit of that attempt
   };
 
   void begin_next();

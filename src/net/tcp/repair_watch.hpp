@@ -1,4 +1,4 @@
-// Whether TCP repairs a loss of a connection, in either direction.
+// Detects whether TCP repairs a loss on a connection, in either direction.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,23 @@
 namespace connect_bridge {
 
 // Watches TCP's repairs of lost segments. TCP reports which of our own segments are missing. Of the
-// peer's segments it reports only how many came out of order: the gap is open from then on until
-// something can be read.
+// peer's segments it reports only how many came out of order: the gap counts as open from then on
+// until something can be read.
 class RepairWatch {
  public:
-  // A round trip is hardly shorter than this where anything is lost.
+  // A round trip is hardly shorter than this on a path that loses anything.
   static constexpr Duration kPeriod = std::chrono::milliseconds(1);
 
-  // Whether the kernel should be asked again.
+  // Whether it is time to query the kernel again.
   [[nodiscard]] bool is_due(TimePoint now) const { return now - told_at_ >= kPeriod; }
   void told(const TcpCounts& counts, TimePoint now) {
     repairs_ = counts.repairs;
     too_early_ = counts.too_early;
     told_at_ = now;
   }
-  // A segment of the peer is missing.
+  // Whether a segment of the peer is missing.
   [[nodiscard]] bool misses() const { return too_early_ != too_early_read_; }
-  // Data was read in order: by these counts of the kernel, what came out of order before is
-  // complete.
+  // Data was read in order: segments that came out of order before these counts are complete now.
   void has_read(const TcpCounts& counts) {
     repairs_ = counts.repairs;
     too_early_ = too_early_read_ = counts.too_early;

@@ -54,7 +54,7 @@ Question question_of(const boost::asio::ip::address& to) {
   return question;
 }
 
-// "eth0 up": its name, and whether packets can leave there.
+// An interface's name, and whether packets can leave there: "eth0 up".
 std::string state_of(unsigned int index) {
   ifreq request{};
   const Descriptor any(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
@@ -65,7 +65,7 @@ std::string state_of(unsigned int index) {
   return name + (up ? " up" : " down");
 }
 
-// The attributes of a route that say where packets go; others, like the age of a cache, do not.
+// The text of an attribute that decides where packets go; empty for others, as the age of a cache.
 std::string text_of(const rtattr& attribute) {
   const ByteView value(static_cast<const std::uint8_t*>(RTA_DATA(&attribute)),
                        RTA_PAYLOAD(&attribute));

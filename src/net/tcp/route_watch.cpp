@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// One change is several messages: a link, its addresses, its routes.
+// One change causes several messages: for a link, its addresses, its routes.
 constexpr auto kSettling = 100ms;
 constexpr auto kPeriod = 1s;
 
@@ -29,7 +29,7 @@ std::string without_zone(const std::string& address) {
   return address.substr(0, address.find('%'));
 }
 
-// Empty: neither of IPv4 nor of IPv6.
+// The address as text; empty: neither IPv4 nor IPv6.
 std::string text_of(const sockaddr* address) {
   const bool is_v6 = address->sa_family == AF_INET6;
   char text[NI_MAXHOST] = "";
@@ -92,7 +92,7 @@ std::string lost_address(const TcpSocket& socket) {
   ErrorCode error;
   const auto local = plain_address(socket.local_endpoint(error).address());
   ifaddrs* all = nullptr;
-  // Where that is not known, no connection is closed for it.
+  // No connection is closed if this cannot be found out.
   if (error || local.is_loopback() || getifaddrs(&all) != 0) return {};
   const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(all, freeifaddrs);
   const std::string address = without_zone(local.to_string());

@@ -12,14 +12,15 @@
 
 namespace connect_bridge {
 
-// Gets the kernel's messages by rtnetlink(7). If that is forbidden, it gets none, and open() says
-// why. Thread: that of the io_context.
+// Receives the kernel's messages by rtnetlink(7). If that is forbidden, nothing is reported, and
+// open() returns the reason. Thread: that of the io_context.
 class RouteWatch : public std::enable_shared_from_this<RouteWatch> {
  public:
   // `changed` is called some 100 ms after a change, and at most once a second.
   RouteWatch(boost::asio::io_context& io, std::function<void()> changed);
 
-  // Once. Returns why no changes will be noticed; empty: no problem.
+  // Starts to watch; call this once. Returns the reason why no changes will be noticed; empty:
+  // none.
   [[nodiscard]] std::string open();
 
  private:
@@ -37,7 +38,7 @@ class RouteWatch : public std::enable_shared_from_this<RouteWatch> {
 };
 
 // The address that the socket is bound to, if none of the machine's interfaces has it any more:
-// then nothing can arrive. Empty: it is there.
+// then nothing can arrive. Empty: an interface has it, or this is not known.
 [[nodiscard]] std::string lost_address(const TcpSocket& socket);
 
 }  // namespace connect_bridge

@@ -53,8 +53,7 @@ std::string tune_socket(int socket, const SocketOptions& options) {
       note("SO_KEEPALIVE");
     }
   }
-  // While less than four segments are under way, TCP repeats them six times without doubling the
-  // time.
+  // Fewer than four segments under way are repeated six times before TCP doubles its time.
   set(socket, IPPROTO_TCP, TCP_THIN_LINEAR_TIMEOUTS, 1);
   limit_retry(socket);
   const std::string& congestion = options.congestion_control;

@@ -1,4 +1,4 @@
-// The clock that tells the date: for the ends of tokens and certificates.
+// The clock with the date: for the expiry of tokens and certificates.
 #pragma once
 
 #include <chrono>

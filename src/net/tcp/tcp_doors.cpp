@@ -26,15 +26,15 @@ constexpr char kTaken[] = " (a server that runs already, or another program: end
 using ListeningSocket = asio::ip::tcp::acceptor;
 using ListenPoint = asio::ip::tcp::endpoint;
 
-// The option of IPv4 counts for sockets of IPv6, too, and there on older kernels as well: their own
-// one, IPV6_FREEBIND, came with Linux 4.15.
+// The option of IPv4 works for sockets of IPv6, too, and on older kernels as well: IPV6_FREEBIND
+// came with Linux 4.15.
 bool allow_absent_address(ListeningSocket& acceptor) {
   const int on = 1;
   return ::setsockopt(acceptor.native_handle(), IPPROTO_IP, IP_FREEBIND, &on, sizeof on) == 0;
 }
 
-// Whether it was bound to an address that is not there. It is tried without that first: only the
-// kernel knows all addresses that it takes for its own, such as those of 127.0.0.0/8.
+// Binds. Returns whether the address is one that no interface has. The first try does without the
+// option: only the kernel knows all its own addresses, such as those of 127.0.0.0/8.
 bool bind_to(ListeningSocket& acceptor, const ListenPoint& endpoint, ErrorCode& error) {
   acceptor.bind(endpoint, error);
   if (error != boost::system::errc::address_not_available || !allow_absent_address(acceptor))
@@ -108,8 +108,8 @@ std::string TcpDoors::use(int socket, const asio::ip::tcp& family) {
   return {};
 }
 
-// Nobody can connect before listen(), and then the mode is right. To accept asks nothing of a
-// socket that only TCP has.
+// Nobody can connect before listen(), and then the file's mode is right. Accepting needs nothing
+// that only a TCP socket has.
 std::string TcpDoors::open_file(const std::string& file) {
   if (file.size() >= sizeof(sockaddr_un::sun_path)) return file + ": the path is too long";
   ::unlink(file.c_str());
@@ -167,9 +167,9 @@ void TcpDoors::on_accepted(const DoorPtr& door, ErrorCode error, TcpSocket socke
     socket.close(ignored);
   }
   if (!error) events_.arrived(std::move(socket));
-  if (!door->acceptor.is_open()) return;  // closed by that
+  if (!door->acceptor.is_open()) return;  // the event has closed it
   if (!error || error == asio::error::connection_aborted) return accept(door);
-  // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
+  // Descriptors or memory are lacking: the kernel keeps connections waiting, and a retry at once
   // would spin.
   if (const auto tries = no_room_.count({steady_now(), 0}))
     events_.log(LogLevel::kWarn,

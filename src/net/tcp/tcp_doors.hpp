@@ -1,4 +1,4 @@
-// The sockets on which a program listens, of TCP or in a file, and the connections that come there.
+// Sockets on which a program listens, by TCP or at a file, and the connections that arrive there.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -15,8 +15,8 @@
 
 namespace connect_bridge {
 
-// While there is no room for a connection, it waits in the kernel; one that would take a descriptor
-// of files is closed (net/tcp/descriptors.hpp). Thread: that of the io_context.
+// A connection without room waits in the kernel; one that would take a descriptor of files is
+// closed (net/tcp/descriptors.hpp). Thread: that of the io_context.
 class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
  public:
   struct Events {
@@ -24,24 +24,26 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
     std::function<void(LogLevel, const std::string&)> log;
   };
 
-  // `port_key`: where the port is set.
+  // `port_key`: the parameter that sets the port.
   TcpDoors(asio::io_context& io, Events events, std::string port_key = "listen.port")
       : io_(io), events_(std::move(events)), port_key_(std::move(port_key)) {}
 
-  // As ListenOptions has them; one of both. Empty, or what is wrong. The address of a VPN or a
-  // mobile network may come after this program has started: it is listened on all the same, with a
-  // warning, and clients connect as soon as an interface has it. A port in use is a problem.
+  // Listens on addresses, or takes sockets that listen already: one of both, as ListenOptions has
+  // them. Returns the problem; empty: none. The address of a VPN or a mobile network may appear
+  // after this program has started: it is accepted with a warning, and clients connect as soon as
+  // an interface has it. A port in use is a problem.
   [[nodiscard]] std::string open(std::vector<std::string> addresses, std::uint16_t port);
   [[nodiscard]] std::string take(const std::vector<int>& sockets);
-  // A socket file that only this process's user may use, in place of one that is there.
+  // Listens at a socket file that only this process's user may use, and replaces an existing one.
+  // Returns the problem; empty: none.
   [[nodiscard]] std::string open_file(const std::string& file);
-  // From now on.
+  // Accepts connections from now on.
   void accept();
   void close();  // no event follows
 
-  // Of the first address.
+  // The port of the first address.
   [[nodiscard]] std::uint16_t port() const;
-  // "127.0.0.1:9090", "[::1]:9090"
+  // The addresses with their ports: "127.0.0.1:9090", "[::1]:9090".
   [[nodiscard]] std::vector<std::string> addresses() const;
 
  private:
@@ -52,9 +54,9 @@ class TcpDoors : public std::enable_shared_from_this<TcpDoors> {
   };
   using DoorPtr = std::shared_ptr<Door>;
 
-  // An IP address, or "localhost". Empty, or what is wrong.
+  // Adds an IP address, or "localhost". Returns the problem; empty: none.
   std::string bind(const std::string& address, std::uint16_t port);
-  // A socket that listens already.
+  // Adds a socket that listens already. Returns the problem; empty: none.
   std::string use(int socket, const asio::ip::tcp& family);
   void accept(const DoorPtr& door);
   void on_accepted(const DoorPtr& door, ErrorCode error, TcpSocket socket);

@@ -14,7 +14,7 @@ constexpr std::uint32_t kTcpHeader = 32;  // with time stamps
 constexpr std::uint32_t kIpv4Header = 20;
 constexpr std::uint32_t kIpv6Header = 40;
 
-// IPv4 may come over a socket of IPv6.
+// A socket of IPv6 may carry IPv4.
 bool is_ipv6(int socket) {
   sockaddr_in6 address{};
   socklen_t size = sizeof address;

@@ -10,7 +10,8 @@ struct Transport::Tls : asio::ssl::stream<TcpSocket&> {
   using asio::ssl::stream<TcpSocket&>::stream;
 };
 
-// Counts what was read. Keeps what is beyond the requested bytes, and reports the requested ones.
+// Counts bytes that were read. Keeps those beyond the requested bytes, and reports the requested
+// ones.
 struct Transport::CountedRead {
   Transport* of;
   std::size_t asked;
@@ -36,7 +37,7 @@ SSL* Transport::tls() {
 
 void Transport::start_read(asio::mutable_buffer into, IoHandler handler) {
   if (header_end_ < kHeaderEnd.size()) {
-    // Of one byte: a header has hundreds, and is read once.
+    // Each read takes one byte: a header has hundreds, and is read once.
     const asio::mutable_buffer byte = asio::buffer(into, 1);
     auto read = [this, byte, next = std::move(handler)](ErrorCode error,
                                                         std::size_t bytes) mutable {
@@ -48,7 +49,7 @@ void Transport::start_read(asio::mutable_buffer into, IoHandler handler) {
   const auto wait_until = wait_until_ ? wait_until_() : std::nullopt;
   if (!wait_until) return read_now(into, std::move(handler));
   waits_.expires_at(*wait_until);
-  // After an aborted wait, too: then the socket tells what is wrong.
+  // An aborted wait leads to the read, too: then the socket reports the error.
   waits_.async_wait([this, into, next = std::move(handler)](ErrorCode) mutable {
     read_now(into, std::move(next));
   });
@@ -124,15 +125,15 @@ void Transport::finish(std::function<void()> done) {
     return;
   }
   tls_->async_shutdown([this, done = std::move(done)](ErrorCode) mutable {
-    drain(std::move(done));  // an error there changes nothing: the TCP connection ends
+    drain(std::move(done));  // an error changes nothing: the TCP connection is closed
   });
 }
 
 void Transport::drain(std::function<void()> done) {
   ErrorCode ignored;
   socket_.shutdown(TcpSocket::shutdown_send, ignored);
-  // Closing with unread data in the kernel sends a reset, which can destroy what the peer has not
-  // read yet: its close reason.
+  // A close with unread data in the kernel sends a reset, which can destroy data that the peer has
+  // not read yet: its close reason.
   if (!record_) record_.reset(new Record);
   socket_.async_read_some(asio::buffer(*record_),
                           [this, done = std::move(done)](ErrorCode error, std::size_t) mutable {

@@ -28,7 +28,7 @@ using ErrorCode = boost::system::error_code;
 // operation.
 using TcpSocket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
 
-// A handler that calls this member function, with what it gets, if the object is still there.
+// A handler that calls this member function with its arguments, if the object still exists.
 template <class T, class... Gets>
 auto if_alive(T* of, void (T::*then)(Gets...)) {
   return [weak = of->weak_from_this(), then](Gets... got) {
@@ -36,7 +36,7 @@ auto if_alive(T* of, void (T::*then)(Gets...)) {
   };
 }
 
-// Calls `then` when this time is over, unless the timer is cancelled or set again before.
+// Calls `then` after this time, unless the timer is cancelled or set again before.
 template <class Then>
 void call_after(asio::steady_timer& timer, asio::steady_timer::duration time, Then then) {
   timer.expires_after(time);
@@ -45,15 +45,15 @@ void call_after(asio::steady_timer& timer, asio::steady_timer::duration time, Th
   });
 }
 
-// Ends it with a reset: what is unsent, or unread, is lost.
+// Closes the socket with a reset: unsent and unread data is lost.
 inline void reset(TcpSocket& socket) {
   ErrorCode ignored;
   socket.set_option(TcpSocket::linger(true, 0), ignored);
   socket.close(ignored);
 }
 
-// The handler of a read or a write, of whatever type. Called once, and in the thread of the
-// io_context: a handler must have no executor, and no allocator, of its own.
+// The handler of a read or a write, of any type. Called once, in the thread of the io_context: a
+// handler must have no executor, and no allocator, of its own.
 class IoHandler {
  public:
   template <class Handler>
@@ -77,7 +77,7 @@ class IoHandler {
 
     explicit Held(Handler&& from) : handler(std::move(from)) {}
     explicit Held(const Handler& from) : handler(from) {}
-    // Its memory is free for the operation that the handler may begin.
+    // The memory is free again for the operation that the handler may begin.
     void run(ErrorCode error, std::size_t bytes) override {
       Handler now = std::move(handler);
       delete this;
@@ -87,8 +87,8 @@ class IoHandler {
   std::unique_ptr<Any> held_;
 };
 
-// Not movable. One read and one write may be under way at a time (the WebSocket sees to that).
-// Every operation keeps using the object until its handler runs: the owner must live that long.
+// Not movable. One read and one write may be under way at a time (the WebSocket guarantees that).
+// Every operation uses the object until its handler runs: the owner must live that long.
 class Transport {
  public:
   using executor_type = TcpSocket::executor_type;  // NOLINT: the name Asio asks for
@@ -102,37 +102,37 @@ class Transport {
 
   executor_type get_executor() { return socket_.get_executor(); }
   TcpSocket& socket() { return socket_; }
-  // Null until start_tls().
+  // The TLS connection; null until start_tls().
   SSL* tls();
 
-  // Everything after this goes through TLS. The context must outlive the object.
+  // Sends everything after this through TLS. This object shares the context.
   void start_tls(std::shared_ptr<asio::ssl::context> context);
   void async_tls_handshake(bool as_server, std::function<void(ErrorCode)> done);
 
-  // Closes orderly: informs the peer, discards what still arrives, closes the socket. May never end
-  // with a peer that does not answer: limit it with abort().
+  // Closes in order: informs the peer, discards further data, closes the socket. May never complete
+  // if the peer does not answer: limit it with abort().
   void finish(std::function<void()> done);
-  // Ends now, unsent data is lost. Operations under way complete with an error.
+  // Closes now; unsent data is lost. Operations under way complete with an error.
   void abort();
 
-  // From now on a read takes more from the kernel than was asked for, if available, and keeps it
-  // for the next ones. Beast reads a frame's head and the rest apart, and with less than the kernel
-  // has a read cannot tell that it has emptied it: three system calls for each message without
+  // A read takes more from the kernel than was requested, from now on and if available, and keeps
+  // it for the next reads. Beast reads a frame's head and the rest apart. A read of less than the
+  // kernel has cannot see that the kernel is empty: three system calls for each message without
   // this, one with it. TLS has a buffer of its own.
   void read_ahead() {
     if (!tls_ && !ahead_) ahead_.reset(new Ahead);
   }
 
-  // From now on no read goes beyond the end of the next HTTP header. Beast 1.74 takes a body whose
+  // No read goes beyond the end of the next HTTP header from now on. Beast 1.74 takes a body whose
   // announced length is beyond its limit, and memory for all of that, if it comes with its header.
   void stop_at_header_end() { header_end_ = 0; }
 
-  // Asked before each read: until when it is to wait, if at all. Beast reads frames without content
-  // without end before it has a message to report.
+  // Sets a function that is called before each read: the time until which the read waits, if at
+  // all. Beast reads frames without content endlessly before it has a message to report.
   void limit_reads(std::function<std::optional<Clock::time_point>()> wait_until) {
     wait_until_ = std::move(wait_until);
   }
-  // What reads have given so far.
+  // Bytes that reads have returned so far.
   [[nodiscard]] std::uint64_t read_bytes() const { return read_bytes_; }
 
   // A read fills the first buffer that is not empty, at most.
@@ -156,8 +156,8 @@ class Transport {
   }
 
  private:
-  // TLS handles messages of its own (new keys, sessions) without end before it has something for a
-  // read. An honest peer sends some at the beginning, then one in millions of records.
+  // TLS handles messages of its own (new keys, sessions) endlessly before it has data for a read.
+  // An honest peer sends some at the beginning, then one in millions of records.
   static constexpr std::uint64_t kTlsMessages = 16;
   static constexpr std::uint64_t kBytesOfTlsMessage = 1 << 20;
   static void on_tls_message(int sent, int version, int kind, const void* message,
@@ -167,7 +167,7 @@ class Transport {
   using Ahead = std::array<unsigned char, kAheadBytes>;
   static constexpr std::string_view kHeaderEnd = "\r\n\r\n";
 
-  static constexpr std::size_t kPieces = 64;  // IOV_MAX is more; Asio takes so many
+  static constexpr std::size_t kPieces = 64;  // Asio's limit; IOV_MAX is more
   struct CountedRead;
 
   void start_read(asio::mutable_buffer into, IoHandler handler);
@@ -183,19 +183,19 @@ class Transport {
 
   using Record = std::array<unsigned char, kRecordBytesMax>;
   TcpSocket socket_;
-  asio::steady_timer waits_;  // a read
+  asio::steady_timer waits_;  // delays a read
   std::function<std::optional<Clock::time_point>()> wait_until_;
   std::uint64_t read_bytes_ = 0;
-  std::size_t header_end_ = kHeaderEnd.size();  // so much of it was read
+  std::size_t header_end_ = kHeaderEnd.size();  // characters of kHeaderEnd that were read
   std::shared_ptr<asio::ssl::context> context_;
   std::unique_ptr<Tls> tls_;
   bool tls_open_ = false;                           // the handshake is over
-  std::uint64_t tls_messages_ = 0;                  // since then
-  bool floods_ = false;                             // by too many of them
+  std::uint64_t tls_messages_ = 0;                  // received since then
+  bool floods_ = false;                             // the peer sent too many of them
   std::array<asio::const_buffer, kPieces> pieces_;  // of the write under way
   std::unique_ptr<Record> record_;
   std::unique_ptr<Ahead> ahead_;
-  std::size_t ahead_begin_ = 0;  // what is left of it
+  std::size_t ahead_begin_ = 0;  // the part that is left
   std::size_t ahead_end_ = 0;
 };
 
