@@ -11,7 +11,7 @@
 namespace {
 
 constexpr auto kAnswerTime = std::chrono::seconds(10);
-// One byte more, so that what is cut is not taken for a status.
+// One byte more than a status may have, so that a cut answer is not taken for one.
 constexpr std::size_t kAnswerBytesMax = connect_bridge::kStatusBytesMax + 1;
 constexpr std::size_t kProblemBytesMax = 200;
 

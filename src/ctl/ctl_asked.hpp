@@ -1,4 +1,4 @@
-// A question to the status of a running side.
+// One request for the status of a running side.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -8,23 +8,23 @@
 
 #include "core/base/json.hpp"
 
-// The answer to one question, of which reading goes on. Whoever answers gives no more than is kept
-// of it here.
+// The answer to one request, which is read piece by piece. A limit bounds the bytes that are kept
+// of it.
 class Asked {
  public:
-  // `where`: "127.0.0.1:9091", or the file of a socket, with a slash.
+  // `where`: "127.0.0.1:9091", or a socket file with a slash in its name.
   Asked(const std::string& where, const std::string& path);
 
-  // Why there is no answer, for people; empty: there is one.
+  // Reason why there is no answer, for people; empty: there is one.
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  // All of it.
+  // The rest of the answer, up to kStatusBytesMax + 1 bytes.
   [[nodiscard]] std::string rest();
-  // Of a stream of events. Null: there is none.
+  // The next event of a stream. Null: there is none within 10 s.
   [[nodiscard]] connect_bridge::Json next_event();
 
  private:
   std::iostream& stream();
-  // Without its end; false: there is none, or it is longer than anybody says.
+  // Reads a line without its end; false: there is none, or it is longer than the limit.
   bool line(std::string& text);
 
   boost::asio::local::stream_protocol::iostream file_;

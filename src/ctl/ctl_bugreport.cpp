@@ -40,12 +40,12 @@ struct Section {
 };
 
 struct BugreportOrder {
-  std::vector<std::string> files;  // parameter files beside those that running programs have
+  std::vector<std::string> files;  // parameter files beside those of running programs
   std::string output;              // empty: a name with the time, in the present folder
 };
 
 constexpr const char* kNodes[] = {"/connect_server", "/connect_client"};
-constexpr std::size_t kLogBytes = 512 << 10;  // the end of each
+constexpr std::size_t kLogBytes = 512 << 10;  // bytes from the end of each log
 constexpr std::size_t kLogsMax = 6;
 constexpr std::size_t kSecretFileBytesMax = 64 << 10;
 
@@ -64,7 +64,7 @@ Look through it before it is sent: topics, addresses and names of people are not
 Each part begins with a line of ==== and its name.
 )";
 
-// A parameter file, and the folders from which its relative names are read: of the programs that
+// A parameter file, and the folders to which its relative names belong: those of the programs that
 // use it, or of this one.
 struct ConfigurationFile {
   fs::path file;
@@ -91,7 +91,7 @@ std::vector<ConfigurationFile> parameter_files(const BugreportOrder& order,
   return files;
 }
 
-// What stands in the files that hold tokens may stand elsewhere by mistake.
+// Secrets in files of tokens and keys may stand elsewhere by mistake.
 void learn_files(Scrubber& scrubber, const ParameterMap& parameters, const fs::path& folder) {
   constexpr std::size_t kWordMin = 12;  // shorter ones are names of members
   for (const char* key :
@@ -105,8 +105,8 @@ void learn_files(Scrubber& scrubber, const ParameterMap& parameters, const fs::p
   }
 }
 
-// A key that is not known here is a mistake in a section of ours, and its value may be a secret; in
-// a section of another program it is that program's.
+// An unknown key in a section of ours is a mistake, and its value may be a secret. In another
+// program's section it is that program's key.
 bool is_ours(const std::string& section, const std::vector<Program>& programs) {
   const auto matches = [&](const std::string& node) {
     return ros::node_name_matches(section, node);
@@ -116,7 +116,7 @@ bool is_ours(const std::string& section, const std::vector<Program>& programs) {
                      [&](const Program& program) { return matches(program.node); });
 }
 
-// A file that is not understood is left out: who knows what is in it.
+// A file that cannot be parsed is left out, since it may contain anything.
 std::vector<Section> configuration(const std::vector<ConfigurationFile>& files,
                                    const std::vector<Program>& programs, Scrubber& scrubber) {
   for (const Program& program : programs) {
@@ -149,7 +149,7 @@ fs::path log_folder() {
   return fs::path(ros_home()) / "log";
 }
 
-// "server_PID_TIME.log" is what rcl calls the log of any program with this name.
+// rcl names the log of any program with such a name "server_PID_TIME.log".
 bool may_be_our_log(const std::string& name) {
   static const std::regex form("(server|client)_[0-9]+_[0-9]+[.]log");
   return std::regex_match(name, form);
@@ -157,7 +157,7 @@ bool may_be_our_log(const std::string& name) {
 
 bool is_log_of(const std::vector<Program>& programs, const std::string& name,
                const std::string& text) {
-  // Also of one that has ended, in any namespace.
+  // This matches programs that have exited, too, in any namespace.
   const auto logged_by = [&](std::string logger) {
     std::replace(logger.begin(), logger.end(), '/', '.');
     return text.find("[" + logger.substr(1) + "]") != std::string::npos ||
@@ -210,7 +210,7 @@ std::string command_lines(const std::vector<Program>& programs) {
   return text;
 }
 
-// A new file for its owner alone. What is wrong, or nothing.
+// Writes a new file for its owner alone. Returns the problem; empty: none.
 std::string write_new(const std::string& file, const std::string& bytes) {
   const int handle = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (handle < 0) return std::strerror(errno);

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "key:=value" or "node:key:=value" behind -p.
+// Reads "key:=value" or "node:key:=value" behind -p.
 std::optional<std::pair<std::string, std::string>> parameter_at(
     const std::vector<std::string>& words, std::size_t at) {
   if (at == 0 || (words[at - 1] != "-p" && words[at - 1] != "--param")) return std::nullopt;
@@ -50,7 +50,7 @@ std::string content_of(const fs::path& file, std::size_t end_bytes) {
   std::ostringstream all;
   all << in.rdbuf();
   std::string text = all.str();
-  // A line that is cut could hide a secret from who looks for whole ones.
+  // A cut line could hide a secret from the scrubber, which looks for whole ones.
   return is_cut ? text.substr(std::min(text.find('\n'), text.size() - 1) + 1) : text;
 }
 

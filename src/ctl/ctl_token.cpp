@@ -22,7 +22,7 @@ struct TokenRequest {
   std::string expires;  // a date in UTC; empty: never, or `days`
   int days = 0;         // from now on; 0: no limit
   std::string comment;
-  std::string file;     // the server's; empty: the entry is printed only
+  std::string file;     // the server's token file; empty: the entry is only printed
   bool remove = false;  // the identity's entries are removed from the file instead
 };
 
@@ -41,8 +41,8 @@ TokenEntry entry_of(const TokenRequest& request, const std::string& token) {
   return {request.identity, request.groups, expires, request.comment, sha256(view_of(token))};
 }
 
-// The token is written to standard output only, so that it can be redirected into a file; the entry
-// is appended to the file, or written to standard error.
+// The token goes to standard output alone, so that it can be redirected into a file. The entry is
+// appended to the server's file, or written to standard error.
 int make_token(const TokenRequest& request) {
   std::vector<std::string> names = request.groups;
   names.push_back(request.identity);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kFillerBytes = 8 << 10;
 constexpr auto kPullPeriod = std::chrono::milliseconds(2);
-constexpr Duration kSilence = std::chrono::seconds(30);  // a bad path is to be measured, too
+constexpr Duration kSilence = std::chrono::seconds(30);  // a bad path must be measurable, too
 
 Now now() {
   return {steady_now(), system_now(), 0};
@@ -36,7 +36,7 @@ SideOptions options_of(const BridgeParts& parts, const Probe::Options& options) 
   return side;
 }
 
-// A control message that changes nothing: members that a peer does not know are ignored
+// A control message that changes nothing: a peer ignores members that it does not know
 // (docs/protocol.md section 3).
 Payload make_filler() {
   std::string text = encode(Demand{{}, 0});
@@ -149,7 +149,7 @@ void Probe::carry_out(Action&& action) {
           },
           [&](CreateMirror& a) {
             boost::asio::post(io_, [this, made = MirrorMade{a.id, next_gid()}] { handle(made); });
-            if (a.topic.find("/_") != std::string::npos) return;  // of bridges among themselves
+            if (a.topic.find("/_") != std::string::npos) return;  // bridges use it among themselves
             topics_[a.topic] = a.type;
             if (mirrors_.insert(a.id).second && load_.receive) show_graph();
           },
@@ -160,7 +160,7 @@ void Probe::carry_out(Action&& action) {
           [&](DecompressJob& a) { workers_.add(std::move(a)); },
           [&](CompressJob& a) { workers_.add(std::move(a)); },
           [&](CancelJob& a) { workers_.cancel(a.job); }, [&](Stopped&) { network_.stop(); },
-          [&](const auto&) {},  // of a graph that is not there
+          [&](const auto&) {},  // actions for a graph that does not exist here
       },
       action);
 }
@@ -171,7 +171,7 @@ Gid Probe::next_gid() {
   return gid;
 }
 
-// A listener of every topic that is offered, or of none.
+// Shows the side a listener of every offered topic, or of none.
 void Probe::show_graph() {
   GraphChanged graph;
   for (const auto& [name, type] : topics_) {
@@ -212,7 +212,7 @@ std::optional<Packet> Probe::next_packet(ConnectionId id, const Repairs& repairs
   return open_ ? filler() : std::nullopt;
 }
 
-// At the rate that is asked for, at most what TCP takes.
+// The next message of the load, at the requested rate, or as fast as TCP takes it if that is less.
 std::optional<Packet> Probe::filler() {
   static const Payload text = make_filler();
   const auto rate = static_cast<double>(load_.send_bytes_per_second);

@@ -17,38 +17,38 @@
 
 namespace connect_bridge {
 
-// What was seen in one span of time.
+// Measurements in one span of time.
 struct ProbeSpan {
   struct Sample {
-    Duration at{};  // of its answer, since the span began
+    Duration at{};  // time of its answer, since the span began
     Duration round_trip{};
     Duration offset{};  // the server's clock minus ours
   };
   Duration took{};
   std::vector<Sample> samples;
-  std::uint64_t sent_bytes = 0;      // of the load that this side sent
-  std::uint64_t received_bytes = 0;  // of the topics that it received, uncompressed
-  std::uint64_t repeated = 0;        // segments that TCP of this side sent again
-  std::string ended;                 // why it ended before its time; empty: it did not
+  std::uint64_t sent_bytes = 0;      // load that this side sent
+  std::uint64_t received_bytes = 0;  // topics that it received, uncompressed
+  std::uint64_t repeated = 0;        // segments that this side's TCP sent again
+  std::string ended;                 // reason why the span ended early; empty: it did not
 };
 
-// It is a client like any other: it needs a login, and it gets no more than the server's rules give
-// that. Round trips are of the protocol's time requests, which overtake what else this side sends.
-// Thread: that of the caller, which each call blocks.
+// A probe is a client like any other: it needs a login, and gets no more than the server's rules
+// give that login. Round trips are those of the protocol's time requests, which overtake other data
+// of this side. Thread: that of the caller, which each call blocks.
 class Probe {
  public:
   struct Options {
-    Duration interval = std::chrono::milliseconds(200);  // of time requests
-    std::vector<Pattern> topics = {};                    // that may be received
-    bool logs_in = true;  // false: only the way to the server, up to its WebSocket, is tried
+    Duration interval = std::chrono::milliseconds(200);  // between time requests
+    std::vector<Pattern> topics = {};                    // topics that may be received
+    bool logs_in = true;  // false: tries only the path to the server, up to its WebSocket
   };
-  // What this side does beside asking for the time.
+  // Traffic of this side beside the time requests.
   struct Load {
-    std::uint64_t send_bytes_per_second = 0;  // 0: nothing
-    bool receive = false;                     // the topics, as a subscriber does
+    std::uint64_t send_bytes_per_second = 0;  // 0: none
+    bool receive = false;                     // receives the topics, as a subscriber does
   };
 
-  // `parts`: of a client.
+  // `parts`: those of a client.
   Probe(BridgeParts parts, Options options);
 
   // Dials and, if it is to, logs in. Why it cannot, within this time; nothing: it can.
@@ -56,8 +56,9 @@ class Probe {
   // `each`: called with every sample, as it comes; may be empty.
   [[nodiscard]] ProbeSpan measure(Duration time, const Load& load,
                                   const std::function<void(const ProbeSpan::Sample&)>& each = {});
-  // Topics that the server offers of those that were asked for.
+  // Number of requested topics that the server offers.
   [[nodiscard]] std::size_t topics() const { return topics_.size(); }
+  // Stops the side and closes the connection; takes at most 1 s.
   void close();
 
  private:
@@ -70,7 +71,7 @@ class Probe {
   [[nodiscard]] std::optional<Packet> next_packet(ConnectionId id, const Repairs& repairs);
   [[nodiscard]] std::optional<Packet> filler();
   void set_timer();
-  // Until the time is over, or `done`.
+  // Runs until the time is over, or `done`.
   template <class Done>
   void run_for(Duration time, Done done);
 
@@ -79,8 +80,8 @@ class Probe {
   Side side_;
   Network network_;
   boost::asio::steady_timer timer_;
-  boost::asio::steady_timer pulls_;            // the load
-  std::map<std::string, std::string> topics_;  // their types
+  boost::asio::steady_timer pulls_;            // for the load
+  std::map<std::string, std::string> topics_;  // names and types
   std::set<MirrorId> mirrors_;                 // of these topics
   std::uint64_t gids_ = 0;
   ConnectionId connection_{};

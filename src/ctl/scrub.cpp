@@ -32,7 +32,7 @@ bool begins(std::string_view text, std::size_t at, std::string_view with) {
   return text.substr(at, with.size()) == with;
 }
 
-// What was hidden before is part of its word.
+// Text that was hidden before is part of its word.
 std::size_t word_end(std::string_view text, std::size_t from) {
   while (from < text.size()) {
     if (begins(text, from, kGone)) {
@@ -46,7 +46,7 @@ std::size_t word_end(std::string_view text, std::size_t from) {
   return from;
 }
 
-// What begins here and is to go: from where to where; nullopt: nothing.
+// The range of text to hide.
 struct Span {
   std::size_t from = 0;
   std::size_t to = 0;
@@ -65,7 +65,7 @@ std::optional<Span> pem_at(std::string_view text, std::size_t at) {
   return Span{at, last == std::string_view::npos ? text.size() : last + kLast.size()};
 }
 
-// Three parts with dots, as a JWT has it: the first is a JSON object in base64.
+// A token of three parts with dots, as a JWT: the first part is a JSON object in base64.
 std::optional<Span> jwt_at(std::string_view text, std::size_t at) {
   if (!begins(text, at, "eyJ")) return std::nullopt;
   const std::size_t first = skip(text, at, is_of_token);
@@ -80,8 +80,8 @@ std::optional<Span> word_behind(std::string_view text, std::size_t at, std::stri
   return Span{at + mark.size(), word_end(text, at + mark.size())};
 }
 
-// Where the host of an address begins that has its "://" before `at`: what is before may contain
-// any sign but those that cannot stand in one, and the last @ before a slash ends it.
+// The beginning of an address's host, for `at` behind its "://". The user before the host may
+// contain any sign but those that no address has; the last @ before a slash ends it.
 std::size_t host_of(std::string_view text, std::size_t at) {
   constexpr std::string_view kNeverInOne = "/\"'<>`";
   std::size_t host = at;
@@ -101,7 +101,7 @@ std::optional<Span> secret_at(std::string_view text, std::size_t at) {
   return jwt_at(text, at);
 }
 
-// Copies a text without its spans, which come in their order.
+// Copies a text and hides spans in it, which come in their order.
 class Copy {
  public:
   explicit Copy(std::string_view text) : text_(text) {}
@@ -121,7 +121,8 @@ class Copy {
   std::size_t at_ = 0;
 };
 
-// Of an address what is before its host, and behind its path. Where it ends.
+// Hides the user of an address, and its query or fragment. Returns the place where the address
+// ends.
 std::size_t scrub_address(std::string_view text, std::size_t at, Copy& copy) {
   const std::size_t host = host_of(text, at);
   if (host > at) copy.without({at, host - 1});
@@ -157,7 +158,7 @@ void Scrubber::learn_address(std::string_view address) {
   }
 }
 
-// Options of a plugin are "user=anna password=...", and a log has one of them alone.
+// Options of a plugin are "user=anna password=...", and a log may have one of them alone.
 void Scrubber::learn_words(std::string_view secret) {
   constexpr std::string_view kBetween = " \t\r\n=:,;&\"'";
   for (std::size_t at = 0; at < secret.size();) {

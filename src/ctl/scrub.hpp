@@ -1,4 +1,4 @@
-// Takes secrets out of texts that are given to others.
+// Hides secrets in texts that are given to others.
 #pragma once
 
 #include <set>
@@ -9,24 +9,25 @@
 
 namespace connect_bridge {
 
-// What is known to be secret goes wherever it stands, and what looks like a secret (keys in PEM,
-// tokens of three parts, "Bearer ...", user and query of an address, an invitation's code). Pins,
-// hashes of types and names of people stay.
+// Hides known secrets anywhere, and text that looks like a secret: keys in PEM, tokens of three
+// parts, "Bearer ...", user and query of an address, an invitation's code. Pins, hashes of types
+// and names of people stay.
 class Scrubber {
  public:
-  // Secrets that these parameters hold, whole and each word of them: of secret keys and of those
-  // that are not known here, but for ROS's own, and in addresses.
+  // Learns the secrets in these parameters, whole and each word of them: values of secret keys,
+  // values of keys that are neither known here nor ROS's own, and secrets in addresses.
   void learn(const ParameterMap& parameters);
-  // Shorter ones than kLeast would also take what is none.
+  // Learns one secret. Those shorter than kLeast are ignored, since harmless text would match them.
   void learn(std::string_view secret);
 
+  // The text with "(hidden)" in place of each secret.
   [[nodiscard]] std::string scrubbed(std::string_view text) const;
 
   static constexpr std::size_t kLeast = 6;
 
  private:
   void learn_words(std::string_view secret);
-  // The password and the parts of the query.
+  // Learns the password and the parts of the query.
   void learn_address(std::string_view address);
 
   struct LongestFirst {
@@ -36,8 +37,8 @@ class Scrubber {
   std::set<std::string, LongestFirst> known_;
 };
 
-// The parameters as YAML for others, one a line. Values of secret keys and of keys that are not
-// known here are left out, and what may be secret in an address.
+// The parameters as YAML for others, one a line. Left out are values of secret keys and of keys
+// that are not known here, and parts of addresses that may be secret.
 [[nodiscard]] std::string parameters_to_show(const ParameterMap& parameters);
 
 }  // namespace connect_bridge

@@ -5,8 +5,8 @@
 namespace connect_bridge {
 namespace {
 
-// Counts; false ends it. A tree is built and freed by recursion, so that its depth must be bounded
-// before.
+// Counts values and depth; false ends the scan. A tree is built and freed by recursion, so its
+// depth must be bounded first.
 class Measure final : public nlohmann::json_sax<Json> {
  public:
   bool null() override { return add(); }

@@ -36,7 +36,7 @@ constexpr const char* kSettings[] = {
     "vm/overcommit_memory",
 };
 
-// No token is among them (CONNECT_BRIDGE_TOKEN).
+// The variable with the token (CONNECT_BRIDGE_TOKEN) is not in this list.
 constexpr const char* kVariables[] = {
     "ROS_DISTRO",
     "ROS_VERSION",
@@ -68,7 +68,8 @@ std::string fact(std::string_view name, std::string_view value) {
   return fmt::format("{}: {}\n", name, value.empty() ? "(not known)" : value);
 }
 
-// Of a variable. A configuration that stands in it may hold a password: then only that it does.
+// The line of a variable. A configuration inside a variable may hold a password: then the line has
+// only "(set, inline)".
 std::string of_variable(const std::string& name) {
   const char* const given = std::getenv(name.c_str());
   const std::string_view value = given != nullptr ? given : "(not set)";

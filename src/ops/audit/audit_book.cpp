@@ -20,7 +20,7 @@ const RankTraits& traits_of(AuditRank rank) {
       {"refused_calls", {500, milliseconds(200)}},
       {"logins", {1000, milliseconds(200)}},
       {"channels", {5000, milliseconds(100)}},
-      {"strangers", {100, milliseconds(2000)}},  // all together
+      {"strangers", {100, milliseconds(2000)}},  // unauthenticated connections, all together
   }};
   return kTraits.at(static_cast<std::size_t>(rank));
 }
@@ -69,7 +69,7 @@ AuditBook::Account* AuditBook::take(const Audit& line, TimePoint now, bool may_w
   return &account;
 }
 
-// Of all strangers' lines one address gets half.
+// One address gets half of the pace of all unauthenticated connections.
 bool AuditBook::has_turn(Account& account, const Audit& line, TimePoint now) {
   if (account.rank != AuditRank::kStrangers) return account.pace.take(now);
   const std::string host = line.address.substr(0, line.address.rfind(':'));

@@ -14,34 +14,34 @@
 
 namespace connect_bridge {
 
-// What does not take each other's place in the log.
+// Kinds of lines that do not take each other's place in the log.
 enum class AuditRank : std::uint8_t {
-  kOwn,        // of this side itself
+  kOwn,        // of this side
   kCalls,      // calls and goals
-  kRefusals,   // of calls and goals
-  kLogins,     // of a link: its login, what changes that, its end
+  kRefusals,   // refused calls and goals
+  kLogins,     // of a link: its login, changes of that, its end
   kChannels,   // offered, declined, demanded
-  kStrangers,  // connections without a login, all together
+  kStrangers,  // unauthenticated connections, all together
 };
 
 [[nodiscard]] AuditRank rank_of(const Audit& line);
-// As docs/security.md calls it.
+// The rank's word in docs/security.md.
 [[nodiscard]] const char* word_of(AuditRank rank);
 
 // Peers cause most lines, as often as they like. So each identity has a pace for each rank, and a
-// share of the room in which lines of that rank wait for the disk; strangers have one of all
-// together, of which an address gets half. Lines beyond that are left out and counted. Pure; not
-// thread-safe.
+// share of the room for lines of that rank that wait for the disk. Unauthenticated connections
+// share one pace, of which an address gets half. Lines beyond that are left out and counted. Pure;
+// not thread-safe.
 class AuditBook {
  public:
-  // Lines of a rank that wait: an identity has no more than it leaves free, so alone half of them,
-  // beside another one a third; and in any case a few.
+  // Room for the waiting lines of a rank. An identity gets no more than it leaves free, so half of
+  // it alone, and a third beside another one; and always kSureMax.
   static constexpr std::size_t kWaitingMax = 16'384;
   static constexpr std::size_t kSureMax = 64;
-  static constexpr std::size_t kAccountsMax = 4096;  // beyond these the rest of a rank shares one
+  static constexpr std::size_t kAccountsMax = 4096;  // further identities share one per rank
   static constexpr Duration kTellPeriod = std::chrono::seconds(10);
 
-  // An identity in one rank; stays while a line of it waits.
+  // The account of an identity in one rank; stays while a line of it waits.
   struct Account {
     AuditRank rank;
     Pace pace;
@@ -55,17 +55,18 @@ class AuditBook {
   // One line of the account is in the file.
   void written(Account& account);
 
+  // Number of lines of one identity and rank that were left out.
   struct LeftOut {
     std::string identity;
     AuditRank rank = AuditRank::kOwn;
     std::uint64_t lines = 0;
   };
-  // How many lines were left out and not reported yet; each identity and rank at most once in
-  // kTellPeriod. `all`: also before that time, at the end.
+  // Counts of lines that were left out and are not in the log yet; each identity and rank at most
+  // once in kTellPeriod. `all`: also before that time, at the end.
   [[nodiscard]] std::vector<LeftOut> take_left_out(TimePoint now, bool all = false);
 
  private:
-  using Key = std::pair<AuditRank, std::string>;  // of an identity
+  using Key = std::pair<AuditRank, std::string>;  // rank and identity
   [[nodiscard]] Account& account_of(const Audit& line);
   [[nodiscard]] bool has_turn(Account& account, const Audit& line, TimePoint now);
 

@@ -30,7 +30,7 @@ bool AuditFile::is_in_place() const {
 std::string AuditFile::open() {
   if (is_in_place()) return {};
   close();
-  // Does not follow a link that others put there, and does not wait for a pipe.
+  // These flags do not follow a link that others put there, and do not wait for a pipe.
   const int flags = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
   file_ = ::open(name_.c_str(), flags, kOwnerOnly);
   if (file_ < 0) return cannot("open", name_);

@@ -6,8 +6,8 @@
 
 namespace connect_bridge {
 
-// Appends lines. Readable for its owner only (mode 0600). Where others have renamed or removed it,
-// a new one is begun. Blocks as long as the disk does. Not thread-safe.
+// Appends lines to a file that only its owner may read (mode 0600). If others have renamed or
+// removed the file, a new one is begun. Blocks as long as the disk does. Not thread-safe.
 class AuditFile {
  public:
   explicit AuditFile(std::string file) : name_(std::move(file)) {}
@@ -15,10 +15,11 @@ class AuditFile {
   AuditFile(const AuditFile&) = delete;
   AuditFile& operator=(const AuditFile&) = delete;
 
-  // Opens it if needed. Returns what is wrong: not a regular file, it belongs to somebody else, the
-  // folder does not exist ...; empty: nothing.
+  // Opens the file if needed. Returns the problem: it is not a regular file, it belongs to somebody
+  // else, the folder does not exist ...; empty: none.
   [[nodiscard]] std::string open();
-  // As open(), or that the disk is full ...: then none of the lines is in the file.
+  // Writes all lines or none. Returns the problem, of open() or of the disk (full ...); empty:
+  // none.
   [[nodiscard]] std::string write(const std::string& lines);
 
  private:

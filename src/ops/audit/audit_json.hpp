@@ -9,14 +9,13 @@
 
 namespace connect_bridge {
 
-// "2026-11-22T16:30:00.123Z", UTC (RFC 3339).
+// A time in UTC by RFC 3339: "2026-11-22T16:30:00.123Z".
 [[nodiscard]] std::string rfc3339(std::chrono::system_clock::time_point time);
 
-// One line with its end. Whatever the strings contain, the result is one line of printable ASCII:
-// JSON escapes the rest, bytes that are no UTF-8 are replaced, and a string is cut off after 512
-// bytes.
+// One line with its end. For any content of the strings, the result is one line of printable ASCII:
+// JSON escapes the rest, invalid UTF-8 is replaced, and a string is cut off after 512 bytes.
 [[nodiscard]] std::string to_line(const Audit& audit, std::chrono::system_clock::time_point time);
-// The line that says how many lines of somebody are missing before it.
+// The line with the number of an identity's lines that are missing before it.
 [[nodiscard]] std::string to_line(const AuditBook::LeftOut& left_out,
                                   std::chrono::system_clock::time_point time);
 

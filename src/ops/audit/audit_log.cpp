@@ -9,7 +9,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr auto kLookPeriod = std::chrono::seconds(1);  // also until a failed write is tried again
+constexpr auto kLookPeriod = std::chrono::seconds(1);  // also until a failed write is repeated
 constexpr std::size_t kBatchMax = 256;                 // lines
 constexpr char kHangs[] = "the disk has not taken a line for two seconds";
 
@@ -74,7 +74,7 @@ void AuditLog::run() {
   for (bool over = false; !over;) {
     {
       std::unique_lock lock(mutex_);
-      // What could not be written is tried again after a while.
+      // A failed write is repeated after a while.
       changed_.wait_for(lock, kLookPeriod,
                         [&] { return ending_ || (text_.empty() && !waiting_.empty()); });
       if (text_.empty()) take_batch();
@@ -95,7 +95,7 @@ void AuditLog::run() {
   }
 }
 
-// Behind the lines of the others, so that it counts those that were left out before.
+// Counts of left-out lines follow the lines of the batch, so that they cover everything before.
 void AuditLog::take_batch() {
   while (!waiting_.empty() && batch_.size() < kBatchMax) {
     const Entry& entry = waiting_.front();

@@ -16,34 +16,34 @@
 
 namespace connect_bridge {
 
-// A disk that is slow, full or gone delays nothing: lines wait for it, as many as the book allows.
+// A slow, full or missing disk delays nothing: lines wait for it, as many as the book allows.
 class AuditLog {
  public:
   // A write that takes longer counts as a problem.
   static constexpr Duration kHangTime = std::chrono::seconds(2);
 
   struct Counts {
-    std::uint64_t lines = 0;     // written
+    std::uint64_t lines = 0;     // that were written
     std::uint64_t left_out = 0;  // too many for their pace, or for the room to wait
-    std::string problem;         // why nothing can be written now; empty: none
+    std::string problem;         // reason why nothing can be written now; empty: none
   };
 
   using Tell = std::function<void(bool works, const std::string&)>;
-  // Writes all lines or none. Returns what is wrong.
+  // Writes all lines or none. Returns the problem; empty: none.
   using Write = std::function<std::string(const std::string& lines)>;
 
-  // `tell` is called when writing begins to fail (with what fails, for people) or works again: from
-  // the log's thread, or from that of add() when a write hangs.
+  // `tell` is called when writing begins to fail (with the problem, for people) or works again. It
+  // runs on the log's thread, or on that of add() when a write hangs.
   AuditLog(std::string file, Tell tell);
-  // For tests: `write` instead of a file's.
+  // For tests: `write` replaces the file.
   AuditLog(Write write, Tell tell);
-  // Writes what waits; what cannot be written then is lost.
+  // Writes waiting lines; those that cannot be written then are lost.
   ~AuditLog();
   AuditLog(const AuditLog&) = delete;
   AuditLog& operator=(const AuditLog&) = delete;
 
-  // Any thread, as the others; never blocks for the disk. False: the line is left out; `surely`:
-  // also while nothing can be written.
+  // Adds a line; never blocks for the disk. Any thread may call this and the other members. False:
+  // the line is left out; with `surely`, also while nothing can be written.
   bool add(Audit line, bool surely = false);
   [[nodiscard]] Counts counts() const;
 
@@ -63,8 +63,8 @@ class AuditLog {
   std::condition_variable changed_;
   AuditBook book_;
   std::deque<Entry> waiting_;
-  std::string text_;  // of the thread: being written, or could not be written yet
-  std::vector<AuditBook::Account*> batch_;  // whose lines are in it
+  std::string text_;  // of the thread: text that is being written, or could not be written yet
+  std::vector<AuditBook::Account*> batch_;  // accounts of its lines
   std::optional<TimePoint> writing_since_;  // a write is under way
   Counts counts_;
   bool ending_ = false;
