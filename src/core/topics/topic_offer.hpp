@@ -1,4 +1,5 @@
 // One local topic on one link.
+// One unit: demand, limits and the queue of the channel decide together about each sample.
 #pragma once
 
 #include <deque>

@@ -125,9 +125,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.identity = "anna";
   link.open = true;
   link.open_for = std::chrono::milliseconds(61'900);
-  link.sent_bytes = 1;
-  link.received_bytes = 2;
-  link.queued_bytes = 3;
+  link.sent_bytes = 1, link.received_bytes = 2, link.queued_bytes = 3;
   link.unacknowledged_bytes = 4;
   link.memory_bytes = 6;
   link.rate = 2250000;
