@@ -1,4 +1,4 @@
-// What the links of one identity have together.
+// Limits and counts that the links of one identity share.
 #pragma once
 
 #include <cstddef>
@@ -19,26 +19,26 @@
 namespace connect_bridge {
 
 struct AccountOptions {
-  // Publishers and services of its peers that may appear here: so many at once, then one in each
-  // period. The same limit applies to subscriptions, counted separately.
+  // Publishers and services of the identity's peers that may appear here: this many at once, then
+  // one in each period. The same limit applies to subscriptions, counted separately.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
-  // Links that are ended for an offence: so many at once. For each further one the next login waits
-  // for a period.
+  // Links that are closed for an offence: this many at once. For each further one the next login
+  // waits for a period.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // What a peer takes back of what it has had made here; kBurst seconds' worth at once. The largest
-  // graph that may be offered takes back some 11,000 when all of it ends: more than ten such ends
-  // may come together.
+  // Things made here for a peer that the peer takes back; kBurst seconds' worth at once. The
+  // largest graph that may be offered takes back some 11,000 when all of it ends: more than ten
+  // such ends may come together.
   int ends_per_second = 1000;
   // Mirrors of all peers together that may exist here: publishers; and services.
   std::uint64_t mirrors_max = 16384;
   std::uint64_t services_max = 16384;
-  // What all peers together may make this side hold, in bytes.
+  // Memory that all peers together may make this side hold, in bytes.
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
 
-// What all identities share. Single-threaded.
+// Limits that all identities share. Single-threaded.
 struct Shares {
   explicit Shares(const AccountOptions& options)
       : memory(options.memory_bytes_max),
@@ -46,7 +46,7 @@ struct Shares {
         service_places(options.services_max),
         listened(kListenedMax) {}
 
-  // Topics that nobody publishes here and that are subscribed for listeners of all peers.
+  // Limit of topics without a publisher here that are subscribed for listeners of all peers.
   static constexpr std::uint64_t kListenedMax = 1024;
 
   Budget memory;
@@ -54,18 +54,18 @@ struct Shares {
   Budget service_places;
   Budget listened;
   Appearing appearing;
-  // The limits for so many identities together.
+  // Number of identities whose limits they may use together.
   static constexpr int kInflating = 4;
   InflationPace inflation{kInflating};
 };
 
-// Lines about calls that had no answer.
+// Limits for log lines about calls that had no answer.
 struct CallLines {
   LogLimit refusals, timeouts;
 };
 
-// An account outlives its links: who logs in again and again, or with many links, gets no more.
-// Single-threaded.
+// An account outlives its links: an identity that logs in again and again, or with many links, gets
+// no more. Single-threaded.
 struct Account {
   explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
       : memory(all ? &all->memory : nullptr),
@@ -87,7 +87,7 @@ struct Account {
   // Seconds whose worth may come at once.
   static constexpr int kBurst = 132;
   static constexpr int kMinute = 60;
-  // An attachment that needs a client costs as much as so many ends.
+  // An attach that needs a client costs as much as this many ends.
   static constexpr int kAttachCost = 5;
 
   // The longest time that an identity waits for its next login because of offences.
@@ -97,32 +97,32 @@ struct Account {
       static_cast<void>(offences.reserve(now.steady));
   }
 
-  // Whether a message of this size, with a body of so many bytes, may be decompressed now. If so,
-  // its growth beyond the usual is counted.
+  // May a message of this size, with a body of so many bytes, be decompressed now? If so, its
+  // growth beyond the usual is counted.
   [[nodiscard]] bool may_inflate(std::uint64_t raw_bytes, std::uint64_t body_bytes, TimePoint now) {
     return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }
 
-  const Payer time = std::make_shared<LoopTime>();  // of the loop, that its links have used
-  Budget memory;                                    // what its links hold
+  const Payer time = std::make_shared<LoopTime>();  // loop time that its links have used
+  Budget memory;                                    // bytes that its links hold
   Budget places;                                    // its publishers here
   Budget service_places;                            // its services here
-  Budget listened;            // topics that nobody publishes here and its peers listen to
+  Budget listened;            // topics without a publisher here that its peers subscribe to
   Budget early;               // samples for its peers that wait for the answer to an offer
   Appearing::Line mirrors;    // its publishers and services here
   Appearing::Line listeners;  // topics that are subscribed for its peers' listeners
-  Pace offences;              // for which its links were ended; while not free it may not log in
+  Pace offences;  // for which its links were closed; it may log in only while this is free
   InflationPace inflation{1};
-  // `accepts` of all links together; after a restart many links come at once.
+  // Paces `accepts` of all links together; after a restart many links come at once.
   Pace accepts{160, std::chrono::seconds(1)};
-  Pace asks{64, std::chrono::milliseconds(100)};  // that are answered, of all links together
-  Pace withdrawals;  // of one link: each has a copy of it, as it is at the start
-  Pace attaches;     // those that create a client, which takes the middleware about a millisecond
-  Pace demands;      // that ended
+  Pace asks{64, std::chrono::milliseconds(100)};  // answered ones, of all links together
+  Pace withdrawals;  // of one link: each link has a copy, as at the start
+  Pace attaches;     // creating a client takes the middleware about a millisecond
+  Pace demands;      // ended demands
   LogLimit lines{30, std::chrono::seconds(5)};  // of links that come and go, and renew their logins
   LogLimit declines;                            // of channels that were declined before
-  CallLines calls_served;                       // that its peers make here
-  CallLines calls_made;                         // to its peers
+  CallLines calls_served;                       // served here for its peers
+  CallLines calls_made;                         // made to its peers
   TellOnce told;
 
  private:
@@ -155,7 +155,7 @@ class Accounts {
   }
 
  private:
-  // Except accounts that must wait for their next login, or owe something.
+  // Forgets unused accounts, except those that must wait for their next login or owe something.
   void forget_unused() {
     std::erase_if(accounts_, [&](const auto& entry) {
       return entry.second.use_count() == 1 && entry.second->offences.idle(now_) &&
@@ -167,8 +167,8 @@ class Accounts {
   AccountOptions options_;
   Shares shares_;
   std::size_t kept_ = kUnusedMax;
-  TimePoint now_{};      // as of the last on_time()
-  TimePoint told_at_{};  // then what was told is looked at
+  TimePoint now_{};      // time of the last on_time()
+  TimePoint told_at_{};  // when records of lines that were logged once are next reviewed
   std::map<std::string, std::shared_ptr<Account>> accounts_;
 };
 

@@ -1,4 +1,4 @@
-// When to send the peer an acknowledgement of the bytes that have arrived (docs/protocol.md,
+// The time to send the peer an acknowledgement of the bytes that have arrived (docs/protocol.md,
 // "Acknowledgements").
 #pragma once
 
@@ -11,16 +11,16 @@
 namespace connect_bridge {
 
 // Belongs to one connection. The sender decides: an acknowledgement is due at once when a packet
-// asks for it. Otherwise it is due kAckDelay after the first unacknowledged data, and at once after
-// kAckBytesMax bytes of any kind, since all of them count against the sender's window.
+// requests one. Otherwise it is due kAckDelay after the first unacknowledged data, and at once
+// after kAckBytesMax bytes of any kind, since all of them count against the sender's window.
 class Acknowledger {
  public:
   static constexpr std::uint64_t kAckBytesMax = 1 << 20;
   static constexpr Duration kAckDelay = std::chrono::milliseconds(100);
 
   struct Contents {
-    bool data = false;  // there is more in it than acks and time frames
-    bool asks = false;  // for an acknowledgement
+    bool data = false;  // the packet holds more than acks and time frames
+    bool asks = false;  // the packet requests an acknowledgement
   };
   void on_packet(std::size_t bytes, Contents contents, TimePoint now) {
     received_ += bytes;
@@ -32,7 +32,7 @@ class Acknowledger {
     }
   }
 
-  // What to send, if an acknowledgement is due.
+  // The acknowledgement to send, if one is due.
   std::optional<AckFrame> take_due(TimePoint now) {
     if (!due_at_ || *due_at_ > now) return std::nullopt;
     due_at_.reset();

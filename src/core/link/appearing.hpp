@@ -1,4 +1,4 @@
-// What peers make appear in the local graph, one after another.
+// Endpoints that peers make appear in the local graph, one after another.
 #pragma once
 
 #include <algorithm>
@@ -15,19 +15,19 @@
 namespace connect_bridge {
 
 // Publishers, services and subscriptions that are to appear wait in lines, one for each identity
-// and pace. Each endpoint takes the middleware some 0.3 ms in which everything else waits, so one
-// comes at a time, and whoever has used least of the loop's time is next. What waits costs nothing.
-// Single-threaded; outlives its lines.
+// and pace. Each endpoint takes the middleware some 0.3 ms while everything else waits, so one
+// comes at a time. The identity that has used least of the loop's time is next. A waiting endpoint
+// costs nothing. Single-threaded; outlives its lines.
 class Appearing {
  public:
   class Line;
 
-  // What is to appear. It leaves its line when it ends.
+  // An endpoint that is to appear. It leaves its line when it is destroyed.
   class Waiting {
    public:
     Waiting(const Waiting&) = delete;
     Waiting& operator=(const Waiting&) = delete;
-    // Its turn has come: it asks again (Line::ask), or wants to appear no more.
+    // The turn has come: the endpoint asks again (Line::ask), or no longer wants to appear.
     virtual void appear(const Now& now) = 0;
 
    protected:
@@ -41,19 +41,20 @@ class Appearing {
       if (line_) line_->remove(*this);
     }
 
-    Line* line_ = nullptr;  // in which it waits
+    Line* line_ = nullptr;  // null: it does not wait
     std::list<Waiting*>::iterator place_;
   };
 
   enum class Answer {
-    kNow,   // it appears, and is counted
+    kNow,   // the endpoint appears, and is counted
     kSoon,  // it waits, as only a few appear in one step
-    kLate,  // the same, and said once: the identity makes more appear than its pace allows
+    kLate,  // it waits, and this is reported once: the identity makes more appear than its pace
+            // allows
   };
 
   class Line {
    public:
-    // Without `all` nobody gives turns: what may not appear at once waits for ever.
+    // Without `all` nobody gives turns: an endpoint that may not appear at once waits for ever.
     Line(Appearing* all, Payer payer, int at_once, Duration period)
         : all_(all), payer_(std::move(payer)), pace_(at_once, period) {}
     Line(const Line&) = delete;
@@ -103,17 +104,17 @@ class Appearing {
     const Payer payer_;
     Pace pace_;
     std::list<Waiting*> waiting_;
-    TimePoint since_{};  // of its last turn, or as long as something waits
+    TimePoint since_{};  // time of the last turn, or since when something waits
   };
 
-  // So many at once, as long as none waits, then one in each period: between two of them the loop
-  // does something else.
+  // `at_once` endpoints appear at once, as long as none waits, then one in each period. Between two
+  // of them the loop does other work.
   explicit Appearing(int at_once = 8, Duration period = std::chrono::microseconds(500))
       : pace_(at_once, period) {}
   Appearing(const Appearing&) = delete;
   Appearing& operator=(const Appearing&) = delete;
 
-  // Gives a turn if it is time. Packets of those who have used less come first.
+  // Gives a turn if it is time. Packets of identities that have used less loop time come first.
   void on_time(const LoopTurns& packets, const Now& now) {
     if (next_at_ > now.steady || pace_.free_at() > now.steady) return;
     Line* next = nullptr;
@@ -134,7 +135,7 @@ class Appearing {
     first.appear(now);
     turn_ = {};
   }
-  // When a turn may be given.
+  // The time of the next turn.
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     std::optional<TimePoint> first;
     for (const Line* const line : lines_) first = earliest(first, line->pace_.free_at());
@@ -144,8 +145,8 @@ class Appearing {
 
  private:
   Pace pace_;
-  TimePoint next_at_{};     // others come first until then
-  std::list<Line*> lines_;  // in which something waits
+  TimePoint next_at_{};     // other work comes first until then
+  std::list<Line*> lines_;  // lines in which an endpoint waits
   std::pair<const Line*, const Waiting*> turn_{};
 };
 

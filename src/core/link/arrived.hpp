@@ -1,4 +1,4 @@
-// What arrived of a link's topics, for when the link is back.
+// The state of arrival of a link's topics, for the link's return.
 #pragma once
 
 #include <algorithm>
@@ -15,21 +15,21 @@
 namespace connect_bridge {
 
 struct Arrived {
-  // Most entries of a link: one that breaks again and again may have other topics each time. A
-  // topic beyond that is not resumed.
+  // Limit of entries of a link: one that breaks again and again may have other topics each time. A
+  // topic beyond the limit is not resumed.
   static constexpr std::size_t kOriginsMax = 1024;
-  static constexpr std::uint64_t kOriginBytes = 80;  // in the set
+  static constexpr std::uint64_t kOriginBytes = 80;  // memory of one entry of the set
 
   std::uint32_t sequence = 0;  // of the last message
-  std::set<Gid> origins = {};  // their mirrors ended with the link: others may have them now
+  std::set<Gid> origins = {};  // their mirrors ended with the link: other bridges may have them now
   Budget::Hold held = {};
 };
-// By topic and type (local names), where the peer was asked to keep what does not arrive. With an
-// entry the topic goes on when the link is back.
+// Keyed by topic and type (local names). Holds topics for which the peer was asked to keep messages
+// that do not arrive. A topic with an entry resumes when the link is back.
 using ArrivedTopics = std::map<std::pair<std::string, std::string>, Arrived>;
 
-// The mirror of this origin ends with the link, of whose memory it takes a little; the topic does
-// not go on where there is none.
+// Notes that the mirror of this origin ends with the link, in a little of the link's memory.
+// Without room the topic does not resume.
 inline void note_end(ArrivedTopics& topics, const ArrivedTopics::key_type& topic, const Gid& origin,
                      Budget& memory) {
   const auto at = topics.find(topic);

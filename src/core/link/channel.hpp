@@ -1,6 +1,6 @@
-// The owner of a channel number. A link knows whose channel a number is, so an arrival is
-// dispatched once. Each side chooses the numbers of the channels on which it sends
-// (docs/protocol.md, "offer" and "attach").
+// The owner of a channel number. A link knows the owner of each number, so an arrival is dispatched
+// once. Each side chooses the numbers of the channels on which it sends (docs/protocol.md, "offer"
+// and "attach").
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace connect_bridge {
 
-// Why a channel of this side ends while its link goes on.
+// The reason why a channel of this side ends while its link goes on.
 struct Ending {
   std::string reason{};  // for the audit log
   std::string code{};    // code and reason are sent to the peer; empty: neither
@@ -34,14 +34,14 @@ struct ChannelFacts {
 };
 
 // A channel on which the peer sends: a topic or service that it offers, or its requests to a
-// service of ours. An error ends the connection with its code. It is registered in its link until
-// it is withdrawn or the connection is lost; when it ends earlier, it removes itself.
+// service of ours. An error closes the connection with its code. The channel is registered in its
+// link until it is withdrawn or the connection is lost; if it ends earlier, it removes itself.
 class IncomingChannel {
  public:
   virtual ~IncomingChannel() = default;
 
-  // Whether messages that answer this demand (its number) are accepted now. Bodies of other
-  // messages are not kept.
+  // Are messages that answer this demand (its number) accepted now? Bodies of other messages are
+  // not kept.
   [[nodiscard]] virtual bool wants(std::uint16_t) const { return true; }
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer ends the channel. The link has forgotten the number already. May destroy this object.
@@ -58,24 +58,24 @@ class IncomingChannel {
   }
 };
 
-// A number on which the peer may send, as its link keeps it.
+// The link's record of a number on which the peer may send.
 struct Incoming {
-  IncomingChannel* channel = nullptr;  // null: it was declined or has ended, what comes is dropped
-  bool offered = false;                // by the peer; else the peer's requests
+  IncomingChannel* channel = nullptr;  // null: declined or ended, so messages are dropped
+  bool offered = false;                // by the peer; else these are the peer's requests
   bool service = false;
   Reassembly::Stream stream{};
 };
 
-// What a demand says about one channel.
+// The demand of one message for one channel.
 struct ChannelDemand {
-  std::uint16_t number = 0;              // 0: it is not wanted any longer
-  bool resume = false;                   // what a lost connection loses is to be kept
-  std::optional<std::uint32_t> after{};  // goes on behind this sequence
-  bool live = false;                     // nothing that was published before
+  std::uint16_t number = 0;              // 0: not wanted any longer
+  bool resume = false;                   // the exporter keeps messages that a lost connection loses
+  std::optional<std::uint32_t> after{};  // the exporter goes on behind this sequence
+  bool live = false;                     // no messages from before the demand
 };
 
 // A channel on which this side sends: a topic or a service that it offers, or its requests to a
-// service of the peer. What does not concern it is ignored, or is an error of the peer.
+// service of the peer. A message of the wrong kind is ignored, or is an error of the peer.
 class OutgoingChannel {
  public:
   virtual ~OutgoingChannel() = default;
@@ -86,7 +86,7 @@ class OutgoingChannel {
     return Error{CloseCode::kIllegal, "attached to a channel that is no service"};
   }
   virtual Result<Nothing> on_forget(const Forget&, const Now&) { return Nothing{}; }
-  // The peer has all of a tracked message.
+  // The peer has received all of a tracked message.
   virtual void on_delivered(CallId, const Now&) {}
 };
 

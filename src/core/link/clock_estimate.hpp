@@ -12,9 +12,8 @@
 
 namespace connect_bridge {
 
-// Estimates the offset of the peer's clock. Of the last samples it uses the one with the shortest
-// round trip, because queues only add delay (RFC 5905 section 10, clock filter). Belongs to one
-// link.
+// Estimates the offset of the peer's clock. Uses the recent sample with the shortest round trip,
+// because queues only add delay (RFC 5905 section 10, clock filter). Belongs to one link.
 class ClockEstimate {
  public:
   struct Sample {
@@ -23,7 +22,8 @@ class ClockEstimate {
     Stamp at = 0;  // by our clock
   };
 
-  // `t4` is our system clock at the reply's arrival. Replies with impossible stamps are ignored.
+  // Adds a sample. `t4`: our system clock at the reply's arrival, in ns. Replies with impossible
+  // stamps are ignored.
   void add(const TimeReply& reply, Stamp t4) {
     if (!is_plausible(reply.t1) || !is_plausible(reply.t2) || !is_plausible(reply.t3)) return;
     if (reply.t3 < reply.t2 || t4 < reply.t1) return;
@@ -31,8 +31,8 @@ class ClockEstimate {
     if (round_trip < 0) return;
     const Stamp offset = ((reply.t2 - reply.t1) + (reply.t3 - t4)) / 2;  // mutant: clock_offset
     const Sample sample{Duration(offset), Duration(round_trip), t4};
-    // The true offset is within half a round trip of each sample. If that cannot be, one of the
-    // clocks was set between the two, and what was measured before is of no use.
+    // The true offset is within half a round trip of each sample. If both cannot be true, one clock
+    // was set between them, and earlier samples are of no use.
     if (known() && !agree(best(), sample)) count_ = next_ = 0;
     samples_[next_] = last_ = sample;
     ++total_;
@@ -44,9 +44,9 @@ class ClockEstimate {
   // Peer's system clock minus ours, of the best sample.
   [[nodiscard]] Duration offset() const { return best().offset; }
   [[nodiscard]] Duration round_trip() const { return best().round_trip; }
-  // The offset is true within this bound, as far as neither clock was set since the last reply.
+  // The offset is true within this bound, unless a clock was set since the last reply.
   [[nodiscard]] Duration error_bound() const { return (round_trip() + Duration(1)) / 2; }
-  // The last sample, and how many there were.
+  // The last sample, and the number of samples.
   [[nodiscard]] const Sample& last() const { return last_; }
   [[nodiscard]] std::uint64_t total() const { return total_; }
 
@@ -54,7 +54,7 @@ class ClockEstimate {
   // NTP adjusts a clock by at most this rate (500 ppm each, for two clocks).
   static constexpr std::int64_t kDriftPerSecond = 1'000'000;
 
-  // Whether both samples are possible without a change of one of the clocks.
+  // Are both samples possible without a change of one of the clocks?
   [[nodiscard]] static bool agree(const Sample& a, const Sample& b) {
     const Duration drift(std::abs(b.at - a.at) / std::nano::den * kDriftPerSecond);
     const Duration apart = a.offset > b.offset ? a.offset - b.offset : b.offset - a.offset;

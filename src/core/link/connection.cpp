@@ -6,7 +6,7 @@
 namespace connect_bridge {
 namespace {
 
-// The largest message that every peer takes that does not say otherwise (docs/protocol.md).
+// The largest message that every peer accepts unless it states another limit (docs/protocol.md).
 constexpr std::uint32_t kMessageBytesUntold = 64 << 20;
 constexpr Duration kProbeTimeMin = std::chrono::seconds(1);
 constexpr Duration kQuickTimePeriod = std::chrono::milliseconds(100);
@@ -73,7 +73,7 @@ void Connection::on_record(ByteView record, const Now& now) {
       auto login = decode_login(record);
       if (!login) return fail(login.error().code, login.error().message);
       state_ = State::kAuthenticating;
-      login_deadline_ = login_answered_by_;  // what takes time now is this side's login method
+      login_deadline_ = login_answered_by_;  // only this side's login method takes time now
       login_ = std::move(login).value();
       return;
     }
@@ -98,7 +98,7 @@ void Connection::on_authenticated(const Identity& identity, Token128 session, co
   if (state_ != State::kAuthenticating) return;
   peer_.identity = identity;
   peer_.session = session;
-  peer_.message_bytes_max = kMessageBytesUntold;  // until its "accepts" tells
+  peer_.message_bytes_max = kMessageBytesUntold;  // until its "accepts" gives a limit
   Welcome welcome;
   welcome.side = options_.side;
   welcome.session = session;
@@ -113,7 +113,7 @@ void Connection::on_authenticated(const Identity& identity, Token128 session, co
 
 void Connection::opened(const Now& now) {
   state_ = State::kOpen;
-  last_heard_ = now.steady;  // a login may think for longer than dead_after
+  last_heard_ = now.steady;  // a login may take longer than dead_after
   next_time_request_ = now.steady;
 }
 
@@ -124,7 +124,7 @@ Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
 }
 
 // Frames take effect one after the other, until one is wrong. The packet is acknowledged as a whole
-// and last, since the count includes it. One that holds only acknowledgements and time frames makes
+// and last, since the count includes it. A packet of acknowledgements and time frames alone makes
 // none due by its age: two idle sides would acknowledge each other's acknowledgements for ever.
 Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
   FrameReader reader(packet.view());
@@ -141,7 +141,7 @@ Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
     }
     auto data = on_frame(*next.value(), packet, now);
     if (!data) return data.error();
-    if (state_ != State::kOpen) return Nothing{};  // a message before has ended it
+    if (state_ != State::kOpen) return Nothing{};  // an earlier message has closed it
     contents.data = contents.data || data.value();
   }
   acknowledger_.on_packet(packet.size(), contents, now.steady);
@@ -184,7 +184,7 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
     return false;
   }
   const auto& reply = std::get<TimeReply>(frame);
-  if (std::erase(time_asked_, reply.t1) == 0) return false;  // not asked for, or long ago
+  if (std::erase(time_asked_, reply.t1) == 0) return false;  // never requested, or too long ago
   clock_.add(reply, now.system);
   user_->on_peer_time(reply, now.system);
   return false;

@@ -24,14 +24,14 @@ struct ConnectionOptions {
   Token128 side;     // our own id
   Token128 session;  // client: the session to continue, or zero
   std::string node;
-  Stamp expires = 0;                     // server: with the peer's certificate; 0: never
+  Stamp expires = 0;                     // server: when the peer's certificate expires; 0: never
   Identity server_is;                    // client
   std::string login_method;              // client
   Bytes credential;                      // client
   Duration login_timeout{};              // until the login is answered
-  std::optional<Duration> login_within;  // server: the peer shows its login sooner than that
+  std::optional<Duration> login_within;  // server: the peer must send its login sooner than that
   Duration dead_after{};
-  Duration time_period{};  // as LinkOptions says
+  Duration time_period{};  // see LinkOptions
   OutboxOptions outbox;
   ReassemblyOptions reassembly;
 };
@@ -47,24 +47,24 @@ struct Peer {
   std::uint32_t message_bytes_max = 0;
 };
 
-// Receives what arrives on an open connection, each thing once and immediately. An error ends the
-// connection with its code.
+// Receives each arrival on an open connection, once and immediately. An error closes the connection
+// with its code.
 class ConnectionUser {
  public:
-  // The channel to which a message goes; called before a byte of the message is kept. Null: the
-  // peer may not send on it. Valid until the channel gets the message, which may end it.
+  // The channel of a message; called before a byte of the message is kept. Null: the peer may not
+  // send on it. Valid until the channel gets the message, which may end the channel.
   [[nodiscard]] virtual Incoming* incoming(ChannelId channel) = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
-  // The peer has all of a tracked message.
+  // The peer has received all of a tracked message.
   virtual void on_delivered(const Outbox::Delivered& whole, const Now& now) = 0;
-  // The peer's ROS time, sampled; `t4` is our system clock at its arrival.
+  // A sample of the peer's ROS time; `t4` is our system clock at its arrival, in ns.
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
 
  protected:
   ~ConnectionUser() = default;
 };
 
-// Which packet is legal in which state is the table of docs/protocol.md section "States":
+// The legal packets of each state (docs/protocol.md section "States"):
 //
 //   state            text      binary
 //   kAwaitHello      illegal   hello
@@ -74,8 +74,8 @@ class ConnectionUser {
 //   kOpen            control   packet of frames
 //   kClosed          ignored   ignored
 //
-// After an error failure() says what is wrong. From then on the connection is kClosed and does
-// nothing, and its owner closes the WebSocket with that code. Not thread-safe.
+// After an error failure() returns it. From then on the connection is kClosed and does nothing, and
+// its owner closes the WebSocket with that code. Not thread-safe.
 class Connection {
  public:
   enum class State { kAwaitHello, kAwaitLogin, kAuthenticating, kAwaitWelcome, kOpen, kClosed };
@@ -83,12 +83,13 @@ class Connection {
   Connection(ConnectionOptions options, ConnectionId id, std::string address, const Now& now);
 
   void on_packet(bool text, const Payload& packet, const Now& now);
-  // Server: what the peer logs in with, once; answer with on_authenticated() or fail().
+  // Server: the login of the peer, once. The answer is on_authenticated() or fail().
   std::optional<Login> take_login() { return std::exchange(login_, std::nullopt); }
   // Server: the login is right. `session` names the link that is opened or continued.
   void on_authenticated(const Identity& identity, Token128 session, const Now& now);
-  // Gives an open connection its user; call it before the next input. `memory`: the budget for what
-  // the connection holds; it must outlive the connection. Null: only the connection's own limits.
+  // Gives an open connection its user; called before the next input. `memory`: the budget for all
+  // that the connection holds; it must outlive the connection. Null: only the connection's own
+  // limits.
   void carry(ConnectionUser& user, Budget* memory = nullptr) {
     user_ = &user;
     if (!memory) return;
@@ -107,10 +108,10 @@ class Connection {
 
   void send(const Control& message);
   void send(std::string text);  // an encoded control message
-  // A bound on the sum of both directions' buffers lives in OutboxOptions and ReassemblyOptions.
+  // OutboxOptions and ReassemblyOptions bound the buffers of both directions.
   Outbox& outbox() { return outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return outbox_; }
-  // How often the peer's clock is asked; the default is dead_after / 3.
+  // Sets the period of requests for the peer's clock; the default is dead_after / 3.
   void set_time_period(Duration period, const Now& now) {
     time_period_ = period;
     next_time_request_ = std::min(next_time_request_, now.steady + period);
@@ -121,7 +122,7 @@ class Connection {
   [[nodiscard]] bool may_have_packet() const {
     return !records_.empty() || (open() && outbox_.may_have_packet());
   }
-  // What next_packet() would give is not urgent.
+  // The result of next_packet() would not be urgent.
   [[nodiscard]] bool may_wait() const { return records_.empty() && open() && outbox_.may_wait(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
@@ -129,10 +130,10 @@ class Connection {
   [[nodiscard]] bool open() const { return state_ == State::kOpen; }
   [[nodiscard]] ConnectionId id() const { return id_; }
   [[nodiscard]] const Peer& peer() const { return peer_; }
-  // The peer sent its limit after the login.
+  // The peer has sent its limit after the login.
   void set_peer_message_bytes_max(std::uint32_t bytes) { peer_.message_bytes_max = bytes; }
   [[nodiscard]] const ClockEstimate& clock() const { return clock_; }
-  // When a silent peer counts as gone.
+  // The time at which a silent peer counts as gone.
   [[nodiscard]] TimePoint dead_at() const { return last_heard_ + options_.dead_after; }
   [[nodiscard]] std::uint64_t received_bytes() const { return acknowledger_.received_bytes(); }
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
@@ -143,9 +144,9 @@ class Connection {
   void on_welcome(ByteView record, const Now& now);
   Result<Nothing> on_control(ByteView text, const Now& now);
   Result<Nothing> on_frames(const Payload& packet, const Now& now);
-  // Whether the frame carried data (so that an acknowledgement is due).
+  // True: the frame carried data, so that an acknowledgement is due.
   Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now);
-  // Gives a complete message to the channel, which may end by that. Null: it is dropped.
+  // Gives a complete message to the channel, which may end then. Null: the message is dropped.
   Result<bool> on_data(IncomingChannel* channel, Result<std::optional<InMessage>> whole,
                        const Now& now);
   void opened(const Now& now);
@@ -154,9 +155,9 @@ class Connection {
   ConnectionOptions options_;
   ConnectionId id_;
   State state_;
-  std::optional<Login> login_;  // server: asked for and not yet taken
+  std::optional<Login> login_;  // server: received and not yet taken
   std::optional<Error> failure_;
-  ConnectionUser* user_ = nullptr;  // null until it carries a link
+  ConnectionUser* user_ = nullptr;  // null until the connection carries a link
   Peer peer_;
   TimePoint login_answered_by_;
   TimePoint login_deadline_;
@@ -165,8 +166,8 @@ class Connection {
   std::optional<TimePoint> probe_ends_at_;
   TimePoint next_time_request_{};
   Duration time_period_;
-  std::deque<Stamp> time_asked_;  // t1 of the requests without an answer
-  int quick_time_requests_ = 5;   // the first ones follow each other quickly
+  std::deque<Stamp> time_asked_;  // t1 of the requests without a reply
+  int quick_time_requests_ = 5;   // the first requests follow each other quickly
   std::deque<Payload> records_;   // login records waiting to be sent
   std::uint64_t sent_bytes_ = 0;
   Outbox outbox_;

@@ -1,4 +1,4 @@
-// When a client dials: exponential back-off with jitter, without end.
+// The times when a client connects: exponential back-off with jitter, without end.
 #pragma once
 
 #include <algorithm>
@@ -14,34 +14,37 @@ namespace connect_bridge {
 struct DialerOptions {
   Duration retry_min{};
   Duration retry_max{};
-  // The wait after a refused login, and up to half of it more at random. It doubles with each
+  // The wait after a refused login; up to half of it is added at random. The wait doubles with each
   // further refusal, kRefusalsSoon times, because each try costs kilobytes and a robot may pay by
   // the megabyte. It does not grow if the login could not be judged, or after many answers of
   // something that is no server of ours.
   Duration refused_retry = std::chrono::seconds(5);
-  // The wait after an answer of a server with another key than the pinned one, and up to half of it
-  // more at random. A change of the network ends it: there the address may be that of our server.
+  // The wait after a server answered with another key than the pinned one; up to half of it is
+  // added at random. A change of the network ends the wait: the address may then be that of our
+  // server.
   Duration other_key_retry = std::chrono::minutes(2);
 };
 
 enum class DialFailure : std::uint8_t {
   kGone,      // nobody answered, or a connection was lost
-  kAnswered,  // by a proxy without a server behind it, with a wrong certificate ...
-  kOtherKey,  // by a server that is not the one of our pins
+  kAnswered,  // a proxy without a server behind it answered, or a server with a wrong certificate,
+              // ...
+  kOtherKey,  // a server answered that is not the one of our pins
   kPutOff,    // the login could not be taken or judged now
-  kRefused,   // the login or the protocol version, until somebody changes it
+  kRefused,   // the login or the protocol version was refused, until somebody changes it
 };
 
-// At most one dial or connection at a time. Waiting -> (due) -> busy -> (failed, lost) -> waiting.
+// At most one attempt or connection at a time. Waiting -> (due) -> busy -> (failed, lost) ->
+// waiting.
 class Dialer {
  public:
-  // After so many answers in a row, about 8 s of them, the next dials are rarer.
+  // After this many answers in a row, within about 8 s, attempts become rarer.
   static constexpr int kAnswersSoon = 20;
   static constexpr int kRefusalsSoon = 3;
 
   explicit Dialer(DialerOptions options) : options_(options) {}
 
-  // A dial is due: from now on busy.
+  // True: an attempt is due, and the dialer is busy from now on.
   bool take_due(TimePoint now) {
     if (!next_ || *next_ > now) return false;
     next_.reset();
@@ -53,13 +56,13 @@ class Dialer {
     failures_ = 0;
     if (next_) next_ = std::min(*next_, std::max(now, not_before_));
   }
-  // The dial or the connection failed; sets the next attempt.
+  // The attempt or the connection failed; sets the next attempt.
   void failed(TimePoint now, DialFailure failure, Random& random) {
     constexpr int kDoublingsMax = 16;
     const Duration doubled = options_.retry_min * (1 << std::min(failures_, kDoublingsMax));
     const Duration longest = std::max(options_.retry_min, std::min(doubled, options_.retry_max));
     ++failures_;
-    // At random, so that many clients do not return at once.
+    // A random wait, so that many clients do not return at once.
     const auto up_to = [&random](Duration most) {
       return Duration(random.below(static_cast<std::uint64_t>(most.count() + 1)));
     };

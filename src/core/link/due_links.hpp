@@ -1,5 +1,4 @@
-// Which links something has happened to, which have something to send, and when the next thing is
-// due on each.
+// The links with work to do, the connections with something to send, and the next deadline of each.
 #pragma once
 
 #include <map>
@@ -14,8 +13,8 @@
 namespace connect_bridge {
 
 // A link marks itself when it may have something to do: it has failed, has something to send, or
-// its deadline has changed. The owner of the links looks only at marked links, so an input that
-// concerns one link costs the same with a thousand links. Single-threaded.
+// its deadline has changed. The owner of the links checks only marked links, so an input for one
+// link costs the same with a thousand links. Single-threaded.
 class DueLinks {
  public:
   using Timer = Timers<LinkId>::Timer;
@@ -30,14 +29,15 @@ class DueLinks {
     ready_.erase(connection);
     later_.erase(connection);
   }
-  // What it has to send waits for what others do: it is ready again with the next look_again().
-  // Since when it waits.
+  // The connection's packets wait for work of others: it is ready again after the next
+  // look_again(). Returns since when it waits.
   TimePoint later(ConnectionId connection, TimePoint now) {
     return later_.try_emplace(connection, now).first->second;
   }
   void not_later(ConnectionId connection) { later_.erase(connection); }
-  // After each input. `others`: others still do something; then it is not done each time, because
-  // an input is short, and this costs as much as many wait.
+  // Called after each input. `others`: other links still work. Then the waiting connections become
+  // ready only once in kLookAgain: an input is short, and this costs more the more connections
+  // wait.
   void look_again(bool others, TimePoint now) {
     if (others && now < looked_again_ + kLookAgain) return;
     looked_again_ = now;
@@ -45,13 +45,13 @@ class DueLinks {
   }
   std::optional<ConnectionId> take_ready() { return take(ready_); }
 
-  // Lets the timer of a link wait for its deadline, which may have changed; it may not outlive
-  // this.
+  // Sets the timer of a link to its deadline, which may have changed. The timer may not outlive
+  // this object.
   void wait(LinkId link, Timer& timer, std::optional<TimePoint> until) {
     if (!until) return timer.cancel();
     if (!timer || timer.at() != *until) timer = timers_.set(*until, link);
   }
-  // The links whose time has come. Their timers are to be cancelled, or set again.
+  // A link whose time has come. The caller cancels its timer, or sets it again.
   std::optional<LinkId> take_due(TimePoint now) { return timers_.take_due(now); }
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
 

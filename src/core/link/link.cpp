@@ -9,13 +9,13 @@
 namespace connect_bridge {
 namespace {
 
-// Ended request channels whose end the peer has not confirmed; a peer that follows the protocol
-// confirms it within a round trip.
+// Limit of ended request channels whose end the peer has not confirmed; a peer that follows the
+// protocol confirms it within a round trip.
 constexpr std::uint32_t kEndedChannelsMax = 4096;
-constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
+constexpr std::size_t kPastTopicsMax = 4096;  // topics whose counts a lost connection leaves
 constexpr std::size_t kRatesMax = 4096;       // publishers whose rates are remembered
 
-// Of an entry of a map by name and type, with these.
+// Estimated memory of one map entry with these two strings.
 template <class Entry>
 std::uint64_t bytes_of(const std::string& name, const std::string& type) {
   constexpr std::uint64_t kOfMap = 160;
@@ -194,7 +194,7 @@ RateLimit* Link::rate_of(const std::pair<std::string, std::string>& topic, const
   const RateLimit fresh(treatment.max_rate, treatment.bytes_per_second_max);
   auto at = rates_.find({topic, publisher});
   if (at == rates_.end()) {
-    // One who offers so many at once has them share a limit.
+    // A peer that offers too many publishers at once gets one limit for the rest together.
     const std::uint64_t bytes = bytes_of<Rate>(topic.first, topic.second);
     const bool full = rates_.size() >= kRatesMax || bytes > memory.room();
     at = rates_.try_emplace({topic, full ? Gid{} : publisher}, Rate{fresh, {}}).first;
@@ -229,7 +229,7 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
   return Nothing{};
 }
 
-// A message about a channel that this side has withdrawn crossed the `withdraw` on its way.
+// A message about a channel that this side has withdrawn crossed the `withdraw` on the way.
 Result<Nothing> Link::on(Demand& demand, const Now& now) {
   for (std::size_t i = 0; i < demand.channels.size(); ++i) {
     OutgoingChannel* channel = outgoing(demand.channels[i]);
@@ -254,7 +254,7 @@ Result<Nothing> Link::on(Attach& attach, const Now& now) {
   OutgoingChannel* channel = outgoing(attach.channel);
   if (!channel && !was_opened(attach.channel))
     return Error{CloseCode::kUnknownChannel, "attached to a service that was never offered"};
-  // It crossed our withdraw, and the peer will end it as soon as it sees that.
+  // The message crossed our withdraw; the peer ends the channel as soon as it sees that.
   if (!channel) ++ended_;
   if (ended_ > kEndedChannelsMax)
     return Error{CloseCode::kTooLarge, "too many channels of requests are not ended"};

@@ -33,11 +33,11 @@ namespace connect_bridge {
 
 class Link;
 
-// What concerns a link as a whole, and no channel: what its peer says, and what becomes of it. An
-// error ends the connection with its code.
+// Events that concern a link as a whole, and no channel: messages of its peer, and changes of its
+// state. An error closes the connection with its code.
 class LinkUser {
  public:
-  // ---- what the peer says
+  // ---- messages of the peer
   virtual Result<Nothing> on(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
@@ -47,20 +47,20 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
   virtual void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) = 0;
 
-  // ---- what becomes of the link (Links)
+  // ---- changes of the link's state (Links)
   // A connection carries the link from now on.
   virtual void on_link_open(Link& link, const Now& now) = 0;
   // The link goes on, but the process at the other end is another one and remembers no calls.
   virtual void on_peer_replaced(Link& link, const Now& now) = 0;
   // The connection is about to go, and its channels with it. Mirrors and calls wait.
   virtual void on_link_lost(Link& link, const Now& now) = 0;
-  // It was lost for dead_after, or left for good: its calls and mirrors end.
+  // The link was lost for dead_after, or left for good: its calls and mirrors end.
   virtual void on_link_dead(Link& link, const Now& now) = 0;
   // The link's identity has changed, and perhaps its rights.
   virtual void on_identity_changed(Link& link, const Now& now) = 0;
-  // Whether something is kept for a dead link's return.
+  // Is something kept for a dead link's return?
   [[nodiscard]] virtual bool resumes(const Link& link) const = 0;
-  // A dead link will not return: what is kept for it goes.
+  // A dead link will not return: backlogs and state kept for it are dropped.
   virtual void on_link_forgotten(Link& link, const Now& now) = 0;
   // The time for offers after a reconnect is over: the peer will not offer the rest again.
   virtual void on_offers_over(Link& link, const Now& now) = 0;
@@ -69,7 +69,7 @@ class LinkUser {
   ~LinkUser() = default;
 };
 
-// Who is at the other end of a link.
+// The process at the other end of a link.
 struct LinkPeer {
   Token128 side;        // the process; zero: there was no connection yet
   std::string address;  // for people
@@ -80,7 +80,8 @@ class Link final : public ConnectionUser {
  public:
   static constexpr std::size_t kOfferedMax = 4096;
 
-  // `resume_for`: as LinkOptions says. `due`: where it marks itself, outlives it; null: nowhere.
+  // `resume_for`: see LinkOptions. `due`: where the link marks itself, outlives the link; null:
+  // nowhere.
   Link(LinkId link, LinkUser& user, std::shared_ptr<Account> own = std::make_shared<Account>(),
        Duration resume_for = {}, DueLinks* due = nullptr)
       : id(link), account(std::move(own)), life(resume_for), user_(user), due_(due) {}
@@ -89,34 +90,35 @@ class Link final : public ConnectionUser {
 
   const LinkId id;
   const std::shared_ptr<Account> account;  // of its identity
-  Budget memory{&account->memory};         // what the peer makes this side hold, in bytes
+  Budget memory{&account->memory};         // bytes that the peer makes this side hold
   LinkLife life;
   LinkLogin login;
-  NameMap names;  // of whoever logged in; set before anything is offered, and never changed
+  NameMap names;  // for the identity; set before anything is offered, and never changed
   LinkAccepts accepts{account->accepts};         // what the peer would import
-  LinkMirrors mirrors{account->places, memory};  // what appears here because of the peer
+  LinkMirrors mirrors{account->places, memory};  // endpoints that appear here for the peer
   ArrivedTopics arrived;
 
   // ---- the connection
-  // It carries the link from now on; there was none.
+  // The connection carries the link from now on; there was none.
   void opened(std::unique_ptr<Connection> connection, const Now& now);
-  // It is gone, or about to be, and does nothing more. Owners of channels may still look at it,
-  // until drop_connection().
+  // The connection is gone, or about to be, and does nothing more. Owners of channels may still
+  // read it, until drop_connection().
   void lose(Loss loss, const Now& now);
-  // It is destroyed, and its channels and what belonged to it go with it.
+  // Destroys the connection, with its channels and all that belonged to it.
   void drop_connection();
-  // Null while it is lost.
+  // Null while the link is lost.
   [[nodiscard]] Connection* connection() const { return connection_.get(); }
   [[nodiscard]] bool open() const { return connection_ && connection_->open(); }
-  // As of the last connection; also known while it is lost.
+  // The peer of the last connection; also known while the link is lost.
   [[nodiscard]] const LinkPeer& peer() const { return peer_; }
   // "node at address", for log lines.
   [[nodiscard]] std::string label() const { return peer_.node + " at " + peer_.address; }
-  // For log lines about all links of an identity, where there is one.
+  // The identity's name, or label() without one. For log lines about all links of an identity.
   [[nodiscard]] std::string owner() const {
     return login.identity().name.empty() ? label() : login.identity().name;
   }
-  // Without a connection nothing is sent: owners of state send it again on the next one.
+  // Sends the message. Without a connection nothing is sent: owners of state send it again on the
+  // next one.
   void send(const Control& message) {
     mark();
     if (connection_) connection_->send(message);
@@ -129,14 +131,14 @@ class Link final : public ConnectionUser {
     mark();
     if (connection_) connection_->fail(error.code, std::move(error.message));
   }
-  // What is due on the connection; what the peer accepts now is looked at.
+  // Does the work that is due on the connection, and checks the peer's `accepts` if it is time.
   void on_time(const Now& now);
-  // When on_time() must be called, also for the link's life and its login.
+  // The time at which on_time() must be called, also for the link's life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
-  // From now on.
+  // New limits, valid from now on.
   void limit(const LimitsChanged& limits);
-  // Call it where the link may have something to do now: it has failed, has something to send, or
-  // its deadline has changed. The functions here that send or fail call it themselves.
+  // Marks the link when it may have work to do: it has failed, has something to send, or its
+  // deadline has changed. The functions here that send or fail call this themselves.
   void mark() const {
     if (due_) due_->mark(id);
   }
@@ -148,7 +150,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] RateLimit* rate_of(const std::pair<std::string, std::string>& topic,
                                    const Gid& publisher, const Treatment& treatment,
                                    const Now& now);
-  // Whether a body may be decompressed now; then it counts.
+  // May the body be decompressed now? If so, it is counted.
   [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
     return message.codec == Codec::kNone ||
            account->may_inflate(message.raw_bytes, message.body.size(), now.steady);
@@ -156,7 +158,7 @@ class Link final : public ConnectionUser {
 
   // ---- while there is a connection
   [[nodiscard]] const Outbox& outbox() const { return connection_->outbox(); }
-  // To change what is sent.
+  // The outbox, to change what is sent.
   [[nodiscard]] Outbox& sending() {
     mark();
     return connection_->outbox();
@@ -167,8 +169,8 @@ class Link final : public ConnectionUser {
   }
 
   // ---- channels on which the peer sends
-  // The peer offers a channel under a new number. Until somebody takes it, what comes on it is
-  // dropped: as on one that was declined.
+  // The peer offers a channel under a new number. Until somebody takes the channel, its messages
+  // are dropped, as after a decline.
   void expect_offered(ChannelId number, InterfaceKind kind) {
     incoming_[number] = {nullptr, true, kind == InterfaceKind::kService};
     ++offered_;
@@ -180,18 +182,19 @@ class Link final : public ConnectionUser {
   void expect(ChannelId number, IncomingChannel& channel) {
     incoming_[number] = {&channel, false, true};
   }
-  // The channel has ended here. What the peer still sends on it is dropped, until it withdraws it.
+  // The channel has ended here. Messages that the peer still sends on it are dropped, until the
+  // peer withdraws it.
   void let_go(ChannelId number);
   // The channel goes on behind this sequence, the last one of the connection before.
   void resume_incoming(ChannelId number, std::uint32_t sequence);
-  // The peer will not send on it any more.
+  // The peer will not send on the channel any more.
   void forget(ChannelId number);
-  // The peer takes back what it offered. False: it does so too often.
+  // The peer takes an offer back. False: it does so too often.
   [[nodiscard]] bool note_withdrawal(const Now& now) { return withdrawals_.take(now.steady); }
   [[nodiscard]] bool expects(ChannelId channel) const { return incoming_.contains(channel); }
   [[nodiscard]] std::uint32_t offered() const { return offered_; }
-  // The channel is not imported, or not wholly: tells the peer. What was declined is remembered for
-  // people, of kDeclinedMax channels.
+  // The channel is not imported, or not wholly: sends `decline`. Declines of up to kDeclinedMax
+  // channels are remembered for people.
   void decline(ChannelId number, InterfaceKind kind, std::pair<std::string, std::string> key,
                const Ending& why);
   static constexpr std::size_t kDeclinedMax = 64;
@@ -203,23 +206,23 @@ class Link final : public ConnectionUser {
   [[nodiscard]] const std::map<ChannelId, Declined>& declined() const { return declined_; }
 
   // ---- channels on which this side sends
-  // A new number. The outbox's queue is the caller's to add.
+  // A new number. The caller adds the queue to the outbox.
   ChannelId open_channel(OutgoingChannel& channel) {
     const ChannelId number{++last_channel_};
     outgoing_[number] = &channel;
     return number;
   }
   void close_channel(ChannelId number) { outgoing_.erase(number); }
-  // As close_channel(), but it also removes the queue and sends `withdraw` to the peer.
+  // Closes the channel, removes its queue, and sends `withdraw` to the peer.
   void withdraw(ChannelId number, const Ending& why = {});
-  // A peer takes so many channels at least, and may end the connection for more.
+  // A peer takes at least this many channels, and may close the connection for more.
   [[nodiscard]] bool may_offer() const { return outgoing_.size() < kOfferedMax; }
   [[nodiscard]] OutgoingChannel* outgoing(ChannelId number) const {
     const auto it = outgoing_.find(number);
     return it == outgoing_.end() ? nullptr : it->second;
   }
-  // Whether this side has ever sent on the number. A message about a channel that has ended crossed
-  // its withdraw, and is not the peer's error.
+  // Has this side ever sent on the number? A message about an ended channel crossed its withdraw,
+  // and is not the peer's error.
   [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel_; }
 
   // ---- for people
@@ -232,7 +235,7 @@ class Link final : public ConnectionUser {
   void keep_counts(std::vector<TopicStatus> topics);
   void add_past(TopicStatus& topic) const;
 
-  // ---- what arrives
+  // ---- arrivals
   [[nodiscard]] Incoming* incoming(ChannelId channel) override {
     const auto it = incoming_.find(channel);
     return it == incoming_.end() ? nullptr : &it->second;
@@ -267,19 +270,19 @@ class Link final : public ConnectionUser {
   // Behind the connection, so that their streams end first. Not hashed: the peer chooses the
   // numbers.
   std::map<ChannelId, Incoming> incoming_;
-  std::map<ChannelId, Declined> declined_;  // of these
+  std::map<ChannelId, Declined> declined_;  // declined channels of incoming_
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
-  std::uint32_t offered_ = 0;  // channels the peer offers on this connection
-  std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
-  std::uint32_t last_channel_ = 0;  // on which this side has sent
-  // What our rules have let through, by topic, type and publisher: a peer that offers a topic again
+  std::uint32_t offered_ = 0;       // channels that the peer offers on this connection
+  std::uint32_t ended_ = 0;         // ended request channels that the peer has not withdrawn
+  std::uint32_t last_channel_ = 0;  // the last number on which this side has sent
+  // The rate limits of our rules, by topic, type and publisher: a peer that offers a topic again
   // gets no more.
   struct Rate {
     RateLimit limit;
     Budget::Hold held;
   };
   std::map<std::pair<std::pair<std::string, std::string>, Gid>, Rate> rates_;
-  // What was counted on earlier connections, by exported, topic and type.
+  // The counts of earlier connections, by exported, topic and type.
   struct Past {
     TopicStatus counts;  // without names
     Budget::Hold held;

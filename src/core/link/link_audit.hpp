@@ -30,7 +30,7 @@ inline void audit(Outputs& outputs, const Link& link, AuditEvent event, const st
   outputs.push(std::move(line));
 }
 
-// With the groups that rules may ask for.
+// The line includes the groups that rules may name.
 inline void audit_login(Outputs& outputs, const Link& link, AuditEvent event) {
   if (!outputs.audits()) return;
   Audit line = audit_of(link, event);
@@ -62,7 +62,7 @@ inline void log_decline(Outputs& outputs, const Link& link, Ending& declined,
     outputs.log(LogLevel::kWarn, line);
 }
 
-// The peer takes back a channel of `what`. Logged once, if it says why.
+// Logs once that the peer withdraws a channel of `what`, if it gives a reason.
 inline void log_withdrawn(Outputs& outputs, const Link& link, const std::string& what,
                           const Withdraw& withdraw) {
   if (withdraw.code.empty()) return;
@@ -78,9 +78,9 @@ struct TypeDifference {
   bool used = false;  // the rules use it nevertheless (allow_type_mismatch)
 };
 
-// A type has one definition here and another one at the peer. Logged once for each type and hash of
-// an identity, however many topics and services have the type; that it is used nevertheless is
-// another line.
+// Logs that a type has one definition here and another one at the peer: once for each type and hash
+// of an identity, however many topics and services have the type. A type that is used nevertheless
+// has a line of its own.
 inline void log_difference(Outputs& outputs, const Link& link, const TypeDifference& difference) {
   const std::string& type = difference.type;
   const std::string key = difference.used ? "type_mismatch_used " : "type_mismatch ";

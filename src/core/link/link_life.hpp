@@ -1,4 +1,4 @@
-// How long a link lives: when it was opened and lost, and what of it ends when.
+// The life of a link: when it was opened and lost, and when its parts end.
 #pragma once
 
 #include <algorithm>
@@ -10,27 +10,28 @@
 
 namespace connect_bridge {
 
-// What the end of a connection means for the link that it carried.
+// The consequence of a connection's end for the link that it carried.
 enum class Loss : std::uint8_t {
   kBreak,    // the link is dead after dead_after of silence, and may return
   kRestart,  // the same, but the peer will remember nothing
-  kSilence,  // it is dead at once, and may return
-  kEnd,      // it is dead at once, and for ever
+  kSilence,  // the link is dead at once, and may return
+  kEnd,      // the link is dead at once, and for ever
 };
 [[nodiscard]] inline bool is_dead(Loss loss) {
   return loss == Loss::kSilence || loss == Loss::kEnd;
 }
 
-// A link is open on a connection, then lost. A lost one is dead after some silence: its calls and
-// mirrors end. What is kept for the peer's return waits longer, until the link is forgotten. On
-// another connection it is open again, whatever of that has happened. This knows when, and `Links`,
-// which owns the links, makes these transitions and tells its user of them. Single-threaded.
+// A link is open on a connection, then lost. A lost link is dead after some silence: its calls and
+// mirrors end. Backlogs for the peer's return wait longer, until the link is forgotten. On another
+// connection the link is open again, whatever of this has happened. LinkLife knows the times.
+// `Links`, which owns the links, makes the transitions and reports them to its user.
+// Single-threaded.
 class LinkLife {
  public:
-  // `resume_for`: how long what a lost connection loses is kept; zero: not at all.
+  // `resume_for`: time for which messages of a lost connection are kept; zero: none are kept.
   explicit LinkLife(Duration resume_for) : resume_for_(resume_for) {}
-  // For breaks that begin from now on, and for what has come back from one; at zero nothing goes on
-  // any more after the break under way.
+  // Sets the time for breaks that begin from now on, and for messages that a break has left. At
+  // zero nothing resumes any more after the break under way.
   void set_resume_for(Duration resume_for) { resume_for_ = resume_for; }
 
   // ---- transitions
@@ -42,31 +43,30 @@ class LinkLife {
     forgotten_at_.reset();
     outlasted_ = false;
   }
-  // `silent_at`: when a peer that may return counts as gone, as it was heard before.
+  // `silent_at`: when a peer that may return counts as gone, by its last sign of life.
   void lost(Loss loss, TimePoint silent_at, const Now& now) {
     offers_end_at_.reset();
     may_return_ = loss == Loss::kBreak || loss == Loss::kSilence;
     dead_at_ = is_dead(loss) ? now.steady : std::max(now.steady, silent_at);
     forgotten_at_ = may_return_ ? std::max(*dead_at_, kept_until(now)) : dead_at_;
   }
-  // Its calls and mirrors have ended. Unless something resumes, it is to be forgotten at once.
+  // Calls and mirrors have ended. Unless something resumes, the link is to be forgotten at once.
   void died(bool resumes, const Now& now) {
     dead_at_.reset();
     if (!resumes) forgotten_at_ = now.steady;
   }
-  // Lost: its peer may not return, so whatever is left of it is to end at once.
+  // The peer of a lost link may not return: the rest of the link is to end at once.
   void give_up(const Now& now) {
     may_return_ = false;
     if (dead_at_) dead_at_ = now.steady;
     forgotten_at_ = now.steady;
   }
-  // Nothing of it is left; `resumes`: until now there was something to go on with.
+  // Nothing of the link is left. `resumes`: until now there was something to resume.
   void forgotten(bool resumes) {
     outlasted_ = resumes;
     forgotten_at_.reset();
   }
 
-  // ---- what is due
   // The time for offers is over; true once for each connection.
   [[nodiscard]] bool take_offers_end(const Now& now) {
     if (!offers_end_at_ || *offers_end_at_ > now.steady) return false;
@@ -81,29 +81,28 @@ class LinkLife {
     return earliest(earliest(dead_at_, forgotten_at_), offers_end_at_);
   }
 
-  // ---- what was
-  // How many connections have carried it.
+  // Number of connections that have carried the link.
   [[nodiscard]] std::uint64_t connects() const { return connects_; }
-  // The last of them, since it was opened.
+  // When the last connection was opened, and (below) for how long it has been open.
   [[nodiscard]] TimePoint opened_at() const { return opened_at_; }
   [[nodiscard]] Duration open_for(const Now& now) const { return now.steady - opened_at_; }
   // Lost, and not forgotten yet.
   [[nodiscard]] bool waits() const { return forgotten_at_.has_value(); }
-  // Lost, and its calls and mirrors wait, too.
+  // Lost, and calls and mirrors wait, too.
   [[nodiscard]] bool waits_alive() const { return dead_at_.has_value(); }
-  // Lost: the peer has not ended, so that what was kept may go on.
+  // Lost: the peer has not ended, so that kept messages may resume.
   [[nodiscard]] bool may_return() const { return may_return_; }
-  // The last break was longer than something was kept for it; until the link is open again.
+  // The last break was longer than messages were kept for it; until the link is open again.
   [[nodiscard]] bool outlasted() const { return outlasted_; }
 
-  // ---- what is kept for a return
+  // ---- messages kept for a return
   [[nodiscard]] bool keeps() const { return resume_for_ > Duration::zero(); }
-  // Until when what is lost now is kept.
+  // The time until which messages lost now are kept.
   [[nodiscard]] TimePoint kept_until(const Now& now) const { return now.steady + resume_for_; }
 
  private:
-  // After a connection was opened the peer has this long for its first round of offers: what it
-  // offered on the one before and not again by then ends.
+  // Time for the first round of offers after a connection was opened. Channels of the former
+  // connection that the peer has not offered again by then end.
   static constexpr Duration kOffersTime = std::chrono::seconds(30);
 
   Duration resume_for_;

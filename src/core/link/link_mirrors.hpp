@@ -1,5 +1,5 @@
-// What appears here because of one link's peer: how many publishers stand for its origins, what
-// they may keep, and how much had to wait.
+// Endpoints that appear here because of one link's peer: the number of publishers that stand for
+// its origins, the bytes that they may keep, and the number that had to wait.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,22 @@
 
 namespace connect_bridge {
 
-// Mirrors are counted as they come and go, in all and by topic (local name and type): to search for
-// them at each origin that a peer offers would let it keep this side busy with few bytes.
-// Single-threaded.
+// Mirrors are counted as they come and go, in all and by topic (local name and type). A search at
+// each offered origin would let a peer keep this side busy with few bytes. Single-threaded.
 class LinkMirrors {
  public:
   using Topic = std::pair<std::string, std::string>;
 
-  // They take places of their identity's, and what they keep is of the link's memory; both outlive
-  // this.
+  // Mirrors take places of their identity, and their kept samples take the link's memory; both
+  // outlive this object.
   LinkMirrors(Budget& places, Budget& memory) : places_(places.hold(0)), latched_(&memory) {}
 
-  // ---- of origins that the peer offers, or is expected to offer again
+  // ---- mirrors of origins that the peer offers, or is expected to offer again
   void add(const Topic& topic) {
     places_.resize(all() + 1);
     ++by_topic_[topic];
   }
-  // One that was added.
+  // Removes a mirror that was added.
   void remove(const Topic& topic) {
     places_.resize(all() - 1);
     const auto counted = by_topic_.find(topic);
@@ -39,11 +38,10 @@ class LinkMirrors {
     return counted == by_topic_.end() ? 0 : counted->second;
   }
   [[nodiscard]] const std::map<Topic, std::uint32_t>& by_topic() const { return by_topic_; }
-  // What the middleware may keep, in bytes, for those that the link feeds.
+  // Bytes that the middleware may keep for mirrors that the link feeds.
   [[nodiscard]] Budget& latched() { return latched_; }
 
-  // ---- publishers, services and subscriptions
-  // One more has to wait: the peers of its identity make too many appear.
+  // One more endpoint has to wait: the peers of its identity make too many appear.
   void note_wait() { ++waited_; }
   [[nodiscard]] std::uint64_t waited() const { return waited_; }
 

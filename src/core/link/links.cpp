@@ -14,8 +14,8 @@ namespace {
 constexpr std::uint32_t kIdentityLinksMin = 8;
 // A link that lives this long counts as a success: the back-off starts again after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
-// Each is read so often at least while it has something to say, so that a peer whose packets wait
-// for others' is not taken for silent by itself: it hears our signs of life, we its.
+// A connection with packets is read at least this often within dead_after. So neither side takes
+// the other for silent while packets wait for those of other peers.
 constexpr int kReadsToDead = 6;
 
 }  // namespace
@@ -163,8 +163,8 @@ Link* Links::continued_by(const Connection& connection, const Identity& identity
 }
 
 // A login that continues no link needs a place: among the links of its identity, so that one token
-// cannot take all places, and among all. The oldest link that is lost gives way, because a peer
-// that is here counts for more than one that may return.
+// cannot take all places, and among all. The oldest lost link gives way, because a peer that is
+// here counts for more than one that may return.
 Link* Links::link_for_login(const Connection& connection, const Identity& identity, NameMap names,
                             const Now& now) {
   if (Link* const own = continued_by(connection, identity)) return own;
@@ -209,12 +209,12 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   const Peer& peer = connection->peer();
   if (is_replaced(link, peer)) user_.on_peer_replaced(link, now);
   const std::string before = past_of(link, peer, user_.resumes(link));
-  // A server that forgot the session does not know what it had of it.
+  // A server that forgot the session does not know what the session had delivered.
   if (link.life.connects() > 0 && link.login.session() != peer.session)
     user_.on_link_forgotten(link, now);
   carrying_.emplace(connection->id(), &link);
   link.opened(std::move(connection), now);
-  // The limit may have changed while it logged in.
+  // The limit may have changed during the login.
   link.sending().set_cap(options_.outbox.bytes_per_second_max);
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection()->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
@@ -274,7 +274,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   lose(*link, loss_by(input.code, options_.role), now, how);
 }
 
-// A server's peers come back by themselves.
+// The peers of a server connect again by themselves.
 void Links::on(NetworkChanged& changed, const Now& now) {
   if (options_.role != Role::kClient || stopped_ || !changed.route) return;
   for (auto& [id, link] : links_) {
@@ -290,13 +290,13 @@ bool Links::settle(const Now& now) {
   due_.look_again(!turns_.empty(), now.steady);
   while (const auto id = due_.take_marked()) {
     const auto found = links_.find(*id);
-    if (found == links_.end()) continue;  // it was forgotten
+    if (found == links_.end()) continue;  // the link was forgotten
     Link& link = found->second;
     Connection* const connection = link.connection();
     if (connection && connection->failure()) {
       close_failed(link, now);
       any = true;
-      continue;  // it has marked itself
+      continue;  // the link has marked itself
     }
     wait(link);
     if (connection && connection->may_have_packet()) due_.ready(connection->id());
@@ -328,7 +328,7 @@ void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   link.mark();
   if (is_dead(loss)) end(link, now);
   if (options_.role == Role::kServer || stopped_) return;
-  // A peer that accepts the login and then ends the link is not dialed in a hurry again and again.
+  // The back-off stays for a peer that accepts the login and then closes the link.
   if (link.life.open_for(now) >= kSteadyLink) dialer_.opened();
   dial_later(failure, now);
 }
@@ -396,7 +396,7 @@ std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const 
     const Outputs::Paying paying(outputs_, link->account->time);
     if (sends_later(*link->connection(), *link->account->time, now)) return std::nullopt;
     auto packet = link->connection()->next_packet(now, repairs);
-    wait(*link);  // what is held back leaves at its time
+    wait(*link);  // packets that are held back leave at their time
     return packet;
   }
   Connection* const stranger = strangers_.find(id);

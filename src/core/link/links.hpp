@@ -24,8 +24,8 @@
 
 namespace connect_bridge {
 
-// A session is a link: a client that presents its secret continues it on another connection. A
-// lost link waits `dead_after` for that; then it is dead, and waits on only for what resumes.
+// A session is a link: a client that presents its secret continues it on another connection. A lost
+// link waits `dead_after` for that; then it is dead, and waits on only for messages to resume.
 // Single-threaded; owned by the side.
 class Links {
  public:
@@ -46,21 +46,22 @@ class Links {
   }
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
-  // Looks at the links that the input concerned, to be called after each: closes the connections
-  // that have failed, notes who has something to send and who waits for when. Whether any failed.
+  // Called after each input; checks the links that the input concerned. Closes failed connections,
+  // and notes the connections with something to send and the deadlines. True: a connection had
+  // failed.
   bool settle(const Now& now);
-  // A packet of this connection has come, and waits until it is given by take_turn().
+  // A packet of this connection has come, and waits until take_turn() gives the connection.
   void on_arrival(ConnectionId connection, const Now& now);
-  // Whose packet is read next, by PacketReceived; nullopt: no packet waits.
+  // The connection whose packet is read next, by PacketReceived; nullopt: no packet waits.
   std::optional<ConnectionId> take_turn(const Now& now) { return turns_.take(now.steady); }
-  // Client: dials when it is time to.
+  // Client: connects when it is time to.
   void dial_if_due(const Now& now);
-  // Closes everything orderly, for good.
+  // Closes all connections in order, for good.
   void stop(const Now& now);
 
   std::optional<Packet> next_packet(ConnectionId id, const Now& now, const Repairs& repairs = {});
   // A connection that has something to send, once after each input that may have brought it; then
-  // next_packet() gives it.
+  // next_packet() gives the packet.
   std::optional<ConnectionId> take_ready() { return due_.take_ready(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     const auto first = earliest(accounts_.appearing().deadline(),
@@ -68,10 +69,10 @@ class Links {
     return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
   }
 
-  // Those of living links and of lost ones.
+  // Living links and lost ones.
   [[nodiscard]] LinkTable& all() { return links_; }
   [[nodiscard]] const LinkTable& all() const { return links_; }
-  // Memory that their peers use at this side, in bytes.
+  // Memory that the peers use at this side, in bytes.
   [[nodiscard]] Budget& memory() { return accounts_.memory(); }
   [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
   void add_status(Status& status) const {
@@ -81,15 +82,15 @@ class Links {
 
  private:
   [[nodiscard]] ConnectionOptions connection_options() const;
-  // Null: it carries no link.
+  // The link that this connection carries. Null: none.
   [[nodiscard]] Link* link_of(ConnectionId connection) const {
     const auto it = carrying_.find(connection);
     return it == carrying_.end() ? nullptr : it->second;
   }
   void answer_login(Authenticated& answer, const Now& now);
-  // The link whose session the client continues, if it is its own.
+  // The link whose session the client continues, if the link is the client's own.
   [[nodiscard]] Link* continued_by(const Connection& connection, const Identity& identity);
-  // That, or a new one; null at the limit.
+  // The link this login continues, or a new one; null when there are too many.
   [[nodiscard]] Link* link_for_login(const Connection& connection, const Identity& identity,
                                      NameMap names, const Now& now);
   // Makes room for one more among the links that `counts` counts: a lost link is removed for one
@@ -100,18 +101,19 @@ class Links {
   void close(ConnectionId connection, CloseCode code, const std::string& reason) {
     outputs_.push(CloseConnection{connection, code, reason});
   }
-  // What a connection before its login has come to by the last input.
+  // Handles the progress that the last input brought to a connection before its login.
   void look_at(Connection& stranger, const Now& now);
-  // The log gets the reason; the peer gets the same words, or only `told`.
+  // Refuses an unauthenticated connection. The reason is logged; the peer gets the same words, or
+  // only `told`.
   void refuse(ConnectionId stranger, const Error& why, const Now& now,
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
-  // The connection is gone, or about to be; `loss`: what that means.
+  // The connection is gone, or about to be; `loss`: the consequence for the link.
   void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);
-  void end(Link& link, const Now& now);  // it is dead
+  void end(Link& link, const Now& now);  // the link is dead
   void close_failed(Link& link, const Now& now);
-  // Whether what the link has to send waits for packets that have come from those who have used
-  // less of the loop's time. It is ready again soon.
+  // True: the link's packets wait for arrived packets of identities that have used less of the
+  // loop's time. The connection is ready again soon.
   [[nodiscard]] bool sends_later(const Connection& connection, const LoopTime& payer,
                                  const Now& now) {
     if (connection.may_wait() &&  // mutant: packets_later
@@ -123,7 +125,7 @@ class Links {
   void wait(Link& link) { due_.wait(link.id, link.timer, link.deadline()); }
   void on_time(Link& link, const Now& now);
   void dial_later(DialFailure failure, const Now& now);
-  // A line about a link that came or goes, unless its identity has caused too many.
+  // Logs a line about a link that came or goes, unless its identity has caused too many.
   void log(const Link& link, LogLevel level, std::string text, const Now& now);
 
   const LinkOptions& options_;
@@ -132,20 +134,20 @@ class Links {
   Outputs& outputs_;
   LinkUser& user_;
   Accounts accounts_;
-  DueLinks due_;  // before the links, whose timers are there
+  DueLinks due_;  // declared before the links, which hold its timers
   LinkTable links_;
-  // Exactly the connections of these: carry() adds one, lose() removes it. The others are
-  // strangers.
+  // The connections of links_, and no others: carry() adds one, lose() removes it. All others are
+  // unauthenticated.
   std::map<ConnectionId, Link*> carrying_;
   LoopTurns turns_;
   const Payer of_strangers_ = std::make_shared<LoopTime>();
   Strangers strangers_;
   Dialer dialer_;
-  ConnectionId dialing_;  // client: dial or connection under way
+  ConnectionId dialing_;  // client: attempt or connection under way
   std::uint64_t last_link_ = 0;
   std::uint64_t last_connection_ = 0;  // client
   bool stopped_ = false;
-  LastFailure last_failure_;  // of a connection, at a server: of a link
+  LastFailure last_failure_;  // of a connection; at a server: of a link
   Renewal renewal_;
 };
 

@@ -1,4 +1,4 @@
-// Whose packet is read next.
+// The order in which packets are read.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@ namespace connect_bridge {
 // Connections whose packets wait to be read, in a queue for each identity. The identity that has
 // used least of the loop's time lately comes first, with one packet of one connection. So an
 // identity that uses little waits for at most one step of the others, however many connections or
-// identities they have. Nobody waits if nobody else has packets. A packet that has waited for
-// `patience` comes before those of identities that have used more. It costs hardly more the more
-// wait. Single-threaded.
+// identities they have. No packet waits without packets of others. A packet that has waited for
+// `patience` comes before those of identities that have used more. The cost hardly grows with the
+// number of waiting packets. Single-threaded.
 class LoopTurns {
  public:
   explicit LoopTurns(Duration patience) : patience_(patience) {}
 
-  // A packet of this connection, which has no other one here, waits.
+  // A packet of this connection waits. No other packet of the connection waits here.
   void wait(ConnectionId connection, const Payer& payer, TimePoint now) {
     Line& line = lines_[payer.get()];
     line.waiting.push_back({connection, now});
@@ -34,7 +34,7 @@ class LoopTurns {
     line.rank = payer->rank();
     add(line);
   }
-  // It is gone.
+  // The connection is gone.
   void forget(ConnectionId connection) {
     for (auto it = lines_.begin(); it != lines_.end();) {
       Line& line = (it++)->second;
@@ -43,7 +43,7 @@ class LoopTurns {
       add_or_end(line);
     }
   }
-  // Whose packet is read now; it does not wait any more. nullopt: there is none.
+  // The connection whose packet is read now; the packet waits no longer. nullopt: there is none.
   std::optional<ConnectionId> take(TimePoint now) {
     if (lines_.empty()) return std::nullopt;
     Line& oldest = *by_time_.begin()->second;
@@ -56,8 +56,8 @@ class LoopTurns {
     add_or_end(next);
     return connection;
   }
-  // Whether something else that has waited since then is to wait for the packets of those who have
-  // used less.
+  // Should work of `other`, waiting since `since`, yield to packets of identities that have used
+  // less loop time?
   [[nodiscard]] bool come_before(const LoopTime& other, TimePoint since, TimePoint now) const {
     if (since + patience_ <= now) return false;
     const double rank = other.rank();
@@ -76,8 +76,8 @@ class LoopTurns {
   };
   struct Line {
     Payer payer;
-    std::uint64_t number = 0;       // of equal ones the first that came
-    double rank = 0;                // of the payer, as it was last seen: it only grows
+    std::uint64_t number = 0;       // the first that came, among equals
+    double rank = 0;                // of the payer, when last seen: it only grows
     std::deque<Waiting> waiting{};  // never empty
   };
 
@@ -112,7 +112,7 @@ class LoopTurns {
   std::map<std::pair<double, std::uint64_t>, Line*> by_rank_;
   std::map<std::pair<TimePoint, std::uint64_t>, Line*> by_time_;
   std::uint64_t last_ = 0;
-  bool late_is_next_ = false;  // the last turn was that of one who had waited
+  bool late_is_next_ = false;  // the last turn was that of a packet that had waited
 };
 
 }  // namespace connect_bridge

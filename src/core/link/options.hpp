@@ -1,4 +1,4 @@
-// Limits of links, and what the operator sets for them.
+// Limits of links; the operator sets some of them.
 #pragma once
 
 #include <cstdint>
@@ -18,30 +18,31 @@ namespace connect_bridge {
 struct LinkOptions {
   Role role = Role::kServer;
   std::string node = "/connect";      // fully qualified name of our node
-  PeerNames names;                    // what the peers call things, and what they are called here
-  std::string login_method = "none";  // client: what it logs in with
+  PeerNames names;                    // maps the names of peers to names here
+  std::string login_method = "none";  // client: the method of its login
   Bytes credential;                   // client, until CredentialChanged
-  // Server: until a connection has logged in; client: until it is answered. Some round trips of the
-  // worst path, and the 3 s of a login service.
+  // Time until a connection has logged in (server), or until its login is answered (client). It
+  // covers some round trips of the worst path, and the 3 s of a login service.
   Duration login_timeout = std::chrono::seconds(5);
   Duration dead_after = std::chrono::seconds(3);
-  // How often a peer's clock is asked, at least every third of dead_after. Zero: so.
+  // Period of requests for a peer's clock, at most a third of dead_after. Zero: a third of
+  // dead_after.
   Duration time_period{};
   Duration retry_min = std::chrono::milliseconds(200);  // client: first back-off
   Duration retry_max = std::chrono::milliseconds(500);  // client: longest, jitter included
   Duration dial_timeout = std::chrono::seconds(5);
-  // After a loss: how long what is to resume is kept for the link's return. Zero: not at all.
+  // Time after a loss for which messages are kept for the link's return. Zero: none are kept.
   Duration resume_for{};
-  std::uint32_t strangers_max = 256;  // server: connections without a login
-  // Server: wrong logins of one address and of all together, beyond: answered late.
+  std::uint32_t strangers_max = 256;  // server: unauthenticated connections
+  // Server: limits for wrong logins, of one address and of all together. Further wrong logins are
+  // answered late.
   int address_wrong_logins_at_once = 60;
   Duration address_wrong_login_period = std::chrono::seconds(1);
   int wrong_logins_at_once = 600;
   Duration wrong_login_period = std::chrono::milliseconds(100);
   std::uint32_t links_max = 64;          // server
-  std::uint32_t identity_links_max = 0;  // server: of one identity with a name; 0: half of them
-  // Source of session secrets; the seeded generator when empty (simulation). Give it a
-  // cryptographic one.
+  std::uint32_t identity_links_max = 0;  // server: of one named identity; 0: half of links_max
+  // Source of session secrets: a cryptographic generator. Empty: the seeded generator (simulation).
   std::function<std::uint64_t()> secret_random;
   AccountOptions account;
   OutboxOptions outbox;

@@ -7,7 +7,7 @@
 namespace connect_bridge {
 namespace {
 
-// What a control message can carry; others are shown when the client dials again.
+// Credentials that a control message can carry. Others take effect at the client's next connection.
 bool is_printable(const Bytes& credential) {
   return credential.size() <= kCredentialBytesMax &&
          std::all_of(credential.begin(), credential.end(),

@@ -1,4 +1,4 @@
-// What a client logs in with, and how an open link goes on with another credential.
+// The credential of a client, and the renewal of an open link's login with another one.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace connect_bridge {
 
-// A client's. The server looks at one renewal after the other (docs/protocol.md, "Login"). Not
-// thread-safe.
+// Belongs to a client. The server checks one renewal after the other (docs/protocol.md, "Login").
+// Not thread-safe.
 class Renewal {
  public:
   Renewal(std::string method, Bytes credential, Outputs& outputs)
@@ -22,9 +22,9 @@ class Renewal {
   // Uses this credential from now on; without a method the method stays. `renew` is sent at once if
   // `link` is open; it may be null.
   void change(CredentialChanged next, Link* link);
-  // A connection of the link is dialed, with the present credential.
+  // A connection of the link is being opened, with the present credential.
   void on_dialed() { dialed_with_ = credential_; }
-  // It is open: sends `renew` if the credential has changed since it was dialed.
+  // The link is open: sends `renew` if the credential has changed since the connection began.
   void on_open(Link& link);
   // The server's answer.
   void on_renewed(Link& link, bool accepted);
@@ -35,7 +35,7 @@ class Renewal {
   std::string method_;
   Bytes credential_;
   Bytes dialed_with_;
-  bool again_ = false;  // it has changed while the server looked at the one before
+  bool again_ = false;  // the credential changed while the server checked the former one
   Outputs& outputs_;
 };
 

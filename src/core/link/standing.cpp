@@ -13,7 +13,8 @@ bool is(std::optional<std::uint16_t> number, CloseCode code) {
   return number == static_cast<std::uint16_t>(code);
 }
 
-// Of a renewal. The number of renewals is limited for each link, and a peer can make new ones.
+// Logs a line about a renewal, at a limited rate: each link limits its renewals, but a peer can
+// make new links.
 void log_renewal(const Link& link, LogLevel level, std::string text, Outputs& outputs,
                  const Now& now) {
   if (const auto count = link.account->lines.count(now))
@@ -130,7 +131,7 @@ void check_expiry(Link& link, const Now& now) {
   }
 }
 
-// A client that says goodbye needs no place any more. A server that does so is mostly restarted:
+// A client that closes in order needs no place any more. A server that does so is mostly restarted:
 // its mirrors wait for it as after any loss.
 Loss loss_by(std::optional<std::uint16_t> close_code, Role role) {
   if (!close_code) return Loss::kBreak;
@@ -142,7 +143,7 @@ Loss loss_by(std::optional<std::uint16_t> close_code, Role role) {
   }
 }
 
-// Silence on a changed network is known earlier than that the peer is gone.
+// After a change of the network silence shows earlier than dead_after: the peer may still be there.
 Loss loss_by(const Error& ours, const Link& link, const Now& now) {
   if (ours.code == CloseCode::kRevoked) return Loss::kEnd;
   const bool silent = ours.code == CloseCode::kSilent && now.steady >= link.connection()->dead_at();

@@ -9,9 +9,10 @@
 namespace connect_bridge {
 namespace {
 
-// When half of the places are taken: a client that logs in shows its login within a round trip.
+// Time for the login when half of the places are taken: a client sends its login within a round
+// trip.
 constexpr Duration kShortLogin = std::chrono::seconds(1);
-// Before the client gives up, whose time is that of ours by default: it must learn why.
+// The client gives up after the same time as we do, by default: it must learn the reason before.
 constexpr Duration kLateAnswer = std::chrono::seconds(3);
 
 }  // namespace
@@ -24,8 +25,7 @@ Strangers::Strangers(const LinkOptions& options, Outputs& outputs)
       wrong_logins_(options.wrong_logins_at_once, options.wrong_login_period) {}
 
 void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now) {
-  // The oldest gives way: a client that means to log in has done so before as many others have
-  // come.
+  // The oldest gives way: a client that means to log in has done so before this many others came.
   if (places_.size() >= options_.strangers_max) {
     ++counts_.gave_way;
     end(places_.begin()->first,
@@ -74,9 +74,9 @@ void Strangers::close_all(CloseCode code, const std::string& reason) {
   places_.clear();
 }
 
-// ---- answers that come late
+// ---- late answers
 
-// A right login is never counted here: it gets in whatever others of its address try.
+// A right login is never counted here: it is accepted, whatever others of its address try.
 bool Strangers::puts_off(Authenticated& answer, TimePoint not_before, const Now& now) {
   Place& place = places_.at(answer.connection);
   const TimePoint end = place.connection->deadline().value_or(now.steady);

@@ -1,4 +1,4 @@
-// Connections that carry no link yet.
+// Unauthenticated connections, which carry no link yet.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@
 
 namespace connect_bridge {
 
-// A server's connections before their login is answered, a client's before its welcome. Their
-// number is limited: when all places are taken the oldest connection is closed. Answers that must
+// A server's connections before their login is answered, and a client's before its welcome. Their
+// number is limited: when all places are taken, the oldest connection is closed. Answers that must
 // come late wait here, at most until the time for the login is over. Single-threaded; owned by
 // Links.
 class Strangers {
@@ -26,30 +26,31 @@ class Strangers {
   Strangers(const LinkOptions& options, Outputs& outputs);
 
   void add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now);
-  // Null: it is not among them.
+  // Null: the connection is not here.
   [[nodiscard]] Connection* find(ConnectionId connection) const;
-  // The customer whose turns a stranger takes. The stranger must be here.
+  // The customer whose turns an unauthenticated connection takes. The connection must be here.
   [[nodiscard]] const std::string& customer_of(ConnectionId connection) const {
     return places_.at(connection).customer;
   }
-  // It carries a link from now on, or is gone. Null: it was not among them.
+  // The connection carries a link from now on, or is gone. Null: it was not here.
   std::unique_ptr<Connection> take(ConnectionId connection);
-  // Closes the connection and counts that by its code. The log gets the reason; the peer gets the
-  // same words, or only `told`.
+  // Closes the connection, and counts it by this code. The reason is logged; the peer gets the same
+  // words, or only `told`.
   void refuse(ConnectionId connection, const Error& why, const Now& now,
               const std::string& told = {});
   void close_all(CloseCode code, const std::string& reason);
 
   // The login method's answer for a connection that is here. `not_before`: when it may be let in.
-  // True: the answer waits, and comes back by take_due(). A right login waits until `not_before`. A
-  // wrong one waits as long as it may if there are too many of them, of its address or of all.
+  // True: the answer waits, and take_due() returns it later. A right login waits until
+  // `not_before`. A wrong one waits as long as possible if there are too many, of its address or of
+  // all.
   [[nodiscard]] bool puts_off(Authenticated& answer, TimePoint not_before, const Now& now);
   std::optional<Authenticated> take_due(const Now& now);
-  // The login method reports changes by itself: they hold for the logins that wait, too.
+  // The login method reports changes by itself: they hold for waiting logins, too.
   void take_changes(const IdentitiesChanged& changed);
 
   void on_time(const Now& now);
-  // One that has failed, if there is any.
+  // A connection that has failed, if there is any.
   [[nodiscard]] std::optional<ConnectionId> failed() const;
   [[nodiscard]] std::optional<TimePoint> deadline() const;
   [[nodiscard]] StrangersStatus status() const;
@@ -57,14 +58,14 @@ class Strangers {
  private:
   struct Place {
     std::unique_ptr<Connection> connection;
-    std::string address;  // whom limits count; empty: none do
+    std::string address;  // the address that limits count; empty: none do
     int share = 1;
     std::string customer;
     std::optional<Authenticated> answer;  // put off
-    TimePoint due{};                      // then it is to be given
+    TimePoint due{};                      // when the answer is given
   };
 
-  // As refuse(), but it counts nowhere.
+  // Closes the connection without counting it.
   void end(ConnectionId connection, const Error& why, const Now& now, const std::string& told = {});
   [[nodiscard]] bool is_one_too_many(const Place& wrong, const Now& now);
 

@@ -1,4 +1,4 @@
-// What the core asks for: of ROS, the network, the login, the workers and the log.
+// Requests of the core: to ROS, the network, the login, the workers and the log.
 #pragma once
 
 #include <optional>
@@ -32,14 +32,14 @@ struct CreateMirror {
   std::string type;
   std::string type_hash;
   Qos qos;                      // depth is always given
-  std::string node = {};        // the proxy node that is to own it ("/talker"); empty: our own
-  bool any_definition = false;  // its hash is not compared with the installed type
+  std::string node = {};        // the proxy node that owns it ("/talker"); empty: our own
+  bool any_definition = false;  // the hash is not compared with the installed type
 };
 struct DestroyMirror {
   MirrorId id;
 };
-// Larger samples are checked beside the loop, and published in their mirror's order. The payload is
-// let go on this thread, when that is done.
+// Larger samples are checked beside the loop, and published in their mirror's order. Their payload
+// is released on this thread afterwards.
 inline constexpr std::size_t kLargeSample = 1 << 20;
 
 struct Publish {
@@ -50,12 +50,12 @@ struct CreateServiceMirror {
   ServiceMirrorId id;
   std::string service;
   std::string type;
-  std::string type_hash;  // must be that of the installed type, if both are known
+  std::string type_hash;  // must match the installed type's hash, if both are known
   std::string node = {};  // as in CreateMirror
   bool any_definition = false;
 };
 struct DestroyServiceMirror {
-  ServiceMirrorId id;  // its requests without an answer are forgotten
+  ServiceMirrorId id;  // unanswered requests are forgotten
 };
 struct SendResponse {
   ServiceMirrorId mirror;
@@ -80,19 +80,19 @@ struct SendRequest {
   Payload payload;
   std::optional<Audit> line = {};  // of a peer's call, to be recorded before
 };
-// The content of the response is not wanted any longer, only the notice that it came.
+// Only the notice that the response came is still wanted, not its content.
 struct DropInvocation {
   ServiceClientId client;
   InvocationId invocation;
 };
-// Whether the ROS time of this side is that of /clock.
+// Should the ROS time of this side be that of /clock?
 struct FollowClock {
   bool on = false;
 };
-// Ask for a new GraphChanged: a sample of this topic came from a publisher not seen yet. That topic
-// is looked at first, as the publisher may be gone before a large graph is read.
+// Requests a new GraphChanged: a sample of this topic came from a publisher not seen yet. That
+// topic is read first, as the publisher may be gone before a large graph is read.
 struct RefreshGraph {
-  std::string topic;  // empty: none in particular
+  std::string topic;  // empty: no topic in particular
 };
 
 // ---- core -> network, login, workers
@@ -101,27 +101,28 @@ struct RefreshGraph {
 struct Dial {
   ConnectionId connection;
 };
-// The peer is known (server: after login; client: after welcome): from now on it may send packets
-// of up to packet_bytes_max. Until then the network takes 4096 bytes per packet and 16 KiB in
+// The peer is authenticated (server: after login; client: after welcome): from now on it may send
+// packets of up to packet_bytes_max. Before, the network takes 4096 bytes per packet and 16 KiB in
 // total.
 struct OpenGate {
   ConnectionId connection;
   std::uint32_t packet_bytes_max = 0;
 };
-// Send what was handed out, then close with this code. No PacketReceived follows, but
-// ConnectionClosed does.
+// Sends the packets that were handed out, then closes with this code. No PacketReceived follows,
+// but ConnectionClosed does.
 struct CloseConnection {
   ConnectionId connection;
   CloseCode code = CloseCode::kNormal;
   std::string reason;  // at most 120 bytes of UTF-8 (RFC 6455: 123)
 };
-// Open links renew theirs first; strangers take turns, and so do those who renew.
+// Logins of open links are renewed first. Unauthenticated connections take turns, and so do
+// renewals.
 struct Authenticate {
   ConnectionId connection;
   std::string peer;
   std::string method;
   Bytes credential;
-  std::string turn{};    // whose: of a stranger's customer, or of the link's identity
+  std::string turn{};    // takes turns as a connection's customer, or the link's identity
   bool renewal = false;  // of an open link
 };
 // Links take turns, so that one with much work does not hold up the others.
@@ -129,7 +130,7 @@ struct CompressJob {
   JobId job;
   Compression how;
   Payload raw;
-  LinkId turn = {};  // the link that it is for; none: all links
+  LinkId turn = {};  // the link that gets the result; none: all links
 };
 struct DecompressJob {
   JobId job;

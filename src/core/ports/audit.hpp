@@ -1,5 +1,5 @@
-// Events that an operator may want to know later: who logged in, what was granted to them and what
-// they did. docs/security.md section "The audit log".
+// Events that an operator may want to know later: logins, granted rights, and actions of peers.
+// docs/security.md section "The audit log".
 #pragma once
 
 #include <array>
@@ -19,25 +19,25 @@ enum class AuditEvent : std::uint8_t {
   kStarted,  // of this side, as kStopped
   kStopped,
   kRulesChanged,  // the operator's change is in force
-  kRulesRefused,  // it is not
+  kRulesRefused,  // the operator's change is refused
   kLogin,         // a connection carries a link from now on
-  kRefused,       // a connection before its login was ended
+  kRefused,       // a connection was closed before its login
   kLinkLost,      // a connection that carried a link has ended
   kRenewed,       // the login of a link was renewed
   kRenewalRefused,
   kRightsChanged,   // the login method reports other groups or another end of a login
-  kRevoked,         // it withdrew the login
+  kRevoked,         // the login method withdrew the login
   kChannelOpened,   // rules here allow it; exported: the peer accepts it
   kChannelRefused,  // imported: by rules or limits here; exported: by the peer
   kChannelEnded,    // while the link goes on
   kDemanded,        // the peer receives an exported topic from now on
   kDemandEnded,
-  kCall,  // of a peer at a service here, which gets it now
-  kGoal,  // the same of an action
+  kCall,  // of a peer; the service here gets it now
+  kGoal,  // the same for an action
   kCallRefused,
 };
 
-// As the log has it.
+// The words of the audit log.
 inline constexpr std::array<Word<AuditEvent>, 19> kAuditWords{{
     {AuditEvent::kStarted, "started"},
     {AuditEvent::kStopped, "stopped"},
@@ -63,19 +63,19 @@ inline constexpr std::array<Word<AuditEvent>, 19> kAuditWords{{
 struct AuditChannel {
   Direction direction = Direction::kExport;
   InterfaceKind kind = InterfaceKind::kTopic;
-  std::string name;  // on the wire; of a goal: the action's
+  std::string name;  // on the wire; for a goal: the action's
   std::string type;
-  std::string rule;  // the rule that opened it; empty: none, or not known here
+  std::string rule;  // the rule that opened it; empty: none, or unknown here
 };
 
 struct AuditOptions {
   std::string file;  // empty: there is no audit log
-  // A call or goal of a peer that cannot be recorded is refused.
+  // Refuses a call or goal of a peer that cannot be recorded.
   bool required = false;
 };
 
-// One line of the audit log. Texts of a peer are in it unchanged, with sizes bounded by the
-// protocol: the writer turns them into valid text.
+// One line of the audit log. Texts of a peer are unchanged, with sizes bounded by the protocol: the
+// writer turns them into valid text.
 struct Audit {
   AuditEvent event = AuditEvent::kStarted;
   LinkId link = {};  // none: before the login, or without a peer

@@ -1,4 +1,4 @@
-// Collects the actions of the parts of a side, who pays for them, and what follows; gives out ids.
+// Collects the actions of a side's parts, their payers, and the follow-ups; gives out ids.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,8 @@ namespace connect_bridge {
 
 class Outputs {
  public:
-  // While it exists, what is done and pushed is done for one identity.
+  // Work that is done and actions that are pushed while this object exists are done for one
+  // identity.
   class Paying {
    public:
     Paying(Outputs& outputs, Payer payer)
@@ -34,35 +35,37 @@ class Outputs {
     Payer before_;
   };
   [[nodiscard]] const Payer& payer() const { return payer_; }
-  // A step begins, for which nobody pays until somebody does.
+  // A step begins. It has no payer until Paying sets one.
   void begin_step() { paying_.clear(); }
-  // What was done since begin_step(), or the action that was given last, has cost so much. Those
-  // for whom it was pay alike.
+  // Charges the cost of the work since begin_step(), or of the action that was given last. All
+  // payers of it pay alike.
   void spent(Duration cost, TimePoint now) {
     for (const Payer& payer : paying_) payer->add(cost / static_cast<int>(paying_.size()), now);
   }
 
   void push(Action action) { actions_.emplace_back(std::move(action), payer_); }
   void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
-  // To be done by the side once the input is handled.
+  // Work for the side once the input is handled.
   void follow_up(FollowUp what) { follow_ups_.add(what); }
-  // The first one that is to be done now, if it is not behind `last`.
+  // The first follow-up to do now, if it does not come after `last`.
   std::optional<FollowUp> take_follow_up(FollowUp last) { return follow_ups_.take(last); }
 
-  // For what comes back as often as its cause does, and for what several parts say alike.
+  // Logs a line once: for an event that comes back as often as its cause, and for a line that
+  // several parts log alike.
   void log_once(LogLevel level, const std::string& text) { log_once(told_, level, text); }
-  // What was logged once that is not of one identity.
+  // The record of lines that were logged once and are not of one identity.
   [[nodiscard]] TellOnce& told() { return told_; }
-  // For lines with words of a peer: those of its identity, so that it silences nobody else's.
+  // Logs a line with words of a peer once. `told`: the record of the peer's identity, so that the
+  // peer silences no other's lines.
   void log_once(TellOnce& told, LogLevel level, const std::string& text) {
     if (told.first(text)) log(level, text);
   }
 
-  // Whether an audit log is kept; otherwise its lines need not be made.
+  // True: an audit log is kept. Otherwise its lines need not be made.
   [[nodiscard]] bool audits() const { return audits_; }
   void set_audits(bool on) { audits_ = on; }
 
-  // To be called from time to time.
+  // Called from time to time.
   void on_time(const Now& now) { told_.on_time(now); }
 
   std::optional<Action> next() {
@@ -87,7 +90,7 @@ class Outputs {
   }
 
   std::deque<std::pair<Action, Payer>> actions_;
-  Payer payer_;                // of what is done now
+  Payer payer_;                // of the present work
   std::vector<Payer> paying_;  // each once
   FollowUps follow_ups_;
   TellOnce told_;

@@ -1,4 +1,4 @@
-// Whose the loop's time is.
+// The owner of the loop's time.
 #pragma once
 
 #include <cmath>
@@ -8,16 +8,16 @@
 
 namespace connect_bridge {
 
-// What one identity has used of the loop's time lately: half of it is forgotten in a second. To be
-// compared with that of others.
+// Loop time that one identity has used lately: half of it is forgotten in a second. Only a
+// comparison with other identities has a meaning.
 class LoopTime {
  public:
   void add(Duration cost, TimePoint now) {
     used_ = used_ * std::exp2(seconds(at_) - seconds(now)) + static_cast<double>(cost.count());
     at_ = now;
   }
-  // Who has used less at the same time has the smaller one. It grows with what is added, and stays
-  // as it is while time passes.
+  // The identity that has used less at the same time has the smaller rank. The rank grows with
+  // added time, and stays while time passes.
   [[nodiscard]] double rank() const { return std::log2(used_) + seconds(at_); }
 
  private:
@@ -29,7 +29,7 @@ class LoopTime {
   TimePoint at_{};
 };
 
-// Who pays for what a step costs. Null: nobody.
+// The identity that pays for the cost of a step. Null: nobody.
 using Payer = std::shared_ptr<LoopTime>;
 
 }  // namespace connect_bridge

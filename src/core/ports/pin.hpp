@@ -1,4 +1,4 @@
-// An entry of `tls.pin`: a server's public key, and whom such a server is for the rules.
+// An entry of `tls.pin`: a server's public key, and the server's identity for the rules.
 #pragma once
 
 #include <iterator>
@@ -11,7 +11,7 @@ namespace connect_bridge {
 
 struct Pin {
   std::string key;  // SHA-256 of the public key (SPKI), in base64
-  Identity is;      // without a name: nobody
+  Identity is;      // without a name: no identity
 };
 
 // "KEY", "KEY NAME" or "KEY NAME GROUP ...".

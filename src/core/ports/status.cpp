@@ -14,7 +14,7 @@ bool is_used(const ServiceStatus& service) {
   return service.calls > 0;
 }
 
-// A peer may offer thousands.
+// Takes out the entries beyond kShownMax, unused ones first: a peer may offer thousands.
 template <class Shown>
 std::vector<Shown> take_further(std::vector<Shown>& all) {
   if (all.size() <= LinkStatus::kShownMax) return {};

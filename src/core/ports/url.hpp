@@ -17,7 +17,7 @@ namespace connect_bridge {
   return bracketed(host) + ":" + std::to_string(port);
 }
 
-// "robot", "[2001:db8::1]": of an address as host_and_port() writes it, or of one without a port.
+// "robot", "[2001:db8::1]": the host of an address, with or without a port (host_and_port()).
 [[nodiscard]] inline std::string host_of(const std::string& address) {
   return address.ends_with(']') ? address : address.substr(0, address.rfind(':'));
 }
@@ -35,17 +35,18 @@ struct Url {
   std::string host{};        // name or address literal, IPv6 without brackets, with its zone if any
   std::uint16_t port = 80;   // if secure 443
   std::string target = "/";  // path and query
-  std::string robot{};       // that the relay at `host` leads to; empty: `host` is no relay
+  std::string robot{};  // the robot that the relay at `host` leads to; empty: `host` is no relay
 
   // The value of the HTTP header "Host". A zone means something on this machine only (RFC 6874).
   [[nodiscard]] std::string authority() const {
     return authority_of(host.substr(0, host.find('%')));
   }
-  // Who is dialled, for people: "robot7@relay.example".
+  // The destination, for people: "robot7@relay.example".
   [[nodiscard]] std::string whom() const {
     return (robot.empty() ? "" : robot + "@") + authority_of(host);
   }
-  // For logs and messages: without the query, which may hold a secret. `scheme`: "ws" or "http".
+  // The URL for logs and messages: without the query, which may hold a secret. `scheme`: "ws" or
+  // "http".
   [[nodiscard]] std::string text(std::string_view scheme) const {
     return std::string{scheme} + (secure ? "s://" : "://") + whom() +
            target.substr(0, target.find('?'));
@@ -57,7 +58,7 @@ struct Url {
   }
 };
 
-// An HTTP proxy on the way to a server (CONNECT), over plain HTTP.
+// An HTTP proxy on the route to a server (CONNECT), over plain HTTP.
 struct HttpProxy {
   std::string host{};  // name or address literal, IPv6 without its brackets
   std::uint16_t port = 80;

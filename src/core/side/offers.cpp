@@ -11,8 +11,8 @@ namespace connect_bridge {
 
 namespace {
 
-// `part` has local names; of an action it is the part for goals, whose rights are those of any
-// part.
+// Logs that a type cannot be taken here. `part` has local names; for an action it is the goal part,
+// whose rights are those of every part.
 void log_lack(const Link& link, const SideView& side, const std::string& shown, Interface part,
               const TypeLack& lack) {
   const auto wire_name = link.names.to_wire(part.name);
@@ -31,7 +31,7 @@ void log_lacks(const Link& link, const SideView& side) {
       log_lack(link, side, key.first, {InterfaceKind::kTopic, key.first, key.second}, *topic.lack);
   for (const auto& [key, service] : side.graph.services())
     if (service.lack && !has_action_token(key.first) &&
-        !side.claims.serves(service_gid(key.first)))  // another bridge's
+        !side.claims.serves(service_gid(key.first)))  // another bridge serves it
       log_lack(link, side, key.first, {InterfaceKind::kService, key.first, key.second},
                *service.lack);
   for (const auto& [name, action] : side.actions.lacked()) {
@@ -55,7 +55,7 @@ void offer_to(Link& link, const SideView& side, LocalTopics& topics, LocalServic
     side.outputs.log_once(link.account->told, LogLevel::kWarn,
                           "not all interfaces of this side are offered to " + link.peer().node +
                               ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
-  // Not too early: at `complete` the peer forgets what it had and was not offered again
+  // Not too early: after `complete` the peer forgets channels that were not offered again
   // (docs/protocol.md section 7, rule 9).
   const bool completes = link.accepts.take_completion();
   if (offers.empty() && !completes) return;
@@ -69,7 +69,7 @@ Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channel
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};
     if (link.offered() >= channels_max)
       return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
-    // Before an owner judges it: a channel that is declined stays offered, counts for the limit,
+    // Before an owner judges the channel: a declined channel stays offered, counts for the limit,
     // and may be withdrawn later.
     link.expect_offered(channel.channel, channel.kind);
     if (channel.kind == InterfaceKind::kService) {

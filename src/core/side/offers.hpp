@@ -1,4 +1,4 @@
-// Offers: what the peer of a link is offered, and what it offers.
+// Offers to the peer of a link, and offers of the peer.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,13 @@
 
 namespace connect_bridge {
 
-// Offers what the peer may have and has not been offered yet. What it could not get, as its type
-// cannot be taken here, is in the log, once for each type.
+// Offers the interfaces that the peer may have and that were not offered yet. Interfaces whose type
+// cannot be taken here are logged, once for each type.
 void offer_to(Link& link, const SideView& side, LocalTopics& topics, LocalServices& services,
               const Now& now);
 
-// The peer offers these channels. Errors: kIllegal for a number that is in use, kTooLarge beyond
-// `channels_max`.
+// Takes channels that the peer offers. Errors: kIllegal for a number that is in use, kTooLarge
+// beyond `channels_max`.
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,
                            PeerTopics& topics, PeerServices& services, const Now& now);
 

@@ -1,4 +1,4 @@
-// What the operator sets for one side.
+// Settings of one side, from the operator.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace connect_bridge {
 
-// The options of all its parts; `config` fills it.
+// The options of all parts of a side; `config` fills them.
 struct SideOptions : LinkOptions, JobOptions, GraphOptions, TopicOptions, ServiceOptions {
   Policy policy;
-  bool audits = false;                // whether lines of the audit log are made
+  bool audits = false;                // whether audit lines are made
   std::uint32_t channels_max = 4096;  // offers accepted from one peer
 };
 

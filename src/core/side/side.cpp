@@ -32,7 +32,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
-  outputs_.follow_up(FollowUp::kClaim);  // it is the first word, also if it names nothing
+  outputs_.follow_up(FollowUp::kClaim);  // the first one, even if it names nothing
 }
 
 void Side::handle(Input input, const Now& now) {
@@ -46,8 +46,8 @@ void Side::handle(Input input, const Now& now) {
 
 // One input may change the demand for many channels, the use of actions, and the offers: messages
 // are sent to the peers once, after all of it is handled. Sending may fail a connection (a peer
-// that does not read), and a lost link changes demand and offers again. This repeats until no
-// connection fails; it ends, as each failure removes one.
+// that does not read), and a lost link changes demand and offers again. The loop repeats until no
+// connection fails; each failure removes one, so the loop ends.
 void Side::settle(const Now& now) {
   do {
     while (const auto what = outputs_.take_follow_up(FollowUp::kOffers)) follow(*what, now);
@@ -74,7 +74,7 @@ void Side::follow_clock() {
   if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
 }
 
-// While an action's services are attached its topics stay subscribed.
+// The topics of an action stay subscribed while its services are attached.
 void Side::hold_actions(const Now& now) {
   for (const auto& use : service_exports_.take_action_uses())
     exports_.hold_action(use.action, use.on, now);
@@ -103,7 +103,7 @@ void Side::on_graph(const GraphDifference& difference, const Now& now) {
   service_imports_.on_graph(now, difference);
 }
 
-// When an action becomes whole or stops being whole, its parts may be offered or not.
+// Parts of an action are offered while the action is whole.
 void Side::update_exports(const Now& now) {
   service_exports_.on_graph(now);
   if (!actions_.update(local_.view, local_.claims)) return send_offers(now);
@@ -116,7 +116,7 @@ void Side::on(MessageTaken& input, const Now& now) {
   if (changed) on_claims(now);
 }
 
-// What other bridges of this graph mirror has changed.
+// The mirrors of other bridges in this graph have changed.
 void Side::on_claims(const Now& now) {
   outputs_.follow_up(FollowUp::kClock);
   if (local_.on_claims()) exports_.on_graph(now);
@@ -171,7 +171,7 @@ void Side::on_identity_changed(Link& link, const Now& now) {
 
 void Side::tell_rights(Link& link, const Now& now) {
   if (link.open()) send_accepts(link);
-  exports_.recheck_kept(link, now);  // also of one that has returned and was offered nothing yet
+  exports_.recheck_kept(link, now);  // also for a link that has returned and got no offer yet
 }
 
 void Side::recheck_rights(const Now& now) {
@@ -228,7 +228,7 @@ bool Side::may_give_time(const Link& link) const {
          is_for(options_.clock_identities, options_.clock_groups, link.login.identity());
 }
 
-// Of several links one gives the time.
+// If several links may give the time, one does.
 void Side::take_time_of(Link& link, const Now& now) {
   if (!may_give_time(link) || (clock_from_ && clock_from_ != link.id)) return;
   clock_from_ = link.id;
@@ -246,7 +246,7 @@ void Side::end_time_of_peer(const Now& now) {
 
 void Side::on_link_lost(Link& link, const Now& now) {
   outputs_.follow_up(FollowUp::kClock);
-  // So that what is published here now does not count as lost with the connection.
+  // First, so that messages published here now do not count as lost with the connection.
   imports_.finish(link, now);
   if (link.life.may_return()) exports_.keep(link, now);
   LinkStatus last;
@@ -301,8 +301,8 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
   return Nothing{};
 }
 
-// Rights are checked link by link. Before all are, no call starts and no subscription is made.
-// Services come first: a topic that they release is then not subscribed again.
+// Rights are checked link by link. Until all are checked, no call starts and no subscription is
+// made. Services come first: a topic that they release is then not subscribed again.
 void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   outputs_.follow_up(FollowUp::kClock);
   missing_.on_change(now);
@@ -328,7 +328,7 @@ Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
   return taken;
 }
 
-// One link at a time: each costs as much as its channels are.
+// One link at a time: a check costs as much as the link has channels.
 void Side::look_for_missing(const Now& now) {
   const auto id = missing_.take_due(now);
   const auto found = id ? links_.all().find(*id) : links_.all().end();

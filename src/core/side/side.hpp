@@ -36,23 +36,23 @@ namespace connect_bridge {
 // new rules, a lost link) the order is decided here.
 class Side final : private LinkUser {
  public:
-  // `started`: the system clock now. Of two bridges of one graph the one that started first keeps
-  // what both claim (core/graph/claims.hpp).
+  // `started`: the system clock now. If two bridges of one graph claim the same, the one that
+  // started first keeps it (core/graph/claims.hpp).
   Side(SideOptions options, std::uint64_t seed, Stamp started);
   Side(const Side&) = delete;
   Side& operator=(const Side&) = delete;
 
   void handle(Input input, const Now& now);
-  // A packet of this connection has come. It is to wait until take_turn() gives the connection:
-  // then handle() gets it, before the next one of this connection has come.
+  // A packet of this connection has come, and waits until take_turn() gives the connection. Then
+  // handle() gets the packet, before the next one of this connection has come.
   void on_arrival(ConnectionId connection, const Now& now) { links_.on_arrival(connection, now); }
-  // Whose packet handle() is to get now: that of who has used least of the loop's time. nullopt: no
-  // packet waits.
+  // The connection whose packet handle() gets now: its identity has used least of the loop's time.
+  // nullopt: no packet waits.
   std::optional<ConnectionId> take_turn(const Now& now) { return links_.take_turn(now); }
-  // What the last handle(), next_packet(), or the last action's carrying out, took of the loop.
+  // The loop time that the last handle(), next_packet() or action took.
   void spent(Duration cost, TimePoint now) { outputs_.spent(cost, now); }
   std::optional<Action> next_action() { return outputs_.next(); }
-  // The next WebSocket message for this connection; call when the previous one has been handed to
+  // The next WebSocket message for this connection. Called when the previous one has been handed to
   // the socket.
   std::optional<Packet> next_packet(ConnectionId connection, const Now& now,
                                     const Repairs& repairs = {}) {
@@ -60,7 +60,7 @@ class Side final : private LinkUser {
     return links_.next_packet(connection, now, repairs);
   }
   // A connection that may have a packet since the last input, each once; nullopt: there is no other
-  // one. Besides, next_packet() needs to be called only after a packet that says that more follows.
+  // one. Besides, next_packet() is called only after a packet that announces more.
   std::optional<ConnectionId> take_ready() { return links_.take_ready(); }
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
@@ -106,7 +106,7 @@ class Side final : private LinkUser {
   void on(InvocationFailed& input, const Now& now) { service_exports_.on(input, now); }
   void on(ServiceClientFailed& input, const Now& now) { service_exports_.on(input, now); }
 
-  // ---- what links report
+  // ---- reports of the links
   Result<Nothing> on(Link& link, const Offer& offer, const Now& now) override;
   Result<Nothing> on(Link& link, Accepts accepts, const Now& now) override;
   Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) override {
@@ -148,13 +148,13 @@ class Side final : private LinkUser {
   void publish_claim(const Now& now);
   void on_claims(const Now& now);
   void on_graph(const GraphDifference& difference, const Now& now);
-  void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
+  void update_exports(const Now& now);  // the graph, or claims of other bridges, have changed
   void recheck(const std::vector<Link*>& links, const Now& now);
   void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
   void recheck_rights(const Now& now);
   void send_accepts(Link& link);
   void tell_rights(Link& link, const Now& now);
-  void send_offers(const Now& now);            // to all links that are open
+  void send_offers(const Now& now);            // to all open links
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
   void look_for_missing(const Now& now);
   [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;

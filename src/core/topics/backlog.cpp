@@ -12,13 +12,13 @@ bool is_behind(std::uint32_t sequence, std::uint32_t last) {
   return sequence != last && sequence - last < (std::uint32_t{1} << 31);
 }
 
-// Whose place a newer one takes.
+// The key of the older message that this one replaces; none: the message replaces no other.
 std::optional<std::pair<std::uint32_t, std::uint64_t>> state_of(const OutMessage& message) {
   if (!message.state) return std::nullopt;
   return std::pair{message.subject.value, *message.state};
 }
 
-// A number that was begun to be sent stays.
+// A message that has a number was begun to be sent: it stays.
 bool is_replaced(const OutMessage& message) {
   return message.state && message.sequence == 0;
 }
@@ -27,8 +27,8 @@ bool is_replaced(const OutMessage& message) {
 
 void LinkBacklog::keep_bound() {
   while (bytes() > bytes_max_ || (bytes() > 0 && memory_.room() == 0)) {  // mutant: kept_bound
-    // The new message may be the one that goes: it is in the topic with the most bytes, perhaps
-    // alone. Each turn makes that topic smaller, so it ends.
+    // The topic with the most bytes gives way, and may lose the new message itself. Each turn makes
+    // that topic smaller, so the loop ends.
     const auto most = std::max_element(topics_.begin(), topics_.end(), [](auto* a, auto* b) {
       return a->bytes_.amount() < b->bytes_.amount();
     });
@@ -72,9 +72,9 @@ void Backlog::add(OutMessage message) {
 }
 
 std::deque<OutMessage> Backlog::take(std::uint32_t after) {
-  // Messages that were begun on the lost connection have a number and are the first. Of these the
-  // peer says how far it has got; those without a number never left. What it has counts as arrived,
-  // though no acknowledgement said so, and not as dropped (Backlogs::go_on).
+  // Messages that were begun on the lost connection come first and have a number. The peer reports
+  // how far it has received those; messages without a number never left. Messages that the peer has
+  // count as arrived, even without an acknowledgement, and not as dropped (Backlogs::go_on).
   auto rest = messages_.begin();
   while (rest != messages_.end() && rest->second.sequence != 0 &&
          !is_behind(rest->second.sequence, after))  // mutant: arrived_again

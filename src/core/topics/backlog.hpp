@@ -21,8 +21,8 @@ namespace connect_bridge {
 
 class Backlog;
 
-// All that is kept for one link, within a limit in bytes and within the room of `memory`, the
-// link's budget. Beyond it the topic with the most bytes drops its oldest message, so that a camera
+// The backlogs of all topics of one link. A limit in bytes bounds them, and the room of `memory`,
+// the link's budget. Beyond it the topic with the most bytes drops its oldest message, so a camera
 // does not displace the messages of a small topic.
 class LinkBacklog {
  public:
@@ -33,7 +33,7 @@ class LinkBacklog {
 
   [[nodiscard]] bool empty() const { return topics_.empty(); }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_.used(); }
-  // Messages that were resumed, and those that were lost, since the link was lost.
+  // Messages that were resumed, and messages that were lost, since the link was lost.
   [[nodiscard]] std::uint64_t resumed() const { return resumed_; }
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
@@ -49,7 +49,7 @@ class LinkBacklog {
   std::vector<Backlog*> topics_;  // in the order in which they were added
 };
 
-// The part of one topic, in the order in which it will be sent. Single-threaded.
+// The backlog of one topic, in the order in which it will be sent. Single-threaded.
 class Backlog {
  public:
   struct Options {
@@ -57,22 +57,24 @@ class Backlog {
     std::string type_hash;
     RateLimits rates;
     Keep keep = Keep::kAll;
-    std::uint32_t message_bytes_max = 0;  // largest that the peer accepted
-    std::uint32_t last_sequence = 0;      // of the last message that was begun
-    ExportTimers::Timer ends;             // when it is dropped, if the link has not returned
+    std::uint32_t message_bytes_max = 0;  // largest message that the peer accepts
+    std::uint32_t last_sequence = 0;      // number of the last message that was begun
+    ExportTimers::Timer ends;  // when the backlog is dropped, unless the link has returned
   };
   Backlog(LinkBacklog& all, Link& link, Options options);
   Backlog(const Backlog&) = delete;
   Backlog& operator=(const Backlog&) = delete;
   ~Backlog();
 
-  // Whether a new sample is to be kept: the same limits apply as for an open link.
+  // Decides whether a new sample is kept: the same limits apply as on an open link. A refused
+  // sample is counted as dropped.
   [[nodiscard]] bool admit(const OutSample& sample, const Now& now);
-  // A message with a state takes the place of an older one that was not begun to be sent.
+  // Keeps the message. A message with a state replaces an older one that was not begun.
   void add(OutMessage message);
-  // Takes out the messages behind `after`, the last one that the peer has. Afterwards it is empty.
+  // Takes out the messages behind `after`, the last one that the peer has. The backlog is empty
+  // then.
   [[nodiscard]] std::deque<OutMessage> take(std::uint32_t after);
-  // Drops all of them for this reason.
+  // Drops all messages, and counts them under this reason.
   void clear(DropReason reason);
   void drop(DropReason reason, std::uint64_t count = 1);
 
@@ -90,7 +92,7 @@ class Backlog {
 
  private:
   friend class LinkBacklog;
-  // By arrival: what is taken out of the middle moves no other one.
+  // Keyed by arrival: a message taken out of the middle moves no other one.
   using Messages = std::map<std::uint64_t, OutMessage>;
   using State = std::pair<std::uint32_t, std::uint64_t>;  // subject, state
 
@@ -102,7 +104,7 @@ class Backlog {
   Options options_;
   Messages messages_;
   std::uint64_t arrivals_ = 0;
-  // The messages with a state that were not begun; a search would cost each sample all messages.
+  // Messages with a state that were not begun. Without this map each sample would search all.
   std::map<State, Messages::iterator> states_;
   std::unordered_map<OriginId, std::size_t> by_origin_;  // number of messages per origin
   Budget::Hold bytes_;

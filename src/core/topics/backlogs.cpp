@@ -5,11 +5,12 @@
 #include <utility>
 
 // The course of a break, for one topic and one link (docs/protocol.md section 8.10). When the
-// connection is about to be lost, begin() takes what may not have arrived out of the link's queue.
-// Then add() keeps each new reliable sample. When the link is back and the topic is offered to it
-// again, take_over() says whether the offer continues (`resume`). The first demand decides: go_on()
-// sends the rest behind what the peer has, or drops it. If that demand does not come in time,
-// end_overdue() drops it. A further loss before it changes nothing but the time (renew).
+// connection is about to be lost, begin() takes messages that may not have arrived from the link's
+// queue. Then add() keeps each new reliable sample. When the link is back and the topic is offered
+// to it again, take_over() decides whether the offer continues (`resume`). The first demand
+// decides: go_on() sends the messages that the peer does not have, or drops them. Without a demand
+// in time end_overdue() drops them. A further loss before the demand only starts the time again
+// (renew).
 namespace connect_bridge {
 namespace {
 
@@ -22,7 +23,7 @@ TopicStatus status_of(const TopicKey& key) {
 }
 
 void keep(Backlog& backlog, const OutSample& sample) {
-  // Raw: how it is to be compressed depends on the connection that will carry it.
+  // Raw: the connection that will carry the sample decides its compression.
   OutMessage message = TopicOffer::message_of(sample, Codec::kNone, sample.raw);
   message.resumes = true;
   if (backlog.keep() == Keep::kAll) message.state.reset();
@@ -55,7 +56,7 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
   LinkBacklog& all =
       context_.kept.try_emplace(link, context_.options.resume_bytes_max, lost.memory).first->second;
   Backlog& backlog = backlogs_.try_emplace(link, all, lost, std::move(options)).first->second;
-  // In the order of the channel: what the link had in its queue was taken before what a worker
+  // The order of the channel: messages in the link's queue are older than samples that a worker
   // still compresses.
   for (auto& message : unarrived.messages) backlog.add(std::move(message));
   for (const auto& sample : encoding)
@@ -76,8 +77,8 @@ void Backlogs::miss() {
   for (auto& [link, backlog] : backlogs_) backlog.drop(DropReason::kResumeBound);
 }
 
-// What was kept goes on only where the topic is still offered with the treatment and the type that
-// it was kept under: the peer's demand and the rules of both sides were for these.
+// The backlog goes on only if the topic is still offered with the same treatment and type: the
+// peer's demand and the rules of both sides were for these.
 bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened, const Now& now) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
@@ -86,16 +87,16 @@ bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened, const Now&
   return false;
 }
 
-// The first demand on the new connection decides. `after` says what had arrived: that counts as
-// sent, although it was never acknowledged, and the rest is sent. Without `after` the peer does not
-// know where it was: to send what was kept could repeat messages, so it is dropped.
+// The first demand on the new connection decides. Messages up to `after` have arrived: they count
+// as sent, even without an acknowledgement, and the rest is sent. Without `after` the peer does not
+// know where it was: sending could repeat messages, so the backlog is dropped.
 bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now) {
   const auto at = backlogs_.find(link);
   if (at == backlogs_.end()) return false;
   Backlog& backlog = at->second;
   const bool goes_on = offer.resumes() && demand.after;
   if (goes_on) {
-    TopicStatus arrived = status_of(what_->key);  // that was not known, and is counted nowhere
+    TopicStatus arrived = status_of(what_->key);  // these arrived, but were counted nowhere yet
     arrived.messages = backlog.size();
     auto messages = backlog.take(*demand.after);
     arrived.messages -= messages.size();
@@ -139,17 +140,17 @@ void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, DropReason re
   Link& link = backlog->second.link();
   link.keep_counts({std::move(counts)});
   backlogs_.erase(backlog);
-  // The topic may be over with that, or its subscription, but neither can be destroyed while the
-  // topic is asked: its next deadline, at once, does it.
+  // The topic or its subscription may be needed no longer, but nothing may destroy them while the
+  // topic works here. The topic's next deadline, at once, does that.
   ended_ = timers_.set(now.steady);
-  // One line of the log for all topics of the link, when the last of them has ended.
+  // One log line for all topics of the link, when their last backlog has ended.
   const auto all = context_.kept.find(link.id);
   if (!all->second.empty()) return;
   const auto resumed = all->second.resumed();
   const auto lost = all->second.lost();
   context_.kept.erase(all);
   if (resumed + lost == 0) return;
-  // A peer that comes and goes causes it as often.
+  // A peer that connects and disconnects repeatedly would cause a line each time.
   if (const auto count = link.account->lines.count(now))
     context_.outputs.log(lost > 0 ? LogLevel::kWarn : LogLevel::kInfo,
                          "after the break of the link with " + link.label() + " " +

@@ -1,4 +1,4 @@
-// What one topic keeps for lost links, until they resume it or will not return.
+// Messages that one topic keeps for lost links, until a link resumes them or will not return.
 #pragma once
 
 #include <map>
@@ -13,14 +13,14 @@
 
 namespace connect_bridge {
 
-// Belongs to an exported topic. A link has a backlog from the loss of its connection until its
-// demand on another one. Single-threaded.
+// Belongs to a local topic. A link has a backlog from the loss of its connection until its demand
+// on another one. Single-threaded.
 class Backlogs {
  public:
   Backlogs(ExportContext& context, std::shared_ptr<const LocalInterface> what, TopicTimers timers)
       : context_(context), what_(std::move(what)), timers_(timers) {}
 
-  // Else samples are to be kept, and the topic must stay subscribed.
+  // No link waits to resume. If one does, samples are kept and the topic stays subscribed.
   [[nodiscard]] bool empty() const { return backlogs_.empty(); }
   [[nodiscard]] bool contains(LinkId link) const { return backlogs_.contains(link); }
   // Whether a message of this origin is kept.
@@ -28,8 +28,8 @@ class Backlogs {
   // Whether a rule requires the subscription to be volatile.
   [[nodiscard]] bool want_volatile() const;
 
-  // The connection of this offer is about to be lost: keeps what may not have arrived, and what is
-  // published from now on. `encoding`: samples that are being compressed for it.
+  // The connection of this offer is about to be lost: keeps messages that may not have arrived, and
+  // all that are published from now on. `encoding`: samples that a worker compresses for the offer.
   void begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
              const Now& now);
   // The link is lost again before it was resumed: the time limit starts again.
@@ -38,26 +38,26 @@ class Backlogs {
   void add(const OutSample& sample, const Now& now);
   // A sample of a reliable publisher was taken by a best-effort subscription, so it cannot be kept.
   void miss();
-  // The link is back. Whether the offer, if it was opened, continues the previous one; if not, what
-  // was kept is dropped.
+  // The link is back: does the offer, if it was opened, continue the previous one? If not, the
+  // backlog is dropped.
   [[nodiscard]] bool take_over(TopicOffer& offer, LinkId link, bool opened, const Now& now);
-  // The link demands the topic, or does not any longer. Whether it is resumed now: if so, what was
-  // kept is sent, otherwise it is dropped.
+  // The link demands the topic, or does so no longer. True: the link resumes, and the backlog is
+  // sent. False: the backlog is dropped.
   [[nodiscard]] bool go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
                            const Now& now);
-  // Whether the rules here treat the topic for the link as when its backlog was begun. True also if
-  // there is no backlog.
+  // Do our rules still treat the topic for this link as when its backlog began? True also without a
+  // backlog.
   [[nodiscard]] bool may_stay(LinkId link) const;
-  // Drops what is kept for the link. False: nothing was kept.
+  // Drops the link's backlog. False: there was none.
   bool end(LinkId link, DropReason reason, const Now& now);
-  // Ends the backlogs whose time is over. Whether any have ended since this was called last.
+  // Drops the backlogs whose time is over. True: a backlog has ended since the last call.
   bool end_overdue(const Now& now);
 
   void add_status(LinkId link, LinkStatus& status) const;
 
  private:
   [[nodiscard]] ExportTimers::Timer timer_for(const Link& link, const Now& now);
-  // What is left of it is dropped for this reason, and counted at the link. The last backlog of a
+  // Drops the rest of the backlog for this reason, and counts it at the link. The last backlog of a
   // link writes the log line.
   void remove(std::map<LinkId, Backlog>::iterator backlog, DropReason reason, const Now& now);
 
@@ -65,7 +65,7 @@ class Backlogs {
   std::shared_ptr<const LocalInterface> what_;
   TopicTimers timers_;
   std::map<LinkId, Backlog> backlogs_;
-  ExportTimers::Timer ended_;  // set when a backlog has ended: the topic looks what it wants now
+  ExportTimers::Timer ended_;  // set when a backlog has ended: the topic then checks what it needs
 };
 
 }  // namespace connect_bridge

@@ -1,6 +1,6 @@
-// Publishes the peer's ROS time as /clock at a set rate (rule key `clock: publish`), with the
-// link's delay corrected, so that it does not depend on every tick crossing the link. Of several
-// bridges in one graph that do so one publishes.
+// Publishes the peer's ROS time as /clock at a set rate (rule key `clock: publish`), corrected by
+// the link's delay. So a single tick may be lost. If several bridges of one graph do so, one
+// publishes.
 #pragma once
 
 #include <optional>
@@ -19,9 +19,9 @@ namespace connect_bridge {
 
 inline constexpr char kClockType[] = "rosgraph_msgs/msg/Clock";
 
-// Extrapolates between the answers to time requests, at the measured rate of the peer's ROS time (a
-// simulation may run at half speed or stand still). Never runs backwards, except for a jump of the
-// peer's time by more than a second (a restarted simulation).
+// Extrapolates between the replies to time requests, at the measured rate of the peer's ROS time (a
+// simulation may run at half speed or stand still). The published time never runs backwards, unless
+// the peer's time jumps by more than a second (a restarted simulation).
 class ClockPublisher {
  public:
   explicit ClockPublisher(Duration period) : period_(period) {}
@@ -34,7 +34,7 @@ class ClockPublisher {
   void on_time(Outputs& outputs, const Claims& claims, const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
-  // The entry of our own claim for it.
+  // Adds the entry that stands for /clock in our claim.
   void add_mirrored(Claim& claim) const;
 
  private:
@@ -46,7 +46,7 @@ class ClockPublisher {
 
   Duration period_;
   MirrorId mirror_;
-  Gid claimed_;  // what stands for it in a claim
+  Gid claimed_;  // stands for /clock in a claim
   TimePoint next_{};
   std::optional<Sample> sample_;
   double rate_ = 1.0;
@@ -54,11 +54,11 @@ class ClockPublisher {
   Stamp last_published_ = 0;
 };
 
-// A peer that publishes our ROS time needs the time of our graph: that of /clock, if the rules let
-// it have that topic. Nothing else uses it, so /clock is followed only then. Until it has a
-// publisher there is no time, and when that ends time stands still, as for every node there: a
-// simulator that starts later, or again, must not make the peer's time jump from that of the
-// system, or to it.
+// Does a peer need the time of our graph, to publish it? The time is that of /clock, if the rules
+// let the peer have that topic. Nothing else uses it, so /clock is subscribed only then. Before it
+// has a publisher there is no time, and after its publisher time stands still, as for every node
+// there. So a simulator that starts later, or again, does not make the peer's time jump to or from
+// the time of the system.
 [[nodiscard]] bool wants_clock(const LinkTable& links, const Policy& policy);
 
 }  // namespace connect_bridge

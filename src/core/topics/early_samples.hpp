@@ -1,4 +1,4 @@
-// Samples of a topic that was offered to a peer and that the peer has not demanded yet.
+// Samples of a topic that was offered to a peer, and that the peer has not demanded yet.
 #pragma once
 
 #include <cstddef>
@@ -13,17 +13,17 @@
 
 namespace connect_bridge {
 
-// The newest samples of a topic that are kept for one link until its peer demands the topic. A peer
-// that listens will demand it, but a new publisher's first messages are taken before the offer has
-// arrived there and the demand has come back. They are kept for at most two seconds after the
+// The newest samples of a topic, kept for one link until its peer demands the topic. A peer with
+// listeners will demand it, but a new publisher's first messages are taken before the offer has
+// arrived there and the demand has come back. Samples are kept for at most two seconds after the
 // first. Single-threaded.
 class EarlySamples {
  public:
   explicit EarlySamples(TopicTimers timers) : timers_(timers) {}
 
   // Keeps the sample. `since`: when the first early sample of the topic was taken; `all`: the
-  // budget of the early samples of all topics; `account`: that of the link. Returns how many
-  // samples had to be dropped (this one or the oldest ones), and why.
+  // budget of the early samples of all topics; `account`: the account of the link. Returns the
+  // number of dropped samples (this one or the oldest ones), and the reason.
   struct Dropped {
     DropReason reason;
     std::size_t count;
@@ -31,9 +31,9 @@ class EarlySamples {
   [[nodiscard]] Dropped add(const OutSample& sample, TimePoint since, Budget& all,
                             const std::shared_ptr<Account>& account, const Now& now) {
     const std::size_t bytes = sample.raw.size();
-    // A peer makes this side keep samples just by saying that it listens, to as many topics as it
-    // likes. So beyond the limits of its identity and of all nothing new is kept; within those of
-    // the topic the oldest gives way.
+    // A peer makes this side keep samples by reporting listeners, for as many topics as it likes.
+    // So beyond the limits of its identity and of all, nothing new is kept; at the limits of the
+    // topic the oldest sample gives way.
     Budget& of_account = account->early;
     if (bytes > kBytesMax || of_account.used() + bytes > kAccountBytesMax ||
         all.used() + bytes > kAllBytesMax)
@@ -57,8 +57,8 @@ class EarlySamples {
     of_account_.resize(held);
     return {DropReason::kQueueDepth, dropped};
   }
-  // The peer has said whether it wants the topic, or the time for that is over: no more samples are
-  // kept. Returns those that were.
+  // The peer has demanded or declined the topic, or the time for that is over: no more samples are
+  // kept. Returns the samples that were kept.
   std::deque<OutSample> end() {
     over_ = true;
     until_.cancel();

@@ -1,4 +1,4 @@
-// State that the exported topics of a side share.
+// State that the local topics of a side share.
 #pragma once
 
 #include <chrono>
@@ -26,18 +26,18 @@ struct ExportContext : SideView {
   std::unordered_map<SubscriptionId, LocalTopic*> by_subscription{};
   Budget parked{};                       // samples whose publishers are not known yet
   Budget early{&memory};                 // samples that wait for the answer to an offer
-  std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
+  std::map<LinkId, LinkBacklog> kept{};  // backlogs of lost links
   ExportTimers timers{};
   PeerListeners listeners{*this};
   SubscribedNames names{};
-  Pace subscriptions{10, std::chrono::milliseconds(1)};  // that are made
-  // Rights change for one link after the other. No subscription is made meanwhile: the link for
-  // which it would be made may be one that loses the right.
+  Pace subscriptions{10, std::chrono::milliseconds(1)};  // paces new subscriptions
+  // Rights change for one link after the other. No subscription is made meanwhile: the link that
+  // needs it may lose the right next.
   bool reviewing = false;
-  std::set<TopicKey> postponed{};  // topics that need another subscription when it ends
+  std::set<TopicKey> postponed{};  // topics that need another subscription after the review
 
-  // Another bridge's mirror. One with our node's name is not in our view of the graph, but in its
-  // claim.
+  // Is this publisher another bridge's mirror? Our view of the graph does not show a bridge with
+  // our node's name, but its claim does.
   [[nodiscard]] bool is_of_bridge(const Gid& publisher) const {
     return graph.bridge_publishers().contains(publisher) || claims.mirrors().contains(publisher);
   }

@@ -8,7 +8,7 @@
 namespace connect_bridge {
 namespace {
 
-// A loop that comes to a message a little after its time must not find it too old.
+// Leave a little early: a loop that is late must not find the message too old.
 constexpr Duration kEarly = std::chrono::milliseconds(5);
 
 }  // namespace
@@ -38,7 +38,7 @@ bool FirstMessages::keep(const Payload& raw, TimePoint expires, PeerTopic* feede
     feeder->on_lost(1, DropReason::kQueueDepth);
   }
   held_.resize(bytes_);
-  // Not always the latest: with another rule, or from another link, its time may be shorter.
+  // The new message is not always the last to leave: another rule or link may give it less time.
   if (due_ && messages_.back().leaves() < due_.at()) set_due();
   return true;
 }
@@ -57,8 +57,8 @@ void FirstMessages::publish_due(Outputs& outputs, MirrorId mirror, PeerTopic* fe
     due_.cancel();
     return publish(outputs, mirror, feeder, now);
   }
-  // One that cannot wait any longer takes those before it along, so that the order stays: they are
-  // lost to subscribers that have not found the mirror yet, as it is itself.
+  // A message that cannot wait longer takes the older ones along, so that the order stays.
+  // Subscribers that have not found the mirror yet lose all of these.
   const auto last = std::find_if(messages_.rbegin(), messages_.rend(), [&](const Waiting& message) {
     return message.leaves() <= now.steady;
   });
@@ -73,8 +73,8 @@ void FirstMessages::publish(Outputs& outputs, MirrorId mirror, PeerTopic* feeder
 void FirstMessages::publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror,
                                   PeerTopic* feeder, const Now& now) {
   for (; count > 0; --count) {
-    // What waited for the name of its origin's node may be too old by now. It was counted as
-    // published when it came (PeerTopic::on_lost).
+    // A message that waited for the name of its origin's node may be too old by now. It was counted
+    // as published when it came (PeerTopic::on_lost).
     const bool fresh = messages_.front().expires >= now.steady;
     Payload raw = take();
     if (fresh) {

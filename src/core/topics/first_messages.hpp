@@ -14,17 +14,17 @@ namespace connect_bridge {
 class TopicMirror;
 class PeerTopic;
 
-// They wait until the mirror exists (its origin's node may have no name yet), and then until the
-// subscribers here have found it: they do not receive what is published before that. A message with
-// a `max_age` leaves before it is too old, and with it those before it; one that is too old already
-// is lost. `feeder`: the link that offers the mirror's origin; it counts what is lost. Null: no
-// link offers it now. Single-threaded.
+// Messages wait until the mirror exists (its origin's node may have no name yet), and then until
+// the subscribers here have found it: they would miss earlier messages. A message with a `max_age`
+// leaves before it is too old, together with the older ones; a message that is too old already is
+// lost. `feeder`: the peer topic that offers the mirror's origin; it counts lost messages. Null: no
+// link offers the origin now. Single-threaded.
 class FirstMessages {
  public:
   explicit FirstMessages(Timers<TopicMirror*>::Of timers) : timers_(timers) {}
 
-  // The mirror exists now, and the subscribers will have found it at `found`. The deadline is then,
-  // or earlier if a message cannot wait so long.
+  // The mirror exists now, and the subscribers will have found it at `found`. The deadline is
+  // `found`, or earlier if a message cannot wait so long.
   void wait(TimePoint found);
   [[nodiscard]] bool waits() const { return bool(due_); }
   [[nodiscard]] bool empty() const { return messages_.empty(); }
@@ -32,18 +32,18 @@ class FirstMessages {
   [[nodiscard]] bool fits(std::size_t bytes) const {
     return messages_.size() < kMessagesMax && bytes_ + bytes <= kBytesMax;
   }
-  // Keeps the message, and drops the oldest ones if there is no room. False: it is too large.
+  // Keeps the message, and drops the oldest ones if there is no room. False: no link feeds the
+  // mirror, or the message is too large.
   bool keep(const Payload& raw, TimePoint expires, PeerTopic* feeder);
   // From now on the messages count in the budget of the feeder's link.
   void draw_from(Budget* memory) { held_ = memory ? memory->hold(bytes_) : Budget::Hold(); }
-  // Publishes, in order, what is due: when the subscribers have found the mirror all of them, and
-  // later ones need not wait.
+  // Publishes due messages in order. At `found` all of them are due, and later ones need not wait.
   void publish_due(Outputs& outputs, MirrorId mirror, PeerTopic* feeder, const Now& now);
   // Publishes all of them, in order.
   void publish(Outputs& outputs, MirrorId mirror, PeerTopic* feeder, const Now& now);
-  // Later ones wait all the same.
+  // Drops all messages. Later ones still wait.
   void drop(PeerTopic* feeder);
-  // The mirror is gone.
+  // The mirror is gone: the deadline is cancelled.
   void end_wait() { due_.cancel(); }
 
  private:

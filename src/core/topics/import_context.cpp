@@ -20,14 +20,14 @@ std::string name_of(const TopicMirror& mirror, bool with_node) {
 
 }  // namespace
 
-// Earlier offers of the link count until they are forgotten: reconnecting again and again does not
-// give more.
+// Earlier offers of the link count until they are forgotten, so reconnecting again and again gives
+// no more mirrors.
 TopicMirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   const auto known = mirrors.find(key);
   const bool is_known = known != mirrors.end();
   if (is_known && known->second.candidate(link.id)) return &known->second;
-  // From the narrowest limit to the widest: of the link, of one topic of it, and then what its
-  // identity may have of the places that all share.
+  // The narrowest limit comes first: of the link, of one topic of the link, and then the identity's
+  // share of the places that all use.
   if (link.mirrors.all() >= options.mirrors_max) return nullptr;  // mutant: mirrors_max
   if (link.mirrors.of(key.first) >= options.topic_mirrors_max) return nullptr;
   if (!is_known && link.account->places.room() == 0) return nullptr;
@@ -44,8 +44,8 @@ std::vector<TopicMirror*> ImportContext::mirrors_of(const Link& link) {
   return found;
 }
 
-// What is held counts four times in room(). So with a share of a quarter the mirrors of a link
-// leave at least as much to its messages as they hold themselves.
+// Kept bytes count four times in room(). So with a share of a quarter, the mirrors of a link leave
+// at least as much to its messages as they hold themselves.
 std::uint64_t ImportContext::mirror_room(const TopicMirror& mirror, std::uint64_t share) const {
   const Budget& latched = mirror.candidates().front().link->mirrors.latched();
   const std::uint64_t own = mirror.kept_bytes();
@@ -54,8 +54,8 @@ std::uint64_t ImportContext::mirror_room(const TopicMirror& mirror, std::uint64_
                   latched.room() / share + own);
 }
 
-// A power of two, so that a peer whose samples grow and grow makes the publisher again a few times
-// only. A single sample may take more of what is left than several.
+// A power of two: so a peer whose samples grow and grow makes us recreate the publisher only a few
+// times. A single sample may take more of the remaining room than several.
 std::uint32_t ImportContext::mirror_depth(const TopicMirror& mirror, std::uint32_t depth,
                                           std::uint64_t sample_bytes) const {
   const std::uint64_t several = mirror_room(mirror, 8) / sample_bytes;
@@ -85,8 +85,9 @@ void ImportContext::tell_difference(const TopicMirror& mirror, const std::string
       {name_of(mirror, true), mirror.key().first.second, hash_here, mirror.type_hash(), used});
 }
 
-// The status of an action is stale for nobody, as its goals have ids, and its services follow it.
-// Another bridge would take what is made again for what may be taken over.
+// Not for an action: its goals have ids, so its old status misleads nobody, and its services follow
+// it. Not beside another bridge: it could claim the mirror while we recreate it. Not if one
+// publisher is volatile: then the exporter keeps no samples to send again.
 bool ImportContext::forget_kept(const std::map<OriginId, TopicMirror*>& origins,
                                 const PeerTopic& feeder, const Now& now) const {
   if (!feeder.all_come_again() || !feeder.action_type().empty() || beside_bridges()) return false;

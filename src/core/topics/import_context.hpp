@@ -1,4 +1,4 @@
-// State that the mirrors and the offered topics of a side share.
+// State that the mirrors and the peer topics of a side share.
 #pragma once
 
 #include <map>
@@ -20,25 +20,25 @@ struct ImportContext : SideView {
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
   Timers<TopicMirror*> timers{};
   Timers<PeerTopic*> held{};  // messages that a rate holds back
-  // When topics look again whether there are mirrors for origins that they have left out.
+  // When topics look again for places for their left-out origins.
   std::optional<TimePoint> looks_again_at{};
-  std::uint64_t judged = 0;            // demands of topics, so often
+  std::uint64_t judged = 0;            // counts how often demands of topics were judged
   std::set<LinkId> demands_changed{};  // links on which demands are to be sent
-  // The mirrors that exist in the graph, and their ids there; all zero: not told, or not needed by
-  // others.
+  // The mirrors that exist in the graph, and their ids there. All zero: the graph has not reported
+  // the id, or other bridges do not need it.
   struct Made {
     TopicMirror* mirror;
     Gid gid = {};
   };
   std::map<MirrorId, Made> made{};
-  std::vector<Gid> unmade{};  // ids of those that have ended, to be told
+  std::vector<Gid> unmade{};  // ids of mirrors that have ended, still to be reported
   std::map<MirrorKey, TopicMirror> mirrors{};
 
-  // The mirror of this origin that the link offers, made if need be. Null: there are too many.
+  // The mirror of this origin that the link offers, created if necessary. Null: there are too many.
   [[nodiscard]] TopicMirror* mirror_of(const MirrorKey& key, const Link& link);
-  // Those of origins that the link offers, or is expected to offer again, in their order.
+  // The mirrors of origins that the link offers or is expected to offer again, in key order.
   [[nodiscard]] std::vector<TopicMirror*> mirrors_of(const Link& link);
-  // It does not exist in the graph any more.
+  // The mirror does not exist in the graph any more.
   void unmake(MirrorId mirror) {
     if (const auto ended = made.extract(mirror); ended.mapped().gid != Gid{})
       unmade.push_back(ended.mapped().gid);
@@ -46,31 +46,32 @@ struct ImportContext : SideView {
   void look_again(const Now& now, Duration after = std::chrono::seconds(1)) {
     looks_again_at = earliest(looks_again_at, now.steady + after);
   }
-  // How many samples of this size the mirror may keep of those that it keeps for late subscribers
-  // (`depth`).
+  // The number of samples of this size that the mirror may keep; at most `depth`, the number that
+  // it would keep for late subscribers.
   [[nodiscard]] std::uint32_t mirror_depth(const TopicMirror& mirror, std::uint32_t depth,
                                            std::uint64_t sample_bytes) const;
-  // The bytes that the mirror may keep beside the others that its link feeds: within
-  // mirror_bytes_max, and within what it keeps now and this part (1 / share, of 4 or more) of what
-  // is left to the link.
+  // The bytes that the mirror may keep beside the other mirrors of its link. Two limits hold:
+  // mirror_bytes_max for all of them, and for this one its bytes now plus 1 / `share` (4 or more)
+  // of the link's remaining room.
   [[nodiscard]] std::uint64_t mirror_room(const TopicMirror& mirror, std::uint64_t share) const;
-  // A line about a mirror has words of its peer: it is told once for the identity, and not at all
-  // where nobody offers the mirror any longer.
+  // Logs a line about a mirror once for the feeding peer's identity, as the line has words of that
+  // peer. Without a link that offers the mirror nothing is logged.
   void tell_once(const TopicMirror& mirror, LogLevel level, const std::string& text) const;
-  // Says in the log why the mirror could not be made.
+  // Logs why the mirror could not be made.
   void tell_failed(const TopicMirror& mirror, const MirrorFailed& failed) const;
   // Says in the log that the type here is not the one of the peer: `used`, the rules use it
   // nevertheless.
   void tell_difference(const TopicMirror& mirror, const std::string& hash_here, bool used) const;
-  // Nobody listens, and nothing comes from `feeder`: what the mirror keeps for late subscribers
-  // grows stale, so it is made again without. They get the origin's last samples. False: it has to
-  // stay.
+  // Nobody here subscribes, and nothing comes from `feeder`: samples that the mirrors keep for late
+  // subscribers become stale. So the mirrors are made again without samples; late subscribers get
+  // the origin's last samples. False: the mirrors have to stay.
   [[nodiscard]] bool forget_kept(const std::map<OriginId, TopicMirror*>& origins,
                                  const PeerTopic& feeder, const Now& now) const;
-  // What some subscriber here requests and none of these mirrors offers; empty: nothing.
+  // The QoS policy that a subscriber here requests and that none of these mirrors offers; empty:
+  // none.
   [[nodiscard]] std::string misfit(const TopicKey& topic,
                                    const std::map<OriginId, TopicMirror*>& origins) const;
-  // The link does not offer the origin any more. The mirror may end with that.
+  // The link does not offer the origin any more. The mirror may end, too.
   void remove_candidate(TopicMirror& mirror, LinkId link, const Now& now);
 };
 

@@ -1,4 +1,4 @@
-// Origins of an offered topic for which there was no mirror: there were too many.
+// Origins of a peer topic that have no mirror, because there are too many.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,13 @@ namespace connect_bridge {
 
 class LeftOutOrigins {
  public:
-  // Without room it is not remembered, and does not count for the channel's limit either.
+  // Remembers the origin. Without room it is forgotten, and does not count in the channel's limit.
   void add(const OriginOffer& origin, Budget& memory) {
     const std::uint64_t bytes = kBytes + origin.node.size();
     if (memory.room() >= bytes) known_.emplace(origin.origin, One{origin, memory.hold(bytes)});
   }
   void remove(OriginId id) { known_.erase(id); }
-  // Takes the first one out, if it has a place now.
+  // Takes the first origin out, if it has a place now.
   std::optional<OriginOffer> take(const std::function<bool(const OriginOffer&)>& has_place) {
     if (known_.empty() || !has_place(known_.begin()->second.origin)) return std::nullopt;
     return std::move(known_.extract(known_.begin()).mapped().origin);
@@ -29,7 +29,7 @@ class LeftOutOrigins {
   [[nodiscard]] std::size_t size() const { return known_.size(); }
 
  private:
-  static constexpr std::uint64_t kBytes = 256;  // to remember one, beside the name of its node
+  static constexpr std::uint64_t kBytes = 256;  // to remember one origin, beside its node's name
   struct One {
     OriginOffer origin;
     Budget::Hold bytes;

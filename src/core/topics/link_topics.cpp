@@ -12,8 +12,8 @@
 namespace connect_bridge {
 namespace {
 
-// Topics of one link that look for a place at once, and how soon the next ones do: where some were
-// free more may be.
+// Number of topics that look for a place at once, and the time until the next ones do; shorter if
+// some places were free, since more may be.
 constexpr std::size_t kLooksAtOnce = 64;
 constexpr Duration kLooksAgain = std::chrono::seconds(1);
 constexpr Duration kMoreFree = std::chrono::milliseconds(10);
@@ -46,7 +46,7 @@ void LinkTopics::recheck(const Now& now) {
 }
 
 // A place becomes free when another publisher ends: of this topic, of another one, or of another
-// link of the identity. Thousands of topics may wait for one, so each has its turn.
+// link of the identity. Thousands of topics may wait for a place, so they take turns.
 void LinkTopics::try_left_out(const Now& now) {
   bool any = false;
   for (std::size_t n = std::min(left_out_.size(), kLooksAtOnce); n > 0; --n) {
@@ -75,7 +75,7 @@ void LinkTopics::renew(const Now& now) {
 }
 
 void LinkTopics::finish(const Now& now) {
-  at_once_ = Throttle(kAtOnceMax, {});  // whatever was withdrawn just before
+  at_once_ = Throttle(kAtOnceMax, {});  // a full allowance, whatever was withdrawn just before
   for (auto& [number, topic] : topics_) topic.finish(now);
 }
 
@@ -83,7 +83,7 @@ std::optional<Payload> LinkTopics::decompress_at_once(const InMessage& message, 
   if (message.codec == Codec::kNone) return message.body;
   const auto bytes = static_cast<double>(message.raw_bytes);
   if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;
-  // Before it is tried: bytes that do not decompress have cost their time, too.
+  // Counted before the attempt: bytes that do not decompress cost their time, too.
   at_once_.take(bytes, now.steady);
   auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
   if (!raw) return std::nullopt;
@@ -99,16 +99,16 @@ void LinkTopics::change_demand(const PeerTopic& topic, bool on) {
   context_.outputs.follow_up(FollowUp::kDemands);
   auto& now_in = on ? wants_ : ends_;
   auto& before_in = on ? ends_ : wants_;
-  // What changes back before it was told is not told: the peer goes on as if nothing had happened,
-  // and so does this side.
+  // A change that is reversed before it was sent is never sent: both sides go on as if nothing had
+  // happened.
   if (std::erase(before_in, topic.number()) == 0) now_in.push_back(topic.number());
 }
 
 void LinkTopics::send_demands() {
-  // A topic may be withdrawn by now.
-  // Ends go first: a channel may be demanded again under a new number. All that begins has one
-  // number, as only messages of one channel are compared by it. `resume`, `live` and `after` hold
-  // for all channels of their message, so there are up to six messages.
+  // A topic may be withdrawn by now. Ends go first: a channel may be demanded again under a new
+  // number. All new demands share one number, as it only compares messages of one channel.
+  // `resume`, `live` and `after` hold for all channels of their message, so there are up to six
+  // messages.
   for (const ChannelId number : ends_)
     if (const auto topic = topics_.find(number); topic != topics_.end()) topic->second.end_demand();
   if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});

@@ -15,18 +15,19 @@ class LinkTopics {
  public:
   LinkTopics(ImportContext& context, Link& link) : context_(context), link_(link) {}
 
-  // The caller has checked that the number is unused and registered it at the link. What cannot be
-  // imported is declined.
+  // Imports the offered topic, or declines it. The caller has checked that the number is unused,
+  // and has registered it at the link.
   void on_offer(const ChannelOffer& offer, const Now& now);
-  // Declines what our new rules allow no longer.
+  // Declines topics that our new rules no longer allow.
   void recheck(const Now& now);
   void renew(const Now& now);
   // The topic has origins without a place.
   void note_left_out(ChannelId number) { left_out_.insert(number); }
   void try_left_out(const Now& now);
   void finish(const Now& now);
-  // The sample, decompressed here and not by a worker, as its channel or connection ends. None: so
-  // much was decompressed at once in the last second that everything else would have to wait.
+  // The sample, decompressed here and not by a worker, because its channel or connection ends.
+  // None: so much was decompressed here in the last second that everything else would have to wait,
+  // or the sample is malformed.
   [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
   void on_link_lost(const Now& now);
 
@@ -41,7 +42,7 @@ class LinkTopics {
   // Bytes of messages that wait to be decompressed.
   [[nodiscard]] Budget& decoding() { return decoding_; }
   [[nodiscard]] const Budget& decoding() const { return decoding_; }
-  // Bytes of the bases of all its topics.
+  // Bytes of the bases of all topics of the link.
   [[nodiscard]] Budget& bases() { return bases_; }
   void add_status(LinkStatus& status) const;
   void add_channels(std::vector<ChannelFacts>& channels) const;
@@ -57,8 +58,8 @@ class LinkTopics {
   std::vector<ChannelId> ends_;
   std::uint16_t demands_ = 0;     // number of the last demand; skips 0 when it wraps
   std::set<ChannelId> left_out_;  // topics with origins without a place
-  ChannelId looked_at_;           // the last of them
-  std::set<TopicKey> names_;      // of these:
+  ChannelId looked_at_;           // the topic of left_out_ that looked for a place last
+  std::set<TopicKey> names_;      // names of the topics below
   std::map<ChannelId, PeerTopic> topics_;
 };
 

@@ -17,8 +17,8 @@ bool LocalListeners::permits(Told& told, const Link& link, const TopicKey& topic
 void LocalListeners::tell(Link& link) {
   if (!link.open()) return;
   Told& told = links_[link.id];
-  // Rules are asked once for each topic and link, as this runs with each picture of the graph. What
-  // left the graph is forgotten, so that the memory of answers stays as large as the graph.
+  // Rules are checked once for each topic and link, as this runs with each picture of the graph.
+  // Topics that left the graph are forgotten, so these answers need no more memory than the graph.
   std::erase_if(told.permitted, [&](const auto& p) { return !side_.graph.find(p.first); });
   const auto is_listened_to = [&](const TopicKey& topic, const TopicState* state) {
     return state && !state->subscribers.empty() && permits(told, link, topic);

@@ -1,4 +1,4 @@
-// Reports to peers what is listened to in this side's graph.
+// Reports the subscribed topics of this side's graph to peers.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace connect_bridge {
 
-// A peer gets the topics that somebody here listens to and that our rules let it publish, whether
+// Reports the topics that have a subscription here and that our rules let the peer publish, whether
 // it offers them or not: then the topic exists there, too. Each link gets the changes since the
-// last time, and all on a new connection. Endpoints of bridges are not listeners (GraphView does
+// last report, and all on a new connection. Endpoints of bridges are not listeners (GraphView does
 // not contain them). Single-threaded.
 class LocalListeners {
  public:
   explicit LocalListeners(const SideView& side) : side_(side) {}
 
-  // The graph has changed, or the link is open and has not got them yet.
+  // Sends the changes. Called when the graph has changed, or the open link has no report yet.
   void tell(Link& link);
   // Our rules or the link's identity have changed.
   void recheck(Link& link);

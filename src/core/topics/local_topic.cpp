@@ -10,7 +10,7 @@
 namespace connect_bridge {
 namespace {
 
-// The first sample of a publisher arrives within this time, unless it was kept.
+// The first sample of a publisher arrives within this time, unless the publisher had kept it.
 constexpr Duration kFirstTime = std::chrono::seconds(2);
 
 // Whether a local endpoint has the topic's name with another type.
@@ -51,14 +51,15 @@ void LocalTopic::on_graph(const Now& now) {
   } else if (context_.listeners.listens(key())) {
     update_subscription(now);  // the name may have got another type
   }
-  // A peer that listens is offered the topic first: then it is known whose demand to wait for.
+  // The topic is offered to a listening peer first: then the links whose demand to wait for are
+  // known.
   if (told.empty() || parked_.empty() || !context_.listeners.listens(key())) return unpark(now);
   parked_.wait_until(now.steady);
 }
 
-// Publishers have another definition of the type than those before, of which some may be known
-// still: of a killed process. Which one the graph tells is up to the middleware. Without a
-// publisher it is that of a subscriber.
+// New publishers have another definition of the type than earlier ones, which the graph may still
+// show: those of a killed process. The middleware decides which definition the graph reports.
+// Without a publisher the definition of a subscriber counts.
 void LocalTopic::on_type_hash(const TopicState& state, const Now& now) {
   if (state.type_hash.empty() || (state.publishers.empty() && !type_hash_.empty())) return;
   if (std::exchange(type_hash_, state.type_hash) == state.type_hash) return;
@@ -76,14 +77,14 @@ void LocalTopic::remove_vanished(const Now& now) {
   for (const OriginId origin : removed) history_.remove(origin);
   for (auto& [link, offer] : offers_) {
     if (origins_.empty()) {
-      // What found no place on this link may have this one's.
+      // A topic that found no place on this link may now have this one's.
       if (!offer.link().may_offer()) context_.outputs.follow_up(FollowUp::kOffers);
       offer.withdraw({"it has no publisher any longer"});
     } else {
       offer.remove_origins(removed);
     }
   }
-  // It lives on for its listeners: how its next publishers are offered is decided again.
+  // The topic lives on for its listeners: offers for its next publishers are decided again.
   if (origins_.empty()) offers_.clear();
   update_subscription(now);
 }
@@ -130,7 +131,7 @@ void LocalTopic::review(const Link& link, const Now& now) {
 void LocalTopic::on_link_lost(LinkId link, const Now& now) {
   const auto offer = offers_.find(link);
   if (offer == offers_.end()) return;
-  // Of a link that did not have the topic nothing was wanted: most do not have it.
+  // Most links never had the topic open; then nothing changes.
   const bool was_open = offer->second.is_open();
   offers_.erase(link);
   if (was_open) update_subscription(now);
@@ -141,12 +142,12 @@ void LocalTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& 
   const bool subscribed = bool(subscription_);
   const auto all_early = offer.take_early();
   offers_.note(offer);
-  // It is tried again, for all.
+  // A failed subscription is tried again, for all links.
   if (offer.demanded() && std::exchange(failed_, false)) offer_closed_again();
-  // What was kept over a break comes first; else what a worker has is of an ended demand.
+  // Messages kept over a break come first. Without them, a worker's samples are of an ended demand.
   if (!backlogs_.go_on(offer, link, demand, now)) offers_.lose_under_way(offer);
   update_subscription(now);
-  // A new subscription brings the samples that its publishers keep.
+  // A new subscription brings the samples that its publishers keep, so only an old one needs this.
   if (offer.demanded() && subscribed) send_history(offer, now);                   // mutant: history
   const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
   for (const auto& sample : all_early)
@@ -159,7 +160,7 @@ void LocalTopic::on_time(const Now& now) {
   offers_.on_time(now);
   const bool ended = backlogs_.end_overdue(now);
   if (offers_.drop_late(now) || ended) update_subscription(now);
-  // Last: what still waits anywhere keeps its origin (drained).
+  // Last step: a sample that still waits anywhere keeps its origin (drained).
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);
 }
@@ -184,8 +185,8 @@ void LocalTopic::end_kept(LinkId link, const Now& now) {
 // ---- the subscription
 
 Qos LocalTopic::wanted_qos() const {
-  // A listener will demand it: to subscribe in another way then would lose a first message.
-  // One that declines it, or whose time is over, does not count.
+  // A listener will demand the topic: another kind of subscription now would lose a first message.
+  // Listeners that declined the topic, or whose time is over, do not count.
   QosOverride weakest = context_.listeners.rules_of(key(), [this](LinkId link) {
     const auto offer = offers_.find(link);
     return offer == offers_.end() || (offer->second.is_awaited() && !backlogs_.contains(link) &&
@@ -221,7 +222,7 @@ void LocalTopic::update_subscription(const Now& now) {
   history_.limit(history_depth(), context_.options.history_bytes_max);
   if (subscription_ && serves(subscription_qos_, qos) && is_hash_of(subscription_hash_, type_hash_))
     return take_name();
-  // What is there serves until another one may be made.
+  // The present subscription serves until another one may be made.
   if (context_.reviewing)  // mutant: reviewed_links
     return static_cast<void>(context_.postponed.insert(key()));
   if (const TimePoint turn = turn_.take(context_.subscriptions, now.steady); turn > now.steady) {
@@ -235,7 +236,7 @@ void LocalTopic::update_subscription(const Now& now) {
   offers_.on_subscribed(qos);
   subscribed_at_ = now.system;
   subscription_hash_ = type_hash_;
-  if (qos.durability == Durability::kVolatile) history_.clear();  // it would grow stale
+  if (qos.durability == Durability::kVolatile) history_.clear();  // samples would become stale
   context_.by_subscription[subscription_] = this;
   context_.outputs.push(
       CreateSubscription{subscription_, key().first, key().second, type_hash_, qos});
@@ -295,7 +296,7 @@ void LocalTopic::tell_once(const std::string& what) {
 void LocalTopic::on_taken(MessageTaken taken, const Now& now) {
   if (taken.stamp == 0) taken.stamp = now.system;
   Origin* origin = origins_.find(taken.origin, subscription_qos_.durability);
-  if (origin && !parked_.empty()) unpark(now);  // they are older
+  if (origin && !parked_.empty()) unpark(now);  // parked samples are older
   if (origin) return forward(*origin, std::move(taken), now.steady, now);
   if (!context_.is_of_bridge(taken.origin)) park(std::move(taken), now);
 }
@@ -318,18 +319,18 @@ void LocalTopic::unpark(const Now& now) {
       });
 }
 
-// Of transient-local publishers the last samples are kept, for links that demand the topic when it
-// is subscribed already. A subscription that is made again (changed QoS) gets from the publishers
-// what they keep: those samples have crossed and are known by their numbers (by their stamps where
-// the middleware does not count; then a clock that is set back silences them for as long).
+// The history keeps the last samples of transient-local publishers, for links that demand the topic
+// when it is subscribed already. A subscription that is made again (changed QoS) gets the
+// publishers' kept samples again. Their numbers show that they were forwarded; their stamps, if the
+// middleware does not count. A clock that is set back then suppresses samples for as long.
 void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const Now& now) {
   auto age = TopicOffer::Age::kNew;
   if (origin.qos.durability == Durability::kTransientLocal) origins_.number(taken);
   if (subscription_qos_.durability == Durability::kTransientLocal) {
     if (!Origins::is_new(origin, taken)) return offers_.drop(DropReason::kDuplicate, 1);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
-    // The first one of a publisher that comes later nearly counts as kept, too: it may be the only
-    // one. If it comes much later than it was published, it was kept.
+    // The first sample of a later publisher nearly counts as kept, too: it may be the only one. If
+    // it comes much later than it was published, the publisher had kept it.
     const bool is_older = taken.stamp < subscribed_at_;
     const bool is_new = !is_older && taken.stamp > now.system - kFirstTime.count();
     if ((is_older || origin.kept == 0) && Origins::was_kept(origin, history_depth()))
@@ -341,7 +342,7 @@ void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const
   const bool promised =
       origin.qos.reliability == Reliability::kReliable;  // mutant: best_effort_kept
   sample.reliable = promised && may_resume(subscription_qos_);
-  // What was kept comes with the history to those who want it, and is not new to the others.
+  // A kept sample reaches those who want it with the history, and is not new to the others.
   if (age != TopicOffer::Age::kKept) keep_early(sample, now);
   if (sample.reliable) {
     backlogs_.add(sample, now);
@@ -352,7 +353,7 @@ void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const
 }
 
 void LocalTopic::keep_early(const OutSample& sample, const Now& now) {
-  // What is kept since a link was lost has these samples, too.
+  // The backlog of a lost link has these samples, too.
   std::vector<TopicOffer*> awaited;
   for (const LinkId link : context_.listeners.links_of(key())) {
     const auto offer = offers_.find(link);

@@ -16,10 +16,10 @@
 
 namespace connect_bridge {
 
-// It exists while it has a real publisher (an origin), a peer has a listener, or something is kept
-// or counted for a lost link. It is subscribed at most once, while any link demands it, a peer
-// listens, or something holds it; every sample is attributed to its origin and sent to the links
-// whose offers admit it. Single-threaded.
+// The topic exists while it has a real publisher (an origin), a peer has a listener, or something
+// is kept or counted for a lost link. It has at most one subscription: while a link demands it, a
+// peer subscribes, or something holds it. Each sample is attributed to its origin and sent to the
+// links whose offers admit it. Single-threaded.
 class LocalTopic {
  public:
   LocalTopic(ExportContext& context, TopicKey key);
@@ -29,15 +29,15 @@ class LocalTopic {
   void on_graph(const Now& now);
   // The offer for the link; nullopt: none, or it was decided before.
   [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link, const Now& now);
-  // Rules, the peer's `accepts`, or the type's definition have changed: an offer that does not stay
-  // as it is ends.
+  // Rules, the peer's `accepts`, or the type's definition have changed: an offer that would differ
+  // now ends.
   void review(const Link& link, const Now& now);
-  // The connection is about to be lost: keeps what may not have arrived, and what is published
-  // until the link returns.
+  // The connection is about to be lost: keeps messages that may not have arrived, and all that are
+  // published until the link returns.
   void keep(LinkId link, const Now& now);
-  // Its offer has ended with the connection.
+  // The topic's offer on this link has ended with the connection.
   void on_link_lost(LinkId link, const Now& now);
-  // The link will not return, or its peer has lost its state: nothing is kept for it any more.
+  // The link will not return, or its peer has lost its state: its backlog is dropped.
   void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.
   void on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now);
@@ -45,7 +45,7 @@ class LocalTopic {
   void on_listeners(const Now& now);
   // No publisher is here, no listener at the other side, and nothing is kept for a lost link.
   [[nodiscard]] bool is_over() const;
-  // What is wanted has changed: creates the subscription that fits, or ends it.
+  // The demand or the publishers have changed: creates the subscription that fits, or ends it.
   void update_subscription(const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);
@@ -59,7 +59,8 @@ class LocalTopic {
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] const Origins& origins() const { return origins_; }
   [[nodiscard]] bool has_header() const { return has_header_; }
-  // How many samples of one origin a late local subscriber would get, as far as the graph shows.
+  // Number of samples of one origin that a late local subscriber would get, as far as the graph
+  // shows.
   [[nodiscard]] std::uint32_t history_depth() const;
   void add_status(LinkId link, LinkStatus& status) const;
   void add_channels(LinkId link, std::vector<ChannelFacts>& channels) const;
@@ -70,7 +71,7 @@ class LocalTopic {
 
  private:
   void on_type_hash(const TopicState& state, const Now& now);
-  // Links whose offers were withdrawn, as the subscription had failed, get new ones.
+  // Links whose offers were withdrawn because the subscription had failed get new ones.
   void offer_closed_again();
   void remove_vanished(const Now& now);
   [[nodiscard]] bool drained() const;
@@ -88,11 +89,11 @@ class LocalTopic {
 
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);
-  // What the sample's content says of it.
+  // Fills in the facts that the sample's content shows.
   void read(OutSample& sample, TimePoint taken) const;
-  // `at`: when it came; it may have waited for its publisher to be known.
+  // `at`: when the sample came; it may have waited for its publisher to be known.
   void forward(Origin& origin, MessageTaken taken, TimePoint at, const Now& now);
-  // A sample was taken: keeps it for the links that will demand it.
+  // A sample was taken: keeps it for the links that will demand the topic.
   void keep_early(const OutSample& sample, const Now& now);
   void send_history(TopicOffer& offer, const Now& now);
 
@@ -100,7 +101,7 @@ class LocalTopic {
   std::shared_ptr<const LocalInterface> what_;
   std::string type_hash_;
   bool lacks_type_ = false;
-  bool has_header_ = false;  // the type begins with one
+  bool has_header_ = false;  // the type begins with a header
   Origins origins_;
   TopicOffers offers_;
   Backlogs backlogs_;
@@ -108,9 +109,9 @@ class LocalTopic {
   Qos subscription_qos_;
   Stamp subscribed_at_ = 0;
   std::string subscription_hash_;
-  bool failed_ = false;  // could not be subscribed, and nobody has asked for it since
+  bool failed_ = false;  // could not be subscribed, and nobody has demanded the topic since
   SubscriptionTurn turn_;
-  ExportTimers::Timer late_;  // wanted, but too many subscriptions were made before
+  ExportTimers::Timer late_;  // wanted, but too many subscriptions were made just before
   HistoryCache history_;
   ParkedSamples parked_;
 };

@@ -12,14 +12,15 @@ void LocalTopics::on_graph(const Now& now) {
   // A topic that exists for listeners alone may have to end for another type of its name.
   for (LocalTopic* topic : context_.names.standing()) topic->update_subscription(now);
   for (auto& [key, topic] : topics_) topic.on_graph(now);
-  // Behind them: what is subscribed now for its listeners is so as its publishers need it.
+  // Listeners come after the topics: a topic that is subscribed now for listeners gets the QoS that
+  // its publishers need.
   context_.listeners.on_graph(now);
   update_listened(now);
 }
 
 void LocalTopics::review(const Link& link, const Now& now) {
-  // Listeners first: which of them count, and by which rules, decides what a topic is subscribed as
-  // when it looks at its offers.
+  // Listeners first: the topics' subscriptions depend on the listeners that count and on their
+  // rules.
   context_.listeners.review(link, now);
   update_listened(now);
   for (auto& [key, topic] : topics_) topic.review(link, now);
@@ -47,8 +48,8 @@ Result<Nothing> LocalTopics::on_listeners(Link& link, const Listeners& change, c
 void LocalTopics::update_listened(const Now& now) {
   std::set<std::string> left;
   for (const TopicKey& key : context_.listeners.take_changes()) {
-    // Also when the last listener has left: the topic is there then, and ends here unless something
-    // else keeps it.
+    // The last listener may have left: the topic is created then, too, and ends here unless
+    // something else keeps it.
     const auto topic = topics_.try_emplace(key, context_, key).first;
     topic->second.on_listeners(now);
     if (topic->second.is_over()) left.insert(erase(topic));
@@ -62,8 +63,8 @@ std::string LocalTopics::erase(std::map<TopicKey, LocalTopic>::iterator topic) {
   return name;
 }
 
-// Another type of a name that was left may be subscribed now. Once for each name: a peer that says
-// at once that it listens to a thousand types no more has them looked at once.
+// Another type of a released name may be subscribed now. Each name is checked once: a peer may stop
+// listening to a thousand types at once.
 void LocalTopics::update_subscriptions(const std::set<std::string>& names, const Now& now) {
   for (const std::string& name : names) update_subscriptions(name, now);
 }
@@ -75,7 +76,7 @@ void LocalTopics::update_subscriptions(const std::string& name, const Now& now) 
 }
 
 void LocalTopics::on_link_lost(LinkId link, const Now& now) {
-  // First, so that no topic is subscribed again for a listener that goes with the same link.
+  // First, so that no topic is subscribed again for a listener that leaves with the same link.
   context_.listeners.on_link_lost(link);
   update_listened(now);
   for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
@@ -112,8 +113,8 @@ LocalTopic* LocalTopics::find(SubscriptionId subscription) const {
   return it == context_.by_subscription.end() ? nullptr : it->second;
 }
 
-// A subscription asks for no more than the weakest of the publishers that the graph shows: it is
-// made again for this one, unless that is a bridge's.
+// A subscription requests no more than the weakest publisher in the graph offers: it is made again
+// for this publisher, unless that is a bridge's.
 void LocalTopics::on_incompatible(const QosIncompatible& found) const {
   context_.outputs.log_once(
       LogLevel::kDebug, found.topic + ": a publisher here offers an incompatible " + found.policy);
@@ -137,8 +138,8 @@ void LocalTopics::on_subscription_failed(const SubscriptionFailed& failed, const
 void LocalTopics::on_time(const Now& now) {
   context_.listeners.on_time(now);
   update_listened(now);
-  // Names of topics that are over. Others of these names are looked at behind the loop, not while
-  // it erases.
+  // Names of topics that are over. Other types of these names are checked after the loop, as it
+  // erases topics.
   std::set<std::string> left;
   while (const auto due = context_.timers.take_due(now.steady)) {
     LocalTopic& topic = **due;

@@ -20,29 +20,29 @@ class LocalTopics {
       : context_{side, options, Budget(memory)} {}
 
   void on_graph(const Now& now);
-  // The peer's `accepts` or our rules have changed: withdraws what is no longer allowed or is
-  // treated differently now; the latter may be offered again.
+  // The peer's `accepts` or our rules have changed: withdraws topics that are no longer allowed or
+  // that are treated differently now; the latter may be offered again.
   void review(const Link& link, const Now& now);
   // Between hold() and go_on() subscriptions end, but none is made: rights are under review.
   void hold() { context_.reviewing = true; }
   void go_on(const Now& now);
-  // Adds the topics that are to be offered to the link and are not yet.
+  // Adds the topics that are to be offered to the link and are not offered yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
-  // The connection is about to be lost, and another one may follow: keeps what is to be resumed on
-  // that.
+  // The connection is about to be lost, and another one may follow: keeps messages for it.
   void keep(const Link& link, const Now& now);
   void on_link_lost(LinkId link, const Now& now);
-  // Rules or the identity of a lost link are new: what they forbid, or treat otherwise than before,
-  // is not kept any more.
+  // Rules or the identity of a lost link have changed: drops backlogs that the rules forbid or
+  // treat differently now.
   void recheck_kept(const Link& link, const Now& now);
-  // Nothing is kept for it any more.
+  // The link will not return: nothing is kept for it any more.
   void end_kept(const Link& link, const Now& now);
   [[nodiscard]] bool keeps(LinkId link) const { return context_.kept.contains(link); }
-  // Nodes of the peer's graph that listen to what we may export.
+  // Nodes of the peer's graph that subscribe to topics we may export. An error closes the
+  // connection.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
 
-  // While a peer can send goals to this action, its feedback and status are subscribed, also
-  // without demand: messages right after a goal would be lost before a new subscription is matched.
+  // While a peer can send goals to this action, its feedback and status are subscribed, even
+  // without demand: a new subscription would miss the messages right after a goal.
   void hold_action(const std::string& action, bool on, const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);
@@ -62,15 +62,15 @@ class LocalTopics {
   [[nodiscard]] std::vector<TopicKey> listened_by(const Link& link) const {
     return context_.listeners.told_by(link.id);
   }
-  // What is kept for a link that is lost.
+  // Adds the backlogs of a lost link to its status.
   void add_kept(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
   void update_listened(const Now& now);
-  // Returns its name, for update_subscriptions().
+  // Erases the topic. Returns its name, for update_subscriptions().
   std::string erase(std::map<TopicKey, LocalTopic>::iterator topic);
-  // For the topics of these names, with all their types.
+  // Updates the subscriptions of these names, with all their types.
   void update_subscriptions(const std::set<std::string>& names, const Now& now);
   void update_subscriptions(const std::string& name, const Now& now);
   // Null: the subscription has ended.

@@ -1,4 +1,5 @@
-// What a mirror wants of the topic that feeds it, and how many mirrors want it.
+// The data that a mirror wants from the topic that feeds it, and the number of mirrors that want
+// it.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +13,15 @@ class PeerTopic;
 
 struct MirrorWish {
   PeerTopic* feeder = nullptr;
-  bool ready = false;    // it wants data if its topic has a subscriber here
-  bool expects = false;  // it wants data without one, too
-  bool keeps = false;    // it keeps samples for late subscribers
+  bool ready = false;    // wants data if its topic has a subscriber here
+  bool expects = false;  // wants data without a subscriber, too
+  bool keeps = false;    // keeps samples for late subscribers
 
   bool operator==(const MirrorWish&) const = default;
 };
 
-// Of all mirrors that a topic feeds. Each says when its wish changes: to ask all of them whenever
-// one has changed would cost links x publishers x publishers when a link is lost.
+// The wishes of all mirrors that a topic feeds. Each mirror reports a change of its wish: asking
+// all mirrors after each change would cost links x publishers x publishers when a link is lost.
 class MirrorWishes {
  public:
   void add(const MirrorWish& wish) {
@@ -42,9 +43,9 @@ class MirrorWishes {
 // The wish of one mirror, as its feeder counts it.
 class CountedWish {
  public:
-  // The feeder that counted it before.
+  // Changes the wish. Returns the feeder that counted the wish before.
   PeerTopic* change(const MirrorWish& wish);
-  // The same, and both feeders judge their demand.
+  // Changes the wish, and both feeders judge their demand.
   void settle(const MirrorWish& wish, const Now& now);
   // The topic ends, or offers the mirror's origin no longer.
   void forget(const PeerTopic* feeder);

@@ -27,7 +27,7 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     // The graph may know an endpoint before the name of its node.
     const bool named = origin.node.empty() && !node_of(publisher).empty();
     if (named) origin.node = node_of(publisher);
-    // A node's name is told later as another `added` of the same number (docs/protocol.md,
+    // The name of a node is sent later as another `added` of the same number (docs/protocol.md,
     // "origins", rule 2).
     if (is_new || named) told.push_back(publisher.gid);
     origin.vanishes.cancel();
@@ -44,9 +44,9 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
 std::vector<OriginId> Origins::remove_vanished(bool drained,
                                                const std::function<bool(OriginId)>& is_kept,
                                                const Now& now) {
-  // What is kept for a lost link holds its origin for as long as it is kept: the link's own time
-  // limit ends that. What waits in a queue holds it once for kOriginLingerMax: a peer that takes
-  // nothing must not keep an origin for ever.
+  // A sample that is kept for a lost link holds its origin until the link's own time limit. A
+  // sample in a queue holds it once for kOriginLingerMax: a peer that takes nothing must not keep
+  // an origin for ever.
   std::vector<OriginId> removed;
   for (auto it = origins_.begin(); it != origins_.end();) {
     Origin& origin = it->second;
@@ -76,7 +76,8 @@ Origin* Origins::find(const Gid& gid, Durability subscribed) {
     const auto it = gid == Gid{} ? origins_.begin() : origins_.find(gid);
     return it == origins_.end() ? nullptr : &it->second;
   }
-  // Most middlewares do not tell the depth of others' publishers: then one sample each in turn.
+  // Most middlewares do not report the depth of others' publishers: then each gets one sample in
+  // turn.
   const auto share = [](const Origin& origin) {
     return std::max<std::uint64_t>(1, origin.qos.depth);
   };

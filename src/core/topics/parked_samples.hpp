@@ -1,4 +1,4 @@
-// Samples of an exported topic whose publisher the graph does not show yet.
+// Samples of a local topic whose publisher the graph does not show yet.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace connect_bridge {
 
 // A sample may come before the graph shows its publisher: the middleware matches endpoints before
 // it reports them. Without an origin it cannot be sent, so it waits while the graph is read again.
-// A sample that then has no real publisher (another bridge's mirror, or one that is gone) must not
-// cross. Single-threaded.
+// A sample that then has no real publisher (a bridge's mirror, or a publisher that is gone) must
+// not be forwarded. Single-threaded.
 class ParkedSamples {
  public:
   static constexpr Duration kTime = std::chrono::seconds(1);
@@ -25,12 +25,12 @@ class ParkedSamples {
 
   explicit ParkedSamples(TopicTimers timers) : timers_(timers) {}
 
-  // `all`: what the samples of all topics hold. False: there is no room for it.
+  // `all`: the budget that samples of all topics share. False: there is no room for the sample.
   [[nodiscard]] bool add(MessageTaken taken, Budget& all, const Now& now) {
     if (samples_.size() >= kSamplesMax || all.used() >= kBytesMax) return false;
     auto bytes = all.hold(taken.payload.size());
     samples_.push_back({std::move(taken), now.steady + kTime, std::move(bytes)});
-    // They wait equally long, so the time of the first one is the next that comes.
+    // All samples wait equally long, so the first one has the next deadline.
     if (samples_.size() == 1) watch();
     return true;
   }
@@ -39,7 +39,7 @@ class ParkedSamples {
     return std::any_of(samples_.begin(), samples_.end(),
                        [&](const Sample& sample) { return sample.taken.origin == origin; });
   }
-  // They are looked at then, and not before.
+  // The samples are reviewed then, and not before.
   void wait_until(TimePoint time) { until_ = timers_.set(time); }
   void clear() {
     samples_.clear();
@@ -47,8 +47,8 @@ class ParkedSamples {
   }
 
   // Gives each sample whose publisher `find(gid)` now knows (not null) to `forward(found, sample,
-  // since when it waits)`, in order; what has waited for kTime goes to `drop(sample)`, the rest
-  // stays.
+  // since when it waits)`, in order. Samples that have waited for kTime go to `drop(sample)`; the
+  // rest stays.
   template <class Find, class Forward, class Drop>
   void review(const Now& now, const Find& find, const Forward& forward, const Drop& drop) {
     for (auto& sample : std::exchange(samples_, {})) {

@@ -20,13 +20,14 @@ bool has_place(const Account& account) {
 
 }  // namespace
 
-// ---- what peers tell
+// ---- reports of the peers
 
 Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
   OfLink& of_link = links_.try_emplace(link.id, *this, link).first->second;
   auto& listeners = of_link.listeners;
-  // Those that go are first (docs/protocol.md, "listeners"), so a peer at its limit can replace all
-  // in one message. Each may end a subscription here, so a peer must not do that without a pause.
+  // Removals come first (docs/protocol.md, "listeners"), so a peer at its limit can replace all in
+  // one message. Each removal may end a subscription here, so a peer must not repeat them without
+  // limit.
   for (const ListenerId gone : change.removed) {
     const auto it = listeners.find(gone);
     if (it == listeners.end()) continue;
@@ -45,8 +46,8 @@ Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change,
   return Nothing{};
 }
 
-// Parts of actions and what is not ours by its name have no topic: another name may be mapped to
-// it, and the claims topic is not for peers.
+// Parts of actions have no topic here, nor have names that are not ours: another name may be mapped
+// to the same topic, and the claims topic is not for peers.
 void PeerListeners::add(OfLink& of_link, const ListenerTold& listener) {
   auto& topic = of_link.listeners[listener.listener];
   const NameMap& names = of_link.link->names;
@@ -73,7 +74,7 @@ void PeerListeners::remove(OfLink& of_link,
   of_link.topics.erase(told);
 }
 
-// By both sides' rules for a topic that this side exports (docs/protocol.md, "listeners", rule 2).
+// Both sides' rules for an exported topic decide (docs/protocol.md, "listeners", rule 2).
 void PeerListeners::decide(const OfLink& of_link, const TopicKey& key, Told& told) {
   const Link& link = *of_link.link;
   const std::string name = link.names.wire_name(key.first);
@@ -81,7 +82,7 @@ void PeerListeners::decide(const OfLink& of_link, const TopicKey& key, Told& tol
   if (right.answer != ExportRight::Answer::kYes) return leave(of_link, key, told);
   const QosOverride before = std::exchange(told.rule, right.decision.treatment.qos);
   if (!told.topic) return join(of_link, key, told);
-  if (!(told.rule == before)) changed_.insert(key);  // it is subscribed in another way (rules_of)
+  if (!(told.rule == before)) changed_.insert(key);  // the subscription gets another QoS (rules_of)
 }
 
 void PeerListeners::review(const Link& link, const Now& now) {
@@ -98,7 +99,7 @@ void PeerListeners::on_link_lost(LinkId link) {
   links_.erase(at);
 }
 
-// ---- which of them count
+// ---- which topics count
 
 void PeerListeners::join(const OfLink& of_link, const TopicKey& key, Told& told) {
   told.topic = &topics_[key];
@@ -122,7 +123,8 @@ void PeerListeners::leave(const OfLink& of_link, const TopicKey& key, Told& told
 void PeerListeners::review(const TopicKey& key, Topic& topic) {
   const bool published = !topic.links.empty() && is_published(side_, key);
   if (published || !topic.links.contains(topic.payer)) give_back(topic);
-  // Its publishers are gone, or those who had the place: it stays where another one has room.
+  // The publishers are gone, or the link that paid for the place: the topic stays if another link
+  // has room.
   if (topic.counts && !published)
     for (auto it = topic.links.begin(); it != topic.links.end() && !topic.payer; ++it)
       take_place(topic, *links_.at(it->first).link);
@@ -149,7 +151,7 @@ void PeerListeners::count(const TopicKey& key, Topic& topic, bool counts) {
 }
 
 void PeerListeners::on_graph(const Now& now) {
-  // What is published gives its place back before another one takes it.
+  // Published topics give their places back before other topics take them.
   for (const bool published : {true, false})
     for (auto& [key, topic] : topics_)
       if (is_published(side_, key) == published && topic.is_free() != published) review(key, topic);
@@ -162,7 +164,7 @@ void PeerListeners::on_time(const Now& now) {
   for (auto& [link, of_link] : links_) serve(of_link, now);
 }
 
-// A subscription that comes or goes costs every process of the graph, and this one's loop.
+// Each subscription that comes or goes costs every process of the graph, and this one's loop.
 void PeerListeners::serve(OfLink& of_link, const Now& now) {
   Account& account = *of_link.link->account;
   const auto next_waiting = [&] {
@@ -172,7 +174,7 @@ void PeerListeners::serve(OfLink& of_link, const Now& now) {
   };
   for (auto next = next_waiting(); next != of_link.topics.end(); next = next_waiting()) {
     const Outputs::Paying paying(side_.outputs, account.time);
-    // When one ends, give_back() looks here again.
+    // When a place becomes free, give_back() makes the loop look here again.
     if (!has_place(account))
       return side_.outputs.log_once(account.told, LogLevel::kWarn,
                                     "not all that " + of_link.link->owner() +
@@ -187,7 +189,7 @@ void PeerListeners::serve(OfLink& of_link, const Now& now) {
   }
 }
 
-// ---- what they come to
+// ---- what the listeners result in
 
 const PeerListeners::Topic* PeerListeners::counting(const TopicKey& topic) const {
   const auto known = topics_.find(topic);

@@ -13,7 +13,7 @@
 namespace connect_bridge {
 namespace {
 
-// Messages behind one that is with a worker: they are published in one turn of the loop.
+// Limit of messages behind one that a worker has: one turn of the loop publishes all of them.
 constexpr std::size_t kWaitingMax = 1024;
 
 }  // namespace
@@ -54,7 +54,7 @@ void PeerTopic::add_origin(const OriginOffer& origin, const Now& now) {
     left_out_.add(origin, link_.memory);
     peer_.note_left_out(number_);
     context_.look_again(now);
-    // Once for the identity: the names are the peer's, and may be thousands.
+    // Logged once for the identity: the names are the peer's, and may be thousands.
     if (link_.account->told.first("no more mirrors"))
       context_.outputs.log(LogLevel::kWarn,
                            "no more mirrors for " + link_.label() + ", first on " + key_.first +
@@ -68,7 +68,7 @@ void PeerTopic::add_origin(const OriginOffer& origin, const Now& now) {
 }
 
 Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& now) {
-  // First, so that a peer can replace all of a channel's publishers in one message.
+  // Removals come first, so a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
     left_out_.remove(id);
     deltas_.forget(id);
@@ -85,7 +85,7 @@ Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& n
   if (origins_.size() + left_out_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
     return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
   for (const auto& origin : change.added) add_origin(origin, now);
-  if (!change.removed.empty()) update_demand(now);  // perhaps only that one wanted it
+  if (!change.removed.empty()) update_demand(now);  // perhaps only the removed origin wanted data
   return Nothing{};
 }
 
@@ -127,7 +127,7 @@ void PeerTopic::on_withdraw(const Withdraw& why, const Now& now) {
   log_withdrawn(context_.outputs, link_, shown(InterfaceKind::kTopic, key_.first, key_.second),
                 why);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
-  hurry(DropReason::kWithdrawn, now);  // a publisher that ends right after its last message
+  hurry(DropReason::kWithdrawn, now);  // a publisher may end right after its last message
   leave_mirrors(now);
   peer_.erase(number_);
 }
@@ -155,20 +155,22 @@ void PeerTopic::hurry(DropReason otherwise, const Now& now, std::optional<Origin
     raw ? publish(waiting.message, *raw, now) : dropped_.add(otherwise);
   }
   if (first) advance(now);
-  // It is the last message of its publisher: it counts for the rate limit, but cannot wait for it.
+  // The last message of a publisher counts for the rate limit, but cannot wait for it.
   while (const auto held = of ? held_.take(*of) : held_.take())
     publish(held->head, held->raw, now, true);
 }
 
 void PeerTopic::lose(const Now& now) {
-  // Without a known sequence the next demand would say "behind 0", and the peer would send again
-  // what it was to discard, if the demand that says so is lost with this connection.
+  // Without a known sequence the next demand would request all behind 0. The peer would then send
+  // again the messages that it was to discard, if this connection loses the demand that declined
+  // them.
   const bool is_known = last_sequence_ > 0 || !declined_kept_;
   if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
     link_.arrived[key_] = {last_sequence_};
   const bool may_be_late = may_come_late();
   for (const auto& [id, mirror] : take_all()) {
-    // Nobody knows how long the break will be: what must not be late does not wait beyond it.
+    // Nobody knows the length of the break: a message that must not be late does not wait for its
+    // end.
     if (!may_be_late && mirror->candidates().front().offered == this) mirror->drop_first();
     mirror->lose_topic(link_.id, now);
   }
@@ -182,12 +184,12 @@ void PeerTopic::update_demand(const Now& now) {
   const bool on = wishes_.any(listened);
   ++context_.judged;
   if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
-  // Once: what it has made again keeps nothing.
+  // Once: mirrors that were made again keep nothing.
   if (!on && !listened && std::exchange(may_keep_, false))
     may_keep_ = !context_.forget_kept(origins_, *this, now);
 }
 
-// Messages of /parameter_events are permitted one by one, by rules that may have changed when the
+// Messages of /parameter_events are permitted one by one, and the rules may have changed when the
 // link returns.
 bool PeerTopic::may_resume() const {
   return link_.life.keeps() && !parameter_events_ && may_come_late();
@@ -233,7 +235,7 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   const auto useful = resolve(message, now);
   if (!useful) return useful.error();
   if (!useful.value()) return Nothing{};
-  // Nothing overtakes what is with a worker.
+  // No message overtakes those with a worker.
   if (waiting_.empty() && message.codec == Codec::kNone) {  // mutant: decompressed_in_order
     publish(message, message.body, now);
     return Nothing{};
@@ -262,7 +264,7 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   return Nothing{};
 }
 
-// Whatever becomes of a message, one that comes later may refer to it.
+// Every base is decoded, even of a dropped message: a later message may refer to it.
 Result<bool> PeerTopic::resolve(InMessage& message, const Now& now) {
   const bool wanted = link_.may_inflate(message, now);
   if (!wanted) dropped_.add(DropReason::kRate);
@@ -278,9 +280,9 @@ Result<bool> PeerTopic::resolve(InMessage& message, const Now& now) {
   return true;
 }
 
-// A worker that does not keep up must not make messages late without end: beyond the depth of a
-// volatile origin its new message takes the place of its oldest, if that is the next to be looked
-// at. Messages before that one are with the worker; other origins lose nothing.
+// A worker that is too slow must not make messages ever later. Beyond the depth of a volatile
+// origin its new message replaces its oldest, if that is the next one after the worker's. Other
+// origins lose nothing.
 void PeerTopic::make_room(const InMessage& message) {
   const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return;

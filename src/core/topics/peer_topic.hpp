@@ -26,7 +26,7 @@ class LinkTopics;
 
 // Demands the topic while one of the mirrors that it feeds wants data. Receives its messages,
 // decompresses them in order, and gives them to the mirrors of their origins. While a worker
-// decompresses a message, all later messages of the channel wait, also those of other origins and
+// decompresses a message, all later messages of the channel wait, even those of other origins and
 // those that need no worker. So each origin keeps the order of the channel.
 class PeerTopic final : public IncomingChannel, private JobOwner {
  public:
@@ -39,7 +39,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   void add_origin(const OriginOffer& origin, const Now& now);
   // Our rules have changed. False: no rule allows the topic any longer.
   [[nodiscard]] bool recheck(const Now& now);
-  // Whether this is /parameter_events and no rule allows the parameters of the origin's node.
+  // Is this /parameter_events, and no rule allows the parameters of the origin's node?
   [[nodiscard]] bool withholds(const OriginOffer& origin) const {
     return parameter_events_ && withholds_events(context_, link_, origin.node);
   }
@@ -47,26 +47,27 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   void renew(const Now& now);
   // Sends `decline`: the topic is not imported any longer.
   void decline(const Now& now);
-  // The connection is about to be lost: publishes what waits for a worker and will not come again.
+  // The connection is about to be lost: publishes messages that wait for a worker, if the topic is
+  // resumed; the peer will not send them again.
   void finish(const Now& now);
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);
 
-  // Of the mirrors that it feeds.
+  // The wishes of the mirrors that this topic feeds.
   [[nodiscard]] MirrorWishes& wishes() { return wishes_; }
-  // One of them may have kept samples for late subscribers.
+  // A mirror may have kept samples for late subscribers.
   void note_kept() { may_keep_ = true; }
-  // The wishes of a mirror have changed, or those of listeners here.
+  // The wishes of a mirror have changed, or the subscribers here.
   void update_demand(const Now& now);
-  // The demand to send to the peer: under this number, or its end. When it ends, what still waits
-  // here is dropped.
+  // begin_demand() returns the demand to send, under this number. end_demand() drops all messages
+  // that still wait here.
   ChannelDemand begin_demand(std::uint16_t number);
   void end_demand();
-  // Ends the demand for a moment, so that the exporter sends the last samples again.
+  // Pauses the demand, so that the exporter sends the last samples again.
   void demand_again(const Now& now);
 
-  // Messages of an ended demand may still be under way when the next one is sent. They are newer
-  // than the last samples with which the next one begins, so they are not wanted.
+  // Messages of an ended demand may still arrive when the next one is sent. The next demand begins
+  // with the last samples, which are older, so these messages are not wanted.
   [[nodiscard]] bool wants(std::uint16_t demand) const override {
     return demanded_ && demand == demand_;  // mutant: ended_demand
   }
@@ -74,9 +75,9 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
-  // Publishes the messages that a rate limit has held back and whose time has come.
+  // Publishes the messages that a rate limit has held back, when their time has come.
   void publish_held(const Now& now);
-  // Counts as dropped what was counted as published before: the mirror has lost it.
+  // Counts messages as dropped that were counted as published: the mirror has lost them.
   void on_lost(std::uint64_t count, DropReason reason);
 
   [[nodiscard]] Link& link() const { return link_; }
@@ -87,8 +88,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
   [[nodiscard]] bool demanded() const { return demanded_; }
-  // Whether the last samples of all its publishers come again when demand begins. Beside a volatile
-  // one the exporter keeps nothing of the others.
+  // Do the last samples of all publishers come again when demand begins? Beside a volatile
+  // publisher the exporter keeps nothing of the others.
   [[nodiscard]] bool all_come_again() const { return volatile_ == 0 && !drives(treatment(), key_); }
   void add_status(LinkStatus& status) const;
   void add_channel(std::vector<ChannelFacts>& channels) const;
@@ -100,23 +101,23 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   };
 
   void on_job(std::optional<Payload> result, const Now& now) override;
-  // Decodes the message so that it needs no base; false: it is dropped.
+  // Decodes the message so that it needs no base. False: the message is dropped.
   Result<bool> resolve(InMessage& message, const Now& now);
   void make_room(const InMessage& message);
   void start_job();
-  // Publishes at once the messages that wait for a worker or are held back by a rate limit, of this
-  // origin (none: of all origins). Those for which there is no time are dropped. Messages of other
-  // origins keep their order.
+  // Publishes at once the messages that wait for a worker or are held back by a rate limit. `of`:
+  // their origin; none: all origins. Messages that cost too much time are dropped. Messages of
+  // other origins keep their order.
   void hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of = {});
-  // Handles the messages that waited for a finished job, up to the next job.
+  // Publishes the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
-  // `was_held`: the rate limit of its publisher had refused the message and lets it pass now.
+  // `was_held`: the rate limit of the publisher had refused the message, and lets it pass now.
   void publish(const MessageHead& message, const Payload& raw, const Now& now,
                bool was_held = false);
-  // Whether its publisher's rate lets it pass; otherwise it is held back.
+  // Does the publisher's rate let the message pass? If not, it is held back.
   [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw,
                             const TopicMirror& mirror, const Now& now);
-  // The mirror of an origin that is here no longer.
+  // Removes the origin, and returns its mirror.
   TopicMirror& take_out(std::map<OriginId, TopicMirror*>::iterator origin) {
     TopicMirror& mirror = *origin->second;
     volatile_ -= !is_transient_local(mirror.candidate(link_.id)->qos);
@@ -129,9 +130,9 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   }
   void leave_mirrors(const Now& now);
   void note_end(const Ending& why) const;
-  // Whether the peer should keep the messages that a break loses, for this topic.
+  // Should the peer keep the messages of this topic that a break loses?
   [[nodiscard]] bool may_resume() const;
-  // Whether what was published before a break may be published here after it.
+  // May a message that was published before a break be published here after it?
   [[nodiscard]] bool may_come_late() const {
     const bool ever =
         treatment().resume || context_.options.resumes_imported;  // mutant: old_orders
@@ -147,16 +148,16 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   std::string action_type_;
   Decision decision_;
   bool parameter_events_ = false;
-  std::size_t volatile_ = 0;  // of the origins
+  std::size_t volatile_ = 0;  // number of volatile origins
   MirrorWishes wishes_;
   bool may_keep_ = false;
   bool demanded_ = false;
-  std::uint16_t demand_ = 0;         // its number, once it was sent
-  bool resume_ = false;              // it asks for what a lost connection loses
-  bool offers_resume_ = false;       // the peer may have kept something for the first demand
+  std::uint16_t demand_ = 0;         // number of the demand, once it was sent
+  bool resume_ = false;              // the demand requests messages that a lost connection loses
+  bool offers_resume_ = false;       // the peer may have kept messages for the first demand
   std::uint32_t last_sequence_ = 0;  // of the last message that arrived
-  bool declined_kept_ = false;       // what the peer had kept is to be discarded
-  std::map<OriginId, TopicMirror*> origins_;  // valid: this is a candidate of each
+  bool declined_kept_ = false;       // the peer was to discard the messages that it had kept
+  std::map<OriginId, TopicMirror*> origins_;  // valid: this topic is a candidate of each
   LeftOutOrigins left_out_;
   std::deque<Waiting> waiting_;  // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;

@@ -11,7 +11,7 @@ namespace {
 
 // Other bridges hold a publisher for less than this before it counts (LocalGraph).
 constexpr Duration kEndedNamed = std::chrono::seconds(1);
-// Thousands may be due together, as when a link has ended: the others' turns are in between.
+// Thousands may be due together, as when a link has ended. Other work runs between these batches.
 constexpr int kDueAtOnce = 64;
 
 }  // namespace
@@ -33,8 +33,8 @@ void PeerTopics::on_link_lost(LinkId link, const Now& now) {
 
 void PeerTopics::on_link_dead(const Link& link, const Now& now) {
   for (TopicMirror* const mirror : context_.mirrors_of(link)) {
-    // While the candidate is still there: what the link brings when it returns depends on whether
-    // another one may feed the mirror meanwhile.
+    // Before the candidate is removed: another link may feed the mirror meanwhile. Then the
+    // returning link resumes nothing.
     mirror->lose_link(link.id);
     context_.remove_candidate(*mirror, link.id, now);
   }
@@ -59,8 +59,8 @@ void PeerTopics::on_graph(const Now& now, const GraphDifference& difference) {
 }
 
 void PeerTopics::on_claims(LinkTable& links, const Now& now) {
-  // What another bridge mirrors now, subscribers here get from it. If the link went on where it
-  // ended, they would get it twice (docs/protocol.md section 8.10, rule 3).
+  // Subscribers here get an origin from the bridge that mirrors it now. If the link resumed, they
+  // would get messages twice (docs/protocol.md section 8.10, rule 3).
   for (auto& [id, link] : links)
     forget_origins(link.arrived, [&](const Gid& gid) { return context_.claims.taken(gid, false); });
   for (auto& [key, mirror] : context_.mirrors) mirror.update(now);
@@ -75,16 +75,16 @@ bool PeerTopics::is_permitted_as_before(const TopicMirror& mirror) const {
   if (mirror.candidates().empty()) return false;
   const auto& [link, feeder, declined, qos, told] = mirror.candidates().front();
   const auto decision = permission(*link, mirror);
-  // Of a lost link the treatment is looked at when it offers the topic again.
+  // The treatment of a lost link is checked when it offers the topic again.
   return decision && (!feeder || (decision->treatment == feeder->treatment() &&
                                   !feeder->withholds(mirror.origin())));
 }
 
 void PeerTopics::on_policy(const Now& now) {
-  // What waits in a mirror came under the rules before. Then all topics are judged, and only then
-  // mirrors are renewed: whoever feeds one by then has been judged. A lost link has no topics to
-  // judge, but keeps its candidates, which are looked at themselves. Last samples are asked for at
-  // the end, from whoever feeds by then.
+  // Messages that wait in a mirror came under the rules before. Then all topics are judged, and
+  // only then mirrors are renewed: so every feeder has been judged. A lost link has no topics to
+  // judge, but its candidates are checked themselves. Last samples are requested at the end, from
+  // the feeders of that moment.
   std::vector<MirrorKey> emptied;
   for (auto& [key, mirror] : context_.mirrors) {
     if (!mirror.has_first() || is_permitted_as_before(mirror)) continue;
@@ -95,7 +95,7 @@ void PeerTopics::on_policy(const Now& now) {
   for (auto& [link, peer] : peers_) peer.renew(now);
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
     TopicMirror& mirror = (it++)->second;
-    const auto candidates = mirror.candidates();  // the last one may take the mirror with it
+    const auto candidates = mirror.candidates();  // a copy: the mirror may end with the last one
     for (const auto& [link, offered, declined, qos, told] : candidates)
       if (!offered && !permission(*link, mirror)) context_.remove_candidate(mirror, link->id, now);
   }
@@ -105,8 +105,8 @@ void PeerTopics::on_policy(const Now& now) {
 }
 
 void PeerTopics::expect_goal(const std::string& action, const Now& now) {
-  // Without a subscriber there is no demand, and the first feedback would be lost while the graph
-  // still has to show that the caller subscribes.
+  // Without a subscriber there is no demand, and the first feedback would be lost until the graph
+  // shows that the caller subscribes.
   for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
     const std::string name = name_of_part(action, part);
     for (auto it = context_.mirrors.lower_bound({{name, ""}, Gid{}});
@@ -120,7 +120,7 @@ TopicMirror* PeerTopics::find(MirrorId id) {
   return it == context_.made.end() ? nullptr : it->second.mirror;
 }
 
-// It may have been destroyed just now.
+// The mirror may have been destroyed just now.
 void PeerTopics::on_mirror_made(const MirrorMade& made) {
   const auto it = context_.made.find(made.mirror);
   if (it == context_.made.end()) return;
@@ -167,8 +167,8 @@ void PeerTopics::send_demands() {
 void PeerTopics::add_mirrored(Claim& claim, const Now& now) {
   for (const auto& [key, mirror] : context_.mirrors)
     if (mirror.is_claimed()) claim.origins.push_back(key.second);
-  // Others know by these ids which publishers are mirrors, also under proxy nodes (docs/protocol.md
-  // section 14, rule 7). A bridge that knows this one only now may have seen one that has ended.
+  // Other bridges recognize mirrors by these ids, even under proxy nodes (docs/protocol.md section
+  // 14, rule 7). A bridge that has just started may have seen a mirror that has ended.
   for (const Gid& gid : std::exchange(context_.unmade, {})) leaving_.emplace_back(now.steady, gid);
   while (!leaving_.empty() && leaving_.front().first + kEndedNamed <= now.steady) {
     named_.erase(named_.find(leaving_.front().second));

@@ -20,23 +20,24 @@ class PeerTopics {
  public:
   PeerTopics(const SideView& side, const TopicOptions& options) : context_{side, options} {}
 
-  // The caller has checked that the number is unused and registered it at the link. Also declines
-  // unknown kinds of channels.
+  // Imports the offered topic, or declines it. The caller has checked that the number is unused,
+  // and has registered it at the link. Unknown kinds of channels are declined, too.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
-  // The connection is about to be lost: publishes what has arrived and is to resume, so that it
-  // need not be sent again.
+  // The connection is about to be lost: publishes messages that have arrived and would resume, so
+  // that the peer need not send them again.
   void finish(const Link& link, const Now& now);
   // The connection is gone: its channels end, its mirrors wait for the link's return.
   void on_link_lost(LinkId link, const Now& now);
   // The link is declared dead: destroys its mirrors. A link that returns creates them again.
   void on_link_dead(const Link& link, const Now& now);
-  // The link is open again, and its time for offers is over: ends what it has not offered again.
+  // The link is open again, and its time for offers is over: removes origins that it has not
+  // offered again.
   void forget_orphans(const Link& link, const Now& now);
   // Local subscribers or origins changed.
   void on_graph(const Now& now, const GraphDifference& difference = {});
   void on_claims(LinkTable& links, const Now& now);  // another bridge's claims changed
   void on_policy(const Now& now);
-  // A goal is on its way to this action (local name): its feedback may follow before the graph
+  // A goal is on its way to this action (local name): its feedback may arrive before the graph
   // shows the client's subscriptions.
   void expect_goal(const std::string& action, const Now& now);
   void on_mirror_made(const MirrorMade& made);
@@ -54,23 +55,25 @@ class PeerTopics {
     return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
                     context_.looks_again_at);
   }
-  // Whether some peer's publisher of this topic is mirrored here.
+  // Is a peer's publisher of this topic mirrored here?
   [[nodiscard]] bool has_mirror(const TopicKey& key) const;
   void add_status(const Link& link, LinkStatus& status) const;
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
-  // How often a topic has judged its demand: the work of all that happens here.
+  // Number of times that a topic judged its demand: it measures the work done here.
   [[nodiscard]] std::uint64_t judged() const { return context_.judged; }
 
  private:
   [[nodiscard]] TopicMirror* find(MirrorId id);
-  // Whether the rules let the mirror be fed, by the same link and in the same way as until now.
+  // permission(): the import rule for the mirror on this link. is_permitted_as_before(): the rules
+  // let the same link feed the mirror, in the same way as until now.
   [[nodiscard]] std::optional<Decision> permission(const Link& link,
                                                    const TopicMirror& mirror) const;
   [[nodiscard]] bool is_permitted_as_before(const TopicMirror& mirror) const;
 
   ImportContext context_;
-  // The mirrors' ids that claims name, and the last of them: not there any longer, since when.
+  // named_: ids of mirrors in our claims. leaving_: ids of mirrors that ended, with the time; they
+  // stay in claims a little longer.
   std::multiset<Gid> named_;
   std::deque<std::pair<TimePoint, Gid>> leaving_;
   std::map<LinkId, LinkTopics> peers_;

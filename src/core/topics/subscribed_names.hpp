@@ -10,9 +10,9 @@ namespace connect_bridge {
 
 class LocalTopic;
 
-// With some middlewares a process can use one type per topic name only: that of local endpoints, or
-// that of the first listener at the other side. A topic that is subscribed for listeners alone
-// keeps its name until a topic of the same name with publishers needs it. Single-threaded.
+// Some middlewares let a process use one type per topic name only: that of local endpoints, or that
+// of the first listener at the other side. A topic that is subscribed for listeners alone keeps its
+// name until a topic of the same name with publishers needs it. Single-threaded.
 class SubscribedNames {
  public:
   // No other topic has the name.
@@ -20,12 +20,12 @@ class SubscribedNames {
     const auto taken = taken_.find(name);
     return taken == taken_.end() || (taken->second.size() == 1 && taken->second.contains(&topic));
   }
-  // The topic is subscribed from now on, for listeners alone or not. Returns the topic that must
+  // The topic is subscribed from now on; `stands`: for listeners alone. Returns the topic that must
   // end its subscription for it; null: none.
   [[nodiscard]] LocalTopic* take(const std::string& name, LocalTopic& topic, bool stands) {
     taken_[name].insert(&topic);
-    // A topic with publishers never gives way, so several types of a name may be subscribed for
-    // those. What stands for listeners alone gives way to them: the caller ends it.
+    // A topic with publishers never gives way, so several types of a name may be subscribed. A
+    // topic that stands for listeners alone gives way to them: the caller ends its subscription.
     if (stands) {
       standing_[name] = &topic;
       return nullptr;

@@ -1,4 +1,4 @@
-// When an exported topic may be subscribed.
+// The time when a local topic may be subscribed.
 #pragma once
 
 #include <chrono>
@@ -8,12 +8,12 @@
 
 namespace connect_bridge {
 
-// To make a subscription takes the middleware some 0.3 ms, in which everything else waits. A peer
-// may demand hundreds of topics at once, and may switch its demand on and off at will.
-// Single-threaded.
+// A new subscription takes the middleware some 0.3 ms, while everything else waits. A peer may
+// demand hundreds of topics at once, and may switch its demand on and off at will. Single-threaded.
 class SubscriptionTurn {
  public:
-  // `all`: of all topics together. Now: it counts as made. Later: it is to be asked for again then.
+  // Takes a turn; `all`: the pace of all topics together. Result `now`: the subscription counts as
+  // made. A later time: the caller asks again then.
   [[nodiscard]] TimePoint take(Pace& all, TimePoint now) {
     if (own_.free_at() > now) return own_.free_at();
     if (!turn_ || now - *turn_ > kLapses) turn_ = all.reserve(now);
@@ -24,7 +24,7 @@ class SubscriptionTurn {
   }
 
  private:
-  // A turn that is not taken is over: else one could collect many, and use them all at once.
+  // An unused turn expires: else one topic could collect many turns and use them at once.
   static constexpr Duration kLapses = std::chrono::milliseconds(20);
 
   Pace own_{10, std::chrono::seconds(1)};

@@ -15,14 +15,15 @@ constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // By then a graph knows a node's name, if ever; first samples are kept longer (early_samples.hpp).
 constexpr Duration kNaming = std::chrono::seconds(1);
-// What could not be made, for another reason than its definition, is tried again: its name may have
-// had another type here.
+// A mirror that could not be made, for another reason than its definition, is tried again: its name
+// may have had another type here.
 constexpr Duration kRetry = std::chrono::seconds(30);
-// For so long a mirror that wants something else than before asks for nothing: changes come
-// together.
+// A mirror that needs the origin's last samples again wants no data for this long, so that several
+// changes share one pause.
 constexpr Duration kPause = std::chrono::milliseconds(250);
-// By then subscribers have found a publisher that was made again: what was kept for them must not
-// come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
+// By then subscribers have found a publisher that was made again; messages that the peer kept for
+// them must not come earlier. Five processes on a busy machine took 1 ms mostly, and 105 ms at
+// most.
 constexpr Duration kMatching = std::chrono::milliseconds(200);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kSubscriberNaming = std::chrono::seconds(2);
@@ -32,7 +33,7 @@ constexpr Duration kSubscriberNaming = std::chrono::seconds(2);
 TopicMirror::TopicMirror(ImportContext& context, MirrorKey key)
     : context_(context), key_(std::move(key)), first_({context.timers, this}) {}
 
-// ---- who offers it
+// ---- the links that offer the origin
 
 bool TopicMirror::add_candidate(PeerTopic& offered, const OriginOffer& origin) {
   Link& link = offered.link();
@@ -40,7 +41,7 @@ bool TopicMirror::add_candidate(PeerTopic& offered, const OriginOffer& origin) {
   if (!own) {
     candidates_.push_back({&link, &offered, false, origin.qos});
     link.mirrors.add(key_.first);
-    // A client that was restarted while its old connection seems alive: nothing comes on that.
+    // A client was restarted while its old connection seems alive: nothing comes on the old one.
     if (is_successor(link, *candidates_.front().link))
       std::swap(candidates_.front(), candidates_.back());
     charge();
@@ -60,8 +61,8 @@ bool TopicMirror::add_candidate(PeerTopic& offered, const OriginOffer& origin) {
   return true;
 }
 
-// What the feeding link offers, as the rules have it for that link: nothing of another one, which
-// may be allowed more.
+// The mirror follows the feeding link's offer and the rules for that link. It takes nothing from
+// another link, which may be allowed more.
 bool TopicMirror::follow_feeder() {
   if (!feeder()) return false;
   action_type_ = feeder()->action_type();
@@ -86,7 +87,7 @@ bool TopicMirror::is_of_its_type(const PeerTopic& offered) const {
          offered.treatment().allow_type_mismatch == any_definition_;
 }
 
-// A mirror that is to belong to its origin's node is made when that has a name, or made again.
+// A mirror on a proxy node is made, or made again, when its origin's node has a name.
 void TopicMirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
@@ -123,25 +124,25 @@ void TopicMirror::lose_link(LinkId link) {
   vanish();
 }
 
-// ---- what follows from what is known
+// ---- feeding, creation and destruction
 
 // The first candidate feeds the mirror for as long as it can: every change of the feeding link may
-// lose or repeat samples. Only when it is gone, or lost while another one is there, that one takes
-// its place. So a link that is lost alone keeps its mirror: when it returns, subscribers here have
-// noticed nothing.
+// lose or repeat samples. Another candidate takes over only when the first one is gone, or lost
+// while the other one is there. So a link that is lost alone keeps its mirror, and subscribers here
+// notice nothing when it returns.
 bool TopicMirror::refresh(const Now& now) {
-  if (candidates_.empty()) return false;  // it lingers
+  if (candidates_.empty()) return false;  // the mirror lingers
   bool taken_over = false;
   const auto present = std::find_if(candidates_.begin(), candidates_.end(),
                                     [](const MirrorCandidate& c) { return c.is_usable(); });
   if (!candidates_.front().is_usable() && present != candidates_.end()) {
     std::iter_swap(present, candidates_.begin());
-    present->link->arrived.erase(key_.first);  // what it has kept, the other one brings
+    present->link->arrived.erase(key_.first);  // the new feeder brings the kept messages
     charge();
     taken_over = true;
   }
   follow_feeder();
-  // A local publisher that has just ended may be offered for a moment longer: no mirror either.
+  // The peer may offer a local publisher for a moment after its end: no mirror for it either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
   if (exists && !id_ && feeder()) {
@@ -152,7 +153,7 @@ bool TopicMirror::refresh(const Now& now) {
     }
   }
   if (!exists) destroy();
-  // Without a feeder another bridge may have it.
+  // Without a feeder another bridge may have the origin.
   if (!exists || (!id_ && !feeder())) give_up_claim();
   update_demand(now);
   return taken_over;
@@ -180,7 +181,7 @@ void TopicMirror::give_up_claim() {
   settles_.cancel();
 }
 
-// A mirror made under our own node and later again under the proxy loses samples in between.
+// A mirror that moves from our own node to the proxy node loses samples in between.
 bool TopicMirror::has_waited_for_name(const Now& now) {
   if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
   if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
@@ -191,7 +192,7 @@ bool TopicMirror::has_waited_for_name(const Now& now) {
 bool TopicMirror::may_be_made(const Now& now) {
   if (retries_ && retries_.at() > now.steady) return false;
   Link& link = *candidates_.front().link;
-  // While changed rules are applied, one link's topic may be over and the next one's not yet.
+  // While changed rules are applied, one link's topic may have ended and the next one's not yet.
   if (!import_right(context_, link, InterfaceKind::kTopic, key_.first, action_type_)) return false;
   const auto answer = link.account->mirrors.ask(*this, now.steady);  // mutant: mirrors_pace
   if (answer == Appearing::Answer::kLate) link.mirrors.note_wait();
@@ -201,8 +202,8 @@ bool TopicMirror::may_be_made(const Now& now) {
 bool TopicMirror::may_exist() const {
   if (!context_.graph_since || failed_ || is_local_) return false;  // mutant: loops
   if (context_.claims.taken(key_.second, claiming_.holds())) return false;
-  // Both ends are in one graph: what the peer exports is here already, though our part of the
-  // middleware may discover it later than the peer's.
+  // Both ends are in one graph: the peer's topics are here already, though our part of the
+  // middleware may discover them later than the peer's.
   const Connection* const connection = candidates_.front().link->connection();
   return !connection || !context_.claims.is_here(connection->peer().side);
 }
@@ -228,8 +229,8 @@ void TopicMirror::create(const Now& now) {
   warn_incompatible(now);
 }
 
-// Subscribers of another publisher, or of another bridge's mirror, must not get what was kept for
-// this one.
+// Subscribers of another publisher, or of another bridge's mirror, must not get messages that were
+// kept for this one.
 void TopicMirror::destroy() {
   if (id_ && may_resume(origin_.qos, qos_))
     for (const MirrorCandidate& candidate : candidates_) candidate.link->arrived.erase(key_.first);
@@ -269,7 +270,7 @@ void TopicMirror::on_failed(const MirrorFailed& failed, const Now& now) {
       link->decline(offered->number(), InterfaceKind::kTopic, key_.first,
                     {failed.reason, failed.code});
   }
-  update(now);  // one with another definition may feed it
+  update(now);  // an offer with another definition may feed the mirror
 }
 
 void TopicMirror::on_time(const Now& now) {
@@ -300,7 +301,7 @@ bool TopicMirror::adopt(const PeerTopic& offered, const Now& now) {
 void TopicMirror::warn_incompatible(const Now& now) {
   const TopicState* topic = context_.graph.find(key_.first);
   if (!id_ || !topic || !context_.graph_options.qos_must_fit) return;
-  // When the time for names is over, those that still have none are logged without one.
+  // After the time for names, subscribers that still have none are logged without one.
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
   for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);
@@ -329,8 +330,8 @@ void TopicMirror::expect_subscriber(const Now& now) {
   update_demand(now);
 }
 
-// The feeding link's channel may be demanded for other origins already: then nobody sends the last
-// samples of this one by itself.
+// The feeding link's channel may be demanded for other origins already: then the peer does not send
+// this origin's last samples unasked.
 void TopicMirror::ask_for_last_samples(const Now& now) const {
   if (is_latched() && feeder() && feeder()->demanded()) feeder()->demand_again(now);
 }
@@ -338,16 +339,15 @@ void TopicMirror::ask_for_last_samples(const Now& now) const {
 // ---- data
 
 std::optional<DropReason> TopicMirror::refusal(const Link& link) const {
-  // It may have to wait for its node's name, or because its identity makes too many.
+  // The mirror may wait for its node's name, or because its identity makes too many mirrors.
   if (!id_ && (is_latched() || !may_exist())) return DropReason::kNoDemand;
-  if (candidates_.front().link != &link) return DropReason::kDuplicate;  // another one feeds it
+  if (candidates_.front().link != &link) return DropReason::kDuplicate;  // another link feeds it
   return std::nullopt;
 }
 
-// After a reconnect, or when demand returns, the exporter sends the last samples of a
-// transient-local origin again (whatever the mirror's own QoS); and when another link takes over as
-// the feeding one, it may be behind the first. The number is the origin's own, so it does not
-// depend on the sample's path.
+// The exporter sends a transient-local origin's last samples again after a reconnect and when
+// demand returns, whatever the mirror's own QoS. A link that takes over as feeder may also be
+// behind the first. The number is the origin's own, so it does not depend on the sample's path.
 std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Payload& raw,
                                                TimePoint expires, const Now& now) {
   if (number != 0 && number <= last_number_)
@@ -359,7 +359,7 @@ std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Paylo
       depth_max_ = fitting;
       destroy();
       update(now);
-      // It comes again; without a publisher (there were too many) it cannot go anywhere.
+      // The sample comes again. Without a publisher (there were too many) it cannot go anywhere.
       if (is_latched() || !id_) return DropReason::kQueueBytes;
     }
     sample_bytes_ = raw.size();
@@ -380,7 +380,7 @@ Payload TopicMirror::held_if_large(const Payload& raw) const {
   if (raw.size() <= kLargeSample || candidates_.empty()) return raw;
   struct Held {
     Payload raw;
-    std::shared_ptr<Account> account;  // before what is held of it
+    std::shared_ptr<Account> account;  // declared before the hold, so that it outlives it
     Budget::Hold bytes;
   };
   const auto& account = candidates_.front().link->account;

@@ -18,7 +18,7 @@ TopicOffer::TopicOffer(ExportContext& context, LocalTopic& topic, Link& link)
       early_({context.timers, &topic}),
       held_(link.memory, {context.timers, &topic}) {}
 
-// ---- whether, and as what
+// ---- rights and options
 
 bool TopicOffer::is_withheld(const Origin& origin) const {
   return parameter_events_ && !may_have_events(context_, link_, origin.node);
@@ -58,13 +58,13 @@ std::optional<ChannelOffer> TopicOffer::open() {
   return offer;
 }
 
-// A node outside our prefix has no name on the wire but its own.
+// A node outside our prefix has only its own name on the wire.
 OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
   return {origin.id, gid, link_.names.wire_name(origin.node),
           qos_to_offer(origin.qos, treatment().qos)};
 }
 
-// Depth, bytes and lifespan follow the publishers that are there now. What waits already stays
+// Depth, bytes and lifespan follow the present publishers. Messages that wait already stay
 // (ChannelQueue::configure).
 void TopicOffer::configure_queue() {
   keep_ = keep_of(treatment(), topic_.key().second,
@@ -99,7 +99,7 @@ void TopicOffer::add_origins(const std::vector<Gid>& added) {
     }
   }
   if (!change.added.empty()) link_.send(change);
-  configure_queue();  // its depth and lifespan were those of the origins known before
+  configure_queue();  // depth and lifespan were those of the origins known before
 }
 
 void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
@@ -114,8 +114,8 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
 }
 
 void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
-  // Of a channel that is demanded another number changes nothing (docs/protocol.md, "demand"): the
-  // peer cannot make this side begin again by saying it again and again.
+  // Another number for a demanded channel changes nothing (docs/protocol.md, "demand"): a peer that
+  // repeats its demand cannot make this side begin again.
   if (demanded() == (demand.number != 0)) return;
   demand_ = demand.number;  // mutant: demand_ends
   resume_ = demand.resume && may_resume();
@@ -123,8 +123,8 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   demanded_at_ = now.system;
   if (demanded()) offer_.on_taken();
   offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
-  // An open message is aborted and what waits is dropped before the topic hears of it: a demand
-  // that follows begins with the last samples, and what is older must not come behind them
+  // The open message is aborted and waiting ones are dropped before the topic learns of the demand:
+  // a following demand begins with the last samples, and older ones must not come behind them
   // (docs/protocol.md section 8, rule 5).
   if (!demanded()) {
     link_.sending().clear_channel(number());
@@ -138,12 +138,12 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
   offer_.on_decline(decline, now);
-  topic_.update_subscription(now);  // its rule does not count any more
+  topic_.update_subscription(now);  // the rule of a declined offer does not count any more
 }
 
 // ---- over connections
 
-// The messages of /parameter_events are permitted one by one, by rules that may have changed when
+// The messages of /parameter_events are permitted one by one, and the rules may have changed when
 // the link returns.
 bool TopicOffer::may_resume() const {
   const auto& [name, type] = topic_.key();
@@ -164,20 +164,20 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
   return options;
 }
 
-// The same treatment and definition: what was kept was admitted by the rules and rates of then, and
-// the importer knows its bytes by the type of then.
+// Treatment and definition must be the same: rules and rates of the former offer admitted the kept
+// messages, and the importer knows their bytes by the former type.
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
   return is_open() && may_resume() && backlog.treatment() == treatment() &&
          is_hash_of(backlog.type_hash(), type_hash_);
 }
 
 void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
-  // Another connection may have brought another limit of the peer.
+  // The new connection may have another limit of the peer.
   const auto too_large = std::erase_if(kept.messages, [&](const OutMessage& message) {
     return message.raw_bytes > link_.peer_message_bytes_max();
   });
   drop(DropReason::kTooLarge, too_large);
-  // They answer the new demand: under the number of the old one the peer would drop them.
+  // These messages answer the new demand: under the old number the peer would drop them.
   for (auto& message : kept.messages) message.demand = demand_;
   link_.sending().go_on(number(), std::move(kept), now, link_.life.kept_until(now));
 }
@@ -195,7 +195,7 @@ bool TopicOffer::holds(OriginId origin) const {
 bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const OriginId origin = sample.subject.origin();
   const std::size_t bytes = sample.raw.size();
-  // Not counted as dropped: nobody was to get it.
+  // Not counted as dropped: the peer did not want it.
   if (!demanded() || !link_.open()) return false;
   const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at() ||
                       (age == Age::kFirst && sample.stamp < demanded_at_);
@@ -206,7 +206,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
     return false;
   }
   if (bytes > link_.peer_message_bytes_max()) {
-    // The peer can have the topic offered again as often as it likes.
+    // Logged once, as the peer can have the topic offered again as often as it likes.
     const std::string& name = topic_.key().first;
     if (link_.account->told.first(name + " has messages that are too large"))
       context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) + " bytes on " +
@@ -217,8 +217,8 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   }
   if (const Moment moment = moment_of(sample); moment.is_large())
     link_.sending().expect(moment, now.steady);
-  // The rate comes last, so that what is dropped for another reason uses nothing of it. What a
-  // publisher had kept comes at once: the rate would let the first sample pass and lose the rest.
+  // The rate comes last, so that a message dropped for another reason uses nothing of it. Kept
+  // samples of a publisher come at once: the rate would let the first pass and lose the rest.
   if (age != Age::kNew) return true;
   RateLimit& rate = rates_.of(origin);
   if (rate.admit(bytes, sample.header, now.steady)) {
@@ -268,7 +268,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   raw_bytes_ += sample.raw.size();
   OutMessage message = message_of(sample, codec, body);
   message.demand = demand_;
-  // Only what every step on the way promises is kept to be sent again: rules, peer and publisher.
+  // A message is kept to be sent again only if every step promises it: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   if (keep() == Keep::kAll) message.state.reset();
   message.moment = moment_of(sample);
@@ -276,7 +276,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   tell_late();
 }
 
-// What is no state waits for its turn; where that takes too long a person has to decide.
+// Events wait for their turn. If that takes too long, a person has to decide.
 void TopicOffer::tell_late() {
   if (told_late_ || queue_->counts().dropped.of(DropReason::kQueueTime) == 0) return;
   told_late_ = true;

@@ -13,7 +13,7 @@ constexpr Duration kJoinMax = std::chrono::seconds(1);  // since the first early
 constexpr std::uint64_t kEncoderBytesMax = 4 << 20;     // of samples that wait for a worker
 // Bytes per second; below, zstd's third level is the better one, above it its first.
 constexpr double kThinRate = 4e6;
-constexpr double kSlackMax = 0.1;    // then it is asked again
+constexpr double kSlackMax = 0.1;    // the next check comes after this time at the latest
 constexpr double kSlackMin = 0.005;  // a queue that stands still must not keep the loop busy
 constexpr double kDecompressSecondsPerByte = 2e-9;
 
@@ -47,9 +47,9 @@ void TopicOffers::note(TopicOffer& offer) {
   }
 }
 
-// Of bridges in one graph the first that listens may give way to another one. So a link that
-// listens a little later gets what no link has got yet, and first, so that its order is that of the
-// others.
+// Several bridges of one graph may listen, and the first may give way to another one. So a link
+// that listens a little later gets the samples that no link has got yet. It gets them first, so
+// that their order is the same on all links.
 void TopicOffers::keep_early(const std::vector<TopicOffer*>& awaited, const OutSample& sample,
                              const Now& now) {
   if (awaited.empty()) return;
@@ -123,7 +123,7 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
   }
   for (auto& [how, links] : compressed) {
     OutSample to_links = sample;
-    // It may be one of the states of which only the newest goes to some links and each to others.
+    // The state may be one that some links replace by newer ones, while others count each message.
     for (const LinkId link : links)
       if (offers_.at(link).keep() == Keep::kAll) to_links.state.reset();
     to_links.targets = std::move(links);
@@ -159,7 +159,7 @@ Compression TopicOffers::way_to(const TopicOffer& offer, std::size_t bytes) {
 TopicOffers::Stream& TopicOffers::stream_of(const Compression& how) {
   const auto stream = streams_.find(how);
   if (stream != streams_.end()) return stream->second;
-  // Of a transient-local topic each origin's last samples must get through, and they come at once.
+  // The last samples of each origin of a transient-local topic must all arrive, and come at once.
   const bool latched = qos_.durability == Durability::kTransientLocal;
   const std::uint32_t depth = latched ? 0 : qos_.depth;
   const auto bytes =
@@ -175,7 +175,7 @@ void TopicOffers::encode(const Compression& how, OutSample sample, const Now& no
   send_encoded(stream, now);
 }
 
-// The time at work includes that behind other jobs: it is what the message waits for.
+// The time includes the wait behind other jobs, because the message waits for both.
 void TopicOffers::Stream::on_job(std::optional<Payload> result, const Now& now) {
   const auto bytes = static_cast<double>(encoder.bytes_at_work());
   if (result) {
@@ -184,7 +184,7 @@ void TopicOffers::Stream::on_job(std::optional<Payload> result, const Now& now) 
     gain.note_in_vain();
   }
   const double took = std::chrono::duration<double>(now.steady - begun).count();
-  // One slow job, while others took the workers, says little: the mean moves by a quarter.
+  // One slow job, while others took the workers, shows little: the mean moves by a quarter.
   const double latest = took / bytes + kDecompressSecondsPerByte;
   seconds_per_byte += (latest - seconds_per_byte) / 4;
   encoder.finish(std::move(result));
@@ -192,9 +192,9 @@ void TopicOffers::Stream::on_job(std::optional<Payload> result, const Now& now) 
 }
 
 void TopicOffers::send_encoded(Stream& stream, const Now& now) {
-  // In the order of the samples, until one must wait: what was only in line behind others, and
-  // would not be compressed by itself, passes; a large one waits while its links have enough to
-  // send; else it is compressed, at once or by a worker, whose result calls this again.
+  // Samples leave in order, until one must wait. A sample that was only in line behind others, and
+  // would not be compressed by itself, passes uncompressed. A large one waits while its links have
+  // enough to send. Any other is compressed, at once or by a worker, whose result calls this again.
   const bool at_work = stream.encoder.bytes_at_work() > 0;
   stream.later.cancel();
   for (;;) {
@@ -212,7 +212,7 @@ void TopicOffers::send_encoded(Stream& stream, const Now& now) {
     if (!ready) break;
     send(*ready, now);
   }
-  // If a worker has begun just now, its time counts from here (on_job).
+  // A worker that has begun just now is timed from here (on_job).
   if (!at_work) stream.begun = now.steady;
 }
 
@@ -222,7 +222,7 @@ void TopicOffers::send(const Encoder::Encoded& ready, const Now& now) {
       offer->second.send(ready.sample, ready.codec, ready.body, now);
 }
 
-// Otherwise a topic that fills its link would never stop using a compression that does not pay.
+// Without this, a topic that fills its link would never stop a compression that does not pay.
 bool TopicOffers::passes(const Stream& stream) const {
   const OutSample* next = stream.automatic && !stream.chosen ? stream.encoder.upcoming() : nullptr;
   if (!next) return false;
@@ -235,8 +235,8 @@ bool TopicOffers::passes(const Stream& stream) const {
   });
 }
 
-// What a path cannot carry is displaced by newer samples: better before it has cost a worker's time
-// than after. So a sample waits until the first of its links has nearly sent what it has.
+// Newer samples displace those that a path cannot carry: better before they cost a worker's time
+// than after. So a sample waits until the first of its links has nearly sent its queue.
 Duration TopicOffers::slack_of(const Stream& stream) const {
   const OutSample* next = stream.automatic ? stream.encoder.upcoming() : nullptr;
   if (!next || !context_.jobs.is_large(next->raw.size())) return {};
@@ -263,8 +263,8 @@ void TopicOffers::drop(DropReason reason, std::uint64_t count) {
     if (offer->demanded()) offer->drop(reason, count);
 }
 
-// The sample that a worker has for the link would be sent in its next demand before the last
-// samples, and may be one of them.
+// The sample that a worker has for the link must not leave in the next demand: it would come before
+// the last samples, and may be one of them.
 std::vector<OutSample> TopicOffers::take_under_way(LinkId link) {
   std::vector<OutSample> forgotten;  // all of one stream, see way_to()
   for (auto& [how, stream] : streams_)

@@ -1,4 +1,4 @@
-// The offers of one topic, and how its samples get to their links.
+// The offers of one topic, and the paths of its samples to their links.
 #pragma once
 
 #include <cstdint>
@@ -13,32 +13,34 @@
 
 namespace connect_bridge {
 
-// Every link to which a topic is offered, and the way of its samples to them: a sample is
-// compressed once for all links that want it in the same way, and each link gets its samples in
-// order. Gain and cost are measured, for links that want compression only where it pays.
+// All links to which a topic is offered, and the compression of its samples for them. A sample is
+// compressed once for all links that want it in the same form, and each link gets its samples in
+// order. Gain and cost are measured, for links that want compression only if it pays.
 // Single-threaded.
 class TopicOffers {
  public:
-  // `context` outlives this.
+  // `context` outlives this object.
   TopicOffers(ExportContext& context, TopicTimers timers) : context_(context), timers_(timers) {}
 
-  // The link must have none.
+  // Adds an offer. The link must have none.
   TopicOffer& add(LocalTopic& topic, Link& link) {
     return offers_.try_emplace(link.id, context_, topic, link).first->second;
   }
-  // Whether the link had one. What is under way for it will not be sent.
+  // Erases the link's offer, and drops its samples that are being compressed. False: the link had
+  // none.
   bool erase(LinkId link);
-  // Whether there were any that were not open.
+  // Erases the offers that are not open. False: there were none.
   bool erase_closed();
   void clear();
-  // To be called when the demand of an offer has changed, or whether it keeps early samples.
+  // Called when the demand of an offer has changed, or whether the offer keeps early samples.
   void note(TopicOffer& offer);
-  // Those that are demanded or keep early samples. No other one has to do with a sample, so that it
-  // costs the same however many links have the topic offered, or may not have it.
+  // The offers that are demanded or keep early samples. A sample concerns no other offer, so its
+  // cost does not depend on the number of links without demand.
   [[nodiscard]] const std::map<LinkId, TopicOffer*>& busy() const { return busy_; }
-  // Keeps the sample for these, which listen and may demand the topic soon.
+  // Keeps the sample for these offers: their peers listen and may demand the topic soon.
   void keep_early(const std::vector<TopicOffer*>& awaited, const OutSample& sample, const Now& now);
-  // What was kept too long for demands that did not come is dropped. Whether there was anything.
+  // Drops the samples that were kept too long for demands that did not come. False: there were
+  // none.
   [[nodiscard]] bool drop_late(const Now& now);
 
   [[nodiscard]] bool contains(LinkId link) const { return offers_.contains(link); }
@@ -51,30 +53,32 @@ class TopicOffers {
 
   // The topic's subscription is made with this QoS.
   void on_subscribed(const Qos& qos) { qos_ = qos; }
-  // Sends the sample to all links whose offers admit it; or to this one, which has admitted it.
+  // Sends the sample to all links whose offers admit it. send_to(): sends it to this link, whose
+  // offer has admitted it.
   void send(const OutSample& sample, TopicOffer::Age age, const Now& now);
   void send_to(TopicOffer& offer, const OutSample& sample, const Now& now);
-  // How a sample of this size is compressed for the link; without a codec: it is sent at once,
-  // uncompressed.
+  // The compression of a sample of this size for the link. Without a codec the sample is sent at
+  // once, uncompressed.
   [[nodiscard]] Compression way_to(const TopicOffer& offer, std::size_t bytes);
-  // Sends the sample to its targets when it is compressed; they are links for which way_to()
+  // Sends the sample to its targets when it is compressed. Its targets are links for which way_to()
   // returned `how`.
   void encode(const Compression& how, OutSample sample, const Now& now);
-  // So many samples are lost to all links that demand the topic.
+  // Counts lost samples at all links that demand the topic.
   void drop(DropReason reason, std::uint64_t count);
   // A deadline of the topic has come.
   void on_time(const Now& now);
-  // Takes the samples that are being compressed for the link, in order; it will not get them.
+  // Takes the samples that are being compressed for the link, in order; the link will not get them.
   std::vector<OutSample> take_under_way(LinkId link);
   // Drops these samples, because the demand has ended.
   void lose_under_way(TopicOffer& offer);
-  // Drops all that is being compressed.
+  // Drops all samples that are being compressed.
   void drop_under_way();
 
   [[nodiscard]] bool demanded() const;
-  // Whether no peer that wants the topic, or may come to want it, wants what publishers keep.
+  // True if no peer that wants the topic, or may come to want it, wants samples that publishers
+  // keep.
   [[nodiscard]] bool want_live(const TopicKey& topic) const;
-  // Whether a sample of the origin waits for a link.
+  // Does a sample of the origin wait for a link?
   [[nodiscard]] bool hold(OriginId origin) const;
   // No sample waits for any link.
   [[nodiscard]] bool drained() const;
@@ -82,7 +86,7 @@ class TopicOffers {
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  // The samples of the topic that are compressed in one way.
+  // The samples of the topic that are compressed in one form.
   struct Stream final : JobOwner {
     Stream(TopicOffers& of, Encoder::Options options)
         : offers(of), automatic(options.how.automatic), encoder(options, of.context_.jobs, *this) {}
@@ -93,16 +97,16 @@ class TopicOffers {
     Encoder encoder;
     ExportTimers::Timer later;  // the next sample is not needed before then
     TimePoint begun{};          // the job under way
-    bool chosen = false;        // the first waiting one is to be compressed, not only in line
+    bool chosen = false;        // the first waiting sample is to be compressed, not only in line
     CompressionGain gain;
     double seconds_per_byte = 10e-9;  // to compress and decompress; a guess before the first
   };
   Stream& stream_of(const Compression& how);
   void send_encoded(Stream& stream, const Now& now);
   void send(const Encoder::Encoded& ready, const Now& now);
-  // Whether the stream's next sample only waited for earlier ones, and is better sent uncompressed.
+  // Has the stream's next sample only waited for earlier ones, and is it better sent uncompressed?
   [[nodiscard]] bool passes(const Stream& stream) const;
-  // How long compressing the stream's next sample can wait.
+  // Time that compressing the stream's next sample can wait.
   [[nodiscard]] Duration slack_of(const Stream& stream) const;
   void drop(const OutSample& sample, DropReason reason);
 

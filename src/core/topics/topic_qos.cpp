@@ -9,15 +9,15 @@
 namespace connect_bridge {
 namespace {
 
-// The samples of all transient-local publishers come at once; a power of two, so that not every
-// publisher that joins makes the subscription again.
+// The depth for all transient-local publishers, whose samples come at once. A power of two, so that
+// not every publisher that joins makes the subscription again.
 std::uint32_t depth_for_all(std::uint32_t depth, std::size_t publishers) {
   constexpr std::uint64_t kMost = 1 << 16;
   return static_cast<std::uint32_t>(
       std::bit_ceil(std::min(std::uint64_t{depth} * publishers, kMost)));
 }
 
-// More than one.
+// Stands for a depth of more than one.
 constexpr std::uint32_t kUnknownDepth = std::numeric_limits<std::uint32_t>::max();
 
 // A peer cannot make the middleware monitor shorter periods.
@@ -41,7 +41,7 @@ Qos qos_for(const Origins& origins, const TopicOffers& offers, const QosOverride
   }
   for (const auto& [link, offer] : offers.busy()) {
     const QosOverride& o = offer->treatment().qos;
-    // The rule of a link that wants nothing must not weaken what the others get.
+    // The rule of a link without demand must not weaken the QoS for the others.
     if (!offer->demanded()) continue;
     if (o.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
     if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
@@ -72,8 +72,8 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   queue.priority = priority_of(key, treatment);
   queue.may_be_light = !treatment.priority && queue.priority != Priority::kUrgent &&
                        queue.priority != Priority::kBulk;
-  // A limit of the operator is one for bursts, too. Without it a burst may have what the link
-  // allows one channel (Outbox::add_channel).
+  // A limit of the operator holds for bursts, too. Without one, a burst may take as much as the
+  // link allows one channel (Outbox::add_channel).
   if (treatment.queue_bytes_max > 0) {
     queue.queue_bytes_max = treatment.queue_bytes_max;
   } else {
@@ -95,21 +95,21 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
     if (qos.durability == Durability::kTransientLocal) ++latched;
     queue.lifespan = std::max(queue.lifespan, qos.lifespan);
   }
-  // The origins share the queue: what one of them says must not take the place of another's.
+  // The origins share the queue: a message of one must not take the place of another's.
   const auto of_all = [](std::uint64_t count, std::uint64_t depth_of_each) {
     constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
     return static_cast<std::uint32_t>(std::min(count * depth_of_each, kMost));
   };
-  // A reliable publisher that keeps few may say more at once, and all of it would arrive in one
-  // graph. Of commands the newest counts. Not every middleware tells the depth.
+  // A reliable publisher with a small depth may publish more at once, and all of it would arrive in
+  // one graph. For commands only the newest counts. Not every middleware reports the depth.
   const bool wants_more = (reliable && !drives(treatment, key)) || depth == 0;
   queue.depth = of_all(origins.size(), depth);
   if (wants_more) queue.depth = std::max(queue.depth, options.default_depth);
-  // Where each message counts, bytes and kWaitMax bound what waits: the depth that a publisher asks
-  // for is meant for a local graph.
+  // If each message counts, bytes and kWaitMax bound the queue: the depth that a publisher requests
+  // is meant for a local graph.
   if (keep == Keep::kAll) queue.depth = std::numeric_limits<std::uint32_t>::max();
   if (treatment.qos.depth) queue.depth = *treatment.qos.depth;
-  // All that is kept of each must get through at once when demand begins.
+  // All kept samples of each origin must get through at once when demand begins.
   if (latched > 0) {
     queue.depth = std::max({queue.depth, of_all(latched, history_depth), options.default_depth});
     queue.queue_bytes_max = std::max(queue.queue_bytes_max, options.history_bytes_max);
@@ -126,7 +126,7 @@ TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& 
     const Qos qos = qos_to_offer(origin.qos, treatment.qos);
     traits.best_effort = traits.best_effort && qos.reliability == Reliability::kBestEffort;
     traits.keep_all = traits.keep_all || qos.history == History::kKeepAll;
-    // What a late subscriber would get (history_depth); 0: not known.
+    // The depth that a late subscriber would get (history_depth); 0: unknown.
     const auto kept = [](std::uint32_t depth) { return depth == 0 ? kUnknownDepth : depth; };
     if (qos.durability == Durability::kTransientLocal)
       traits.latched = std::max({traits.latched, kept(qos.depth), kept(origin.qos.depth)});
@@ -137,15 +137,14 @@ TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& 
 // ---- the mirror
 
 Qos mirror_qos(const Qos& origin, const QosOverride& ruled, const TopicOptions& options) {
-  // The depth that a peer asks for has a limit; otherwise a transient-local mirror would keep all
-  // that the peer ever sends, and any other would block the loop for a subscriber that does not
-  // take its samples.
+  // The depth that a peer requests has a limit. Without it a transient-local mirror would keep all
+  // samples of the peer, and any other would block the loop for a subscriber that takes none.
   const std::uint32_t depth_max = options.mirror_depth_max;
   const bool keep_all = origin.history == History::kKeepAll;
   Qos qos = origin;
   qos.depth = keep_all ? depth_max : std::min(qos.depth, depth_max);
   qos.history = History::kKeepLast;
-  // The operator's rule comes after the limits for peers, and may ask for more.
+  // The operator's rule comes after the limits for peers, and may request more.
   qos = with_override(qos, ruled);
   const bool latched = qos.durability == Durability::kTransientLocal;
   if (qos.depth == 0) qos.depth = latched ? options.latched_depth : options.default_depth;

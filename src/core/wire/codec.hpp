@@ -10,8 +10,8 @@ namespace connect_bridge {
 // to the previous base (docs/protocol.md section 6).
 enum class Codec : std::uint8_t { kNone = 0, kLz4 = 1, kZstd = 2, kZstdBase = 3, kZstdDelta = 4 };
 
-// Largest base (raw), and all bases of a link, of which each counts kBaseOverheadBytes more
-// (docs/protocol.md section 12).
+// Largest base (raw), and the limit for all bases of a link. Each base counts kBaseOverheadBytes
+// more (docs/protocol.md section 12).
 inline constexpr std::uint32_t kBaseBytesMax = 32 << 10;
 inline constexpr std::uint64_t kBasesBytesMax = 8 << 20;
 inline constexpr std::uint64_t kBaseOverheadBytes = 256;
@@ -20,9 +20,9 @@ constexpr bool makes_base(Codec codec) {
   return codec == Codec::kZstdBase || codec == Codec::kZstdDelta;
 }
 
-// No body that a codec makes of so many bytes is larger, whatever they are: lz4 needs up to 1/255
-// and 16 bytes more, zstd 1/256 and 64. What a receiver computes follows the bytes that it is
-// given, so it need not look at others (docs/protocol.md section 6).
+// The largest body that a codec may make of so many bytes: lz4 adds up to 1/255 and 16 bytes, zstd
+// 1/256 and 64. A receiver's work grows with the bytes that it gets, so it refuses larger bodies
+// (docs/protocol.md section 6).
 constexpr std::uint64_t compressed_bytes_max(std::uint32_t raw_bytes) {
   return raw_bytes + std::uint64_t{raw_bytes} / 128 + 128;
 }
@@ -30,7 +30,7 @@ constexpr std::uint64_t compressed_bytes_max(std::uint32_t raw_bytes) {
 struct Compression {
   Codec codec = Codec::kNone;
   int level = 3;           // zstd only: 1 to 19
-  bool automatic = false;  // only where it makes delivery faster; a rule has no codec then
+  bool automatic = false;  // only if it makes delivery faster; a rule has no codec then
   auto operator<=>(const Compression&) const = default;
 };
 

@@ -72,8 +72,8 @@ std::vector<std::string> encode_parts(const Control& message) {
 }
 
 std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete) {
-  // A message arrives as a whole, and nothing else meanwhile: on a thin link urgent data would wait
-  // for a long one, and the peer take this side for silent.
+  // A message arrives as a whole, and nothing else meanwhile. On a thin link urgent data would wait
+  // for a long one, and the peer would take this side for silent.
   constexpr std::size_t kBytes = 16 << 10;
   constexpr std::size_t kChannels = kOfferChannelsMax / 4;
   std::vector<std::string> texts;
@@ -115,8 +115,8 @@ Result<Control> decode_control(std::string_view text) {
   Control message;
   if (!error && !become(type, message, std::make_index_sequence<kControlTypes.size()>{}))
     return malformed("unknown control message \"" + type + "\"");
-  // The reader keeps the first error and reads nothing after it. Members that are not named in
-  // fields() are skipped: later versions may add some (docs/protocol.md section 15).
+  // The reader keeps the first error and reads nothing after it. Members not named in fields() are
+  // skipped: later versions may add some (docs/protocol.md section 15).
   std::visit([&reader](auto& kind) { fields(reader, kind); }, message);
   if (error) return *std::move(error);
   return message;

@@ -16,8 +16,8 @@
 
 namespace connect_bridge {
 
-// Limits of one control message; larger ones are refused with kTooLarge. They keep the time that a
-// message takes to be read below 4 ms, whatever is in it (tests/bench/core_bench.cpp).
+// Limits of one control message; larger ones are refused with kTooLarge. Reading a message takes
+// less than 4 ms within them, whatever it holds (tests/bench/core_bench.cpp).
 inline constexpr std::size_t kControlBytesMax = 256 << 10;
 inline constexpr std::size_t kControlDepthMax = 8;        // nesting of JSON objects and arrays
 inline constexpr std::size_t kControlValuesMax = 16'384;  // JSON values in one message
@@ -58,11 +58,11 @@ struct ChannelOffer {
   InterfaceKind kind = InterfaceKind::kTopic;  // kTopic or kService
   std::string name;                            // canonical, absolute
   std::string type;                            // "std_msgs/msg/String", "std_srvs/srv/SetBool"
-  std::string type_hash;    // topic: "RIHS01_..." (REP-2016), empty where there is none
+  std::string type_hash;    // topic: "RIHS01_..." (REP-2016); empty: there is none
   std::string action_type;  // part of an action: "example_interfaces/action/Fibonacci"
   Priority priority = Priority::kNormal;
-  bool newest_only = false;          // the importer, too, keeps only the newest (for /clock)
-  bool resume = false;               // topic: continues the previous connection, also its sequences
+  bool newest_only = false;  // the importer, too, keeps only the newest message (for /clock)
+  bool resume = false;       // topic: continues the previous connection, also its sequences
   std::vector<OriginOffer> origins;  // topic
   std::string node;         // service: fully qualified name of the node that serves it, or empty
   std::uint32_t epoch = 0;  // service: see "epoch" in docs/architecture.md; a new number
@@ -81,7 +81,7 @@ struct OriginsChanged {
   std::vector<OriginId> removed;
 };
 // "withdraw": these channels are gone; no frame for them follows. If the exporter cannot serve
-// them, it says why, as in a decline.
+// them, it gives the reason, as in a decline.
 struct Withdraw {
   std::vector<ChannelId> channels;
   std::string code = {};
@@ -91,14 +91,15 @@ struct Withdraw {
 struct Demand {
   std::vector<ChannelId> channels;
   std::uint16_t number = 0;  // carried by their messages from now on; 0: not wanted any longer
-  // Messages lost with a connection are to be sent again: the exporter keeps them for the next one.
+  // The exporter keeps messages that a lost connection loses, and sends them again on the next one.
   bool resume = false;
-  // For each channel, the last sequence that arrived on the previous connection: it goes on after
-  // that. Empty: none goes on.
+  // For each channel, the last sequence that arrived on the previous connection: the channel goes
+  // on after that. Empty: none goes on.
   std::vector<std::uint32_t> after = {};
-  bool live = false;  // nothing that was published before is wanted
+  bool live = false;  // no messages from before the demand
 };
-// "accepts": what this side would import, so that the peer offers only that. One entry per rule.
+// "accepts": the interfaces that this side would import, so that the peer offers only those. One
+// entry per rule.
 struct AcceptedNames {
   std::vector<std::string> topics;           // patterns
   std::vector<std::string> types;            // empty: any
@@ -116,8 +117,8 @@ struct Accepts {
 
   friend bool operator==(const Accepts&, const Accepts&) = default;
 };
-// "decline": the importer does not import this channel, and why (for the exporter's log and
-// status).
+// "decline": the importer does not import this channel, with the reason for the exporter's log and
+// status.
 struct Decline {
   ChannelId channel;
   // "not_permitted", "type_mismatch", "type_unknown", "qos", "failed", "unsupported", "limit"
@@ -130,9 +131,9 @@ struct ListenerTold {
   ListenerId listener;
   std::string name;       // of the topic: canonical, absolute
   std::string type;       // "std_msgs/msg/String"
-  std::string type_hash;  // as that of a ChannelOffer
+  std::string type_hash;  // as in ChannelOffer
 };
-// "listeners": somebody in the sender's graph listens, or nobody any longer, to topics that the
+// "listeners": topics that nodes of the sender's graph subscribe to, or no longer do, and that the
 // peer may publish here, whether it offers them or not.
 struct Listeners {
   std::vector<ListenerTold> added;
@@ -140,7 +141,7 @@ struct Listeners {
 };
 
 // "attach": the importer would make a mirror of this service; its requests come on the channel
-// `requests` of its own numbers.
+// `requests`, one of the importer's own numbers.
 struct Attach {
   ChannelId channel;
   ChannelId requests;
@@ -148,10 +149,10 @@ struct Attach {
 // "attached": the real service can be called; the mirror may exist now.
 struct Attached {
   ChannelId channel;
-  ChannelId requests;  // as in the attach that this answers
+  ChannelId requests;  // as in the attach that this message answers
   CallId seen;         // the last call of this epoch whose request arrived, or none
-  // The calls up to `seen` that are still to be answered or refused. Those not listed were answered
-  // or refused on a lost connection.
+  // Calls up to `seen` that are still to be answered or refused. Other calls were answered or
+  // refused on a lost connection.
   std::vector<CallId> calls = {};
   std::string type_hash = {};  // of the service type, as type_hash in an offer
 };
@@ -168,7 +169,7 @@ struct Forget {
   std::vector<CallId> calls;
 };
 
-// A topic or service that somebody in the asking side's graph wants and that is not there.
+// A topic or service that a node of the asking side's graph uses and that is not there.
 struct AskedName {
   InterfaceKind kind = InterfaceKind::kTopic;  // kOther: of a later version
   std::string name;                            // on the wire
@@ -180,8 +181,8 @@ struct AskedName {
 struct Ask {
   std::vector<AskedName> names;
 };
-// "answer": for each of them, in their order: "not_permitted", "absent", "other_type",
-// "type_unknown", "unsupported", "there", "later".
+// "answer": for each name, in order: "not_permitted", "absent", "other_type", "type_unknown",
+// "unsupported", "there", "later".
 struct Answered {
   std::vector<std::string> codes;
 };
@@ -191,7 +192,7 @@ struct Renew {
   std::string method;
   std::string credential;  // of printable ASCII
 };
-// "renewed": the server's answer. Not accepted: the login is what it was.
+// "renewed": the server's answer. Not accepted: the former login stays.
 struct Renewed {
   bool accepted = false;
 };
@@ -210,14 +211,14 @@ struct AcceptsSize {
 // The caller observes the limits above; encode_parts() and encode_offers() do it for long lists.
 std::string encode(const Control& message);
 
-// The messages that say together, one after the other, what `message` says, each with its piece of
-// every list. Not for an offer. Lists that must not be split are short enough: those of "attached"
-// and "accepts", and what is removed, all of which the peer applies before it counts what is added.
+// The messages that together stand for `message`, in order, each with its piece of every list. Not
+// for an offer. Lists that must not be split are short enough: those of "attached" and "accepts",
+// and removals, all of which the peer applies before it counts what is added.
 std::vector<std::string> encode_parts(const Control& message);
 
-// The messages that announce all of `channels`, each within the limits: offers, and where a channel
-// has many origins, "origins" behind the offer. `complete` is set on the last offer, which is the
-// last message, and there is one even if there are no channels then.
+// The messages that announce all of `channels`, each within the limits: offers, and for a channel
+// with many origins "origins" behind the offer. `complete` is set on the last offer, which is the
+// last message. With `complete` there is an offer even without channels.
 std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete);
 
 // Unknown message types are an error (kMalformed); unknown keys are ignored, so that later minor

@@ -3,13 +3,13 @@
 // docs/protocol.md section "Control messages".
 //
 // Both have these functions:
-//   member     a value; its type says what is allowed: an id is at least 1, a string is a name
+//   member     a value; its type sets the range: an id is at least 1, a string is a name
 //   text       a string with a limit of its own
-//   cleaned    text for people: what is wrong with it is replaced, and a reader may miss it
-//   list       values, at most so many
-//   word       an enumerator; a reader may miss it
-//   duration   absent where it is forever
-//   check      what only the reader checks
+//   cleaned    text for people: invalid characters are replaced; optional for a reader
+//   list       values, with a limit of their number
+//   word       an enumerator; optional for a reader
+//   duration   absent if it is forever
+//   check      a condition that only the reader checks
 #pragma once
 
 #include <array>
@@ -24,11 +24,11 @@
 
 namespace connect_bridge {
 
-// When a member of a JSON object is there.
+// The condition for the presence of a member in a JSON object.
 enum class Presence {
   kRequired,  // always
-  kDefault,   // always written; a reader that does not find it keeps the default
-  kOptional,  // written where it is not the default
+  kDefault,   // always written; a reader keeps the default without it
+  kOptional,  // written unless it is the default
 };
 
 // A `Message` that is read, or a const one that is written.
@@ -65,7 +65,7 @@ void fields(auto& io, Is<ChannelOffer> auto& channel) {
   io.member("name", channel.name);
   const bool service = channel.kind == InterfaceKind::kService;
   const bool known = service || channel.kind == InterfaceKind::kTopic;
-  if (!io.kWrites && !known) return;  // is declined: the rest is not read
+  if (!io.kWrites && !known) return;  // it is declined: the rest is not read
   io.member("type", channel.type);
   io.member("action_type", channel.action_type, Presence::kOptional);
   if (!service) io.member("type_hash", channel.type_hash, Presence::kDefault);

@@ -1,4 +1,4 @@
-// The values of a control message -> its fields, each checked as it is read. Everything here is
+// Reads the fields of a control message from its values, and checks each field. Everything here is
 // hostile until it is checked.
 #pragma once
 
@@ -21,8 +21,8 @@
 
 namespace connect_bridge {
 
-// Reads the fields of one JSON object. The first error is kept in `error`, which the readers of a
-// message share; after it nothing is read, so that callers check once, at the end.
+// Reads the fields of one JSON object. The readers of a message share `error`, which keeps the
+// first error. After an error nothing is read, so callers check once, at the end.
 class ControlReader {
  public:
   static constexpr bool kWrites = false;
@@ -36,7 +36,7 @@ class ControlReader {
     error_ = Error{code, "a control message's \"" + std::string{name} + "\" " + wrong};
   }
 
-  // These return whether the member is there.
+  // The functions below return whether the member is there.
   template <class T>
   bool member(std::string_view name, T& value, Presence presence = Presence::kRequired) {
     const ControlValue* found = find(name, presence);
@@ -88,7 +88,8 @@ class ControlReader {
  private:
   using Type = ControlValue::Type;
 
-  // The member, the last one of the name, or nullptr; an absent one is an error if it is required.
+  // The member, the last one of the name, or nullptr. An absent member is an error if it is
+  // required.
   const ControlValue* find(std::string_view name, Presence presence) {
     if (error_) return nullptr;
     const ControlValue* found = nullptr;
@@ -99,7 +100,7 @@ class ControlReader {
     return found;
   }
 
-  // Empty where it is none.
+  // The text; empty if the value is no valid text.
   std::string_view text_of(const ControlValue& value, std::string_view name,
                            std::size_t bytes_max) {
     check(value.type == Type::kText, name, "is not a string");

@@ -1,5 +1,5 @@
-// The values of a control message's JSON, in one list and in the order of the text: what a peer
-// sends costs little more to read than its bytes, whatever shape it has.
+// The values of a control message's JSON, in one list and in the order of the text: reading costs
+// little more than the message has bytes, whatever its shape.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace connect_bridge {
 
-// A value, and behind it in the list those that it holds.
+// A value; the values that it holds follow it in the list.
 struct ControlValue {
   enum class Type : std::uint8_t { kNull, kBoolean, kUnsigned, kNumber, kText, kList, kObject };
 
   Type type = Type::kNull;
-  std::string_view name{};   // of the member whose value it is; empty in a list
-  std::uint32_t size = 1;    // of itself and all that it holds, in values
+  std::string_view name{};   // of the member with this value; empty in a list
+  std::uint32_t size = 1;    // of this value and all that it holds, in values
   std::uint64_t number = 0;  // kUnsigned; kBoolean: 0 or 1
   std::string_view text{};   // kText: valid UTF-8, without escapes
 
@@ -27,8 +27,8 @@ struct ControlValue {
   [[nodiscard]] const ControlValue* next() const { return this + size; }
 };
 
-// Reads them within the limits of docs/protocol.md section 12. Values that no control message has
-// are read and count, too.
+// Reads the values within the limits of docs/protocol.md section 12. Values that no control message
+// has are read and count, too.
 class ControlValues {
  public:
   // An error: `text` is no JSON object (kMalformed), or beyond a limit (kTooLarge).
@@ -40,7 +40,7 @@ class ControlValues {
   class Events;
 
   std::vector<ControlValue> values_;
-  std::vector<char> texts_;  // where the names and texts of the values are; does not grow
+  std::vector<char> texts_;  // holds the names and texts of the values; does not grow
 };
 
 }  // namespace connect_bridge

@@ -1,4 +1,4 @@
-// The fields of a control message -> its JSON.
+// Writes the fields of a control message as JSON.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@
 namespace connect_bridge {
 
 // Adds fields to one JSON object, in the order in which they are named. Has the functions of
-// ControlReader. A message whose lists are too long is written in parts: each has its piece of
-// every list, as long as the list may be, and all other members.
+// ControlReader. A message whose lists are too long is written in parts: each part has its piece of
+// every list, up to the list's limit, and all other members.
 class ControlWriter {
  public:
   static constexpr bool kWrites = true;
@@ -30,7 +30,7 @@ class ControlWriter {
   // Writes this part of the message; the first is 0.
   ControlWriter(OrderedJson& object, std::size_t part) : object_(object), part_(part) {}
 
-  // Whether no list goes on behind this part.
+  // True: no list continues after this part.
   [[nodiscard]] bool is_last_part() const { return is_last_part_; }
 
   void check(bool, std::string_view, const char*, CloseCode = CloseCode::kMalformed) {}

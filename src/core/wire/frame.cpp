@@ -34,7 +34,7 @@ bool is_stamp(Stamp value) {
   return value >= 0 && value <= kWireStampMax;
 }
 
-// A clock or a middleware can return any value; a value out of range is sent as "not known".
+// A clock or a middleware can return any value; a value out of range is sent as "unknown".
 Stamp wire_stamp(Stamp value) {
   return is_stamp(value) ? value : 0;
 }
@@ -53,15 +53,15 @@ std::size_t header_bytes(FrameType type) {
 
 // Cuts the part that follows a header off `rest`; nullopt when the packet is shorter.
 std::optional<ByteView> take_part(ByteView& rest, std::size_t header, std::uint32_t part_bytes) {
-  // The header is there (FrameReader::next), so this does not go below zero; a sum could overflow.
+  // FrameReader::next has checked the header, so this does not go below zero; a sum could overflow.
   if (rest.size() - header < part_bytes) return std::nullopt;
   const ByteView part = rest.subspan(header, part_bytes);
   rest = rest.subspan(header + part_bytes);
   return part;
 }
 
-// Refuses what is wrong in every state. What depends on the channel (whether it exists, its
-// sequence, its open message) is judged by the link and by Reassembly, in the order of the frames.
+// Refuses errors that are wrong in every state. The link and Reassembly judge errors that depend on
+// the channel (its existence, its sequence, its open message), in the order of the frames.
 Outcome read_message(ByteView& rest) {
   MessageFrame frame;
   const auto codec = rest[1];
@@ -151,8 +151,8 @@ Outcome read_numbers(FrameType type, ByteView& rest) {
   return std::optional<Frame>{frame};
 }
 
-// A header of N bytes, zero where nothing is set; appended in one go, because this is done for
-// every part of every message.
+// A header of N bytes, zero where nothing is set. It is appended in one step, because every part of
+// every message has one.
 template <std::size_t N>
 class Header {
  public:
@@ -219,7 +219,7 @@ void append(const TimeReply& frame, Bytes& out) {
 
 Outcome FrameReader::next() {
   if (rest_.empty()) return std::optional<Frame>{};
-  // The length of the header is known by its type alone, so it is checked before a field of it is
+  // The type alone gives the length of the header, so the length is checked before any field is
   // read. After an error `rest_` still begins with the same frame: the error stays.
   const auto type = static_cast<FrameType>(rest_[0]);
   const std::size_t header = header_bytes(type);

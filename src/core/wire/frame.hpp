@@ -21,7 +21,7 @@ struct MessageHead {
   std::uint32_t sequence = 0;  // counts the messages of the channel on this connection, from 1
   std::uint16_t demand = 0;    // topics: the number of the demand under which it is sent
   Stamp stamp = 0;             // source time of the sample (system clock of the origin's host)
-  std::uint64_t number = 0;    // topics: rises with each sample of the origin; 0: not known
+  std::uint64_t number = 0;    // topics: rises with each sample of the origin; 0: unknown
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;  // size after decompression
 };
@@ -33,7 +33,7 @@ struct MessageFrame : MessageHead {
   ByteView part;
 };
 
-// Continues the message that is open on a channel; `abort` ends it unfinished (no part then).
+// Continues the open message of a channel; `abort` ends it unfinished (no part then).
 struct PartFrame {
   ChannelId channel;
   bool abort = false;
@@ -47,7 +47,7 @@ struct AckFrame {
   Stamp arrived = 0;
 };
 
-// The packet that holds it is to be acknowledged at once.
+// The packet with this frame is to be acknowledged at once.
 struct AckRequest {};
 
 // Four-stamp clock measurement and sign of life (NTP, RFC 5905 section 8): t1 sent, t2 received,
@@ -64,15 +64,15 @@ struct TimeReply {
 
 using Frame = std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply, AckRequest>;
 
-// Every stamp on the wire is 0 (not known) to this (the year 2116), so that sums and differences of
+// Every stamp on the wire is 0 (unknown) to this (the year 2116), so that sums and differences of
 // two fit 64 bits. append_header writes any other value as 0.
 inline constexpr Stamp kWireStampMax = (Stamp{1} << 62) - 1;
 
 // Largest WebSocket message after login, binary or text; a larger one is refused with kTooLarge.
 inline constexpr std::size_t kPacketBytesMax = 1 << 20;
 
-// For a body that has to wait. One that came in a single part is a slice of its packet, and would
-// keep all of that in memory: such a body is copied.
+// The body, for a body that has to wait. A body of a single part is a slice of its packet, and
+// would keep all of the packet in memory: such a body is copied.
 [[nodiscard]] inline Payload out_of_packet(const Payload& body) {
   return body.size() <= kPacketBytesMax ? Payload::copy_of(body.view()) : body;
 }
@@ -84,7 +84,7 @@ inline constexpr std::size_t kTimeRequestBytes = 16;
 inline constexpr std::size_t kTimeReplyBytes = 40;
 inline constexpr std::size_t kAckRequestBytes = 8;
 
-// More in a packet would keep the receiver's loop busy for too long at a time
+// More frames in a packet would keep the receiver's loop busy for too long at a time
 // (docs/protocol.md, section 6).
 inline constexpr std::uint32_t kPacketFramesMax = 1024;
 

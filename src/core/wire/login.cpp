@@ -104,7 +104,7 @@ Bytes encode(const Welcome& record) {
   put(kWelcomeMagic, out);
   put_le(record.version, out);
   put_le(std::uint16_t{0}, out);
-  // 0 is a value of its own on the wire ("not given"); anything else is brought into the range.
+  // 0 has its own meaning on the wire ("not given"); other values are brought into the range.
   const std::uint32_t dead_after_ms =
       std::clamp(record.dead_after_ms, kDeadAfterMsMin, kDeadAfterMsMax);
   put_le(record.dead_after_ms == 0 ? 0 : dead_after_ms, out);
@@ -119,7 +119,7 @@ Bytes encode(const Welcome& record) {
 }
 
 Result<Hello> decode_hello(ByteView record) {
-  // Only as far as the versions: what is behind them is longer or shorter in another version.
+  // Checked only up to the versions: the rest has another length in another version.
   if (auto checked = check(record, kHelloMagic, kVersionsEnd); !checked) return checked.error();
   Hello hello;
   hello.version_min = get_le<std::uint16_t>(record, 4);
@@ -138,7 +138,7 @@ Result<Hello> decode_hello(ByteView record) {
   hello.side = get_token(record, 8);
   hello.session = get_token(record, 24);
   const auto node_bytes = get_le<std::uint16_t>(record, 40);
-  // Exactly: a record is a whole message, and nothing may hide behind it.
+  // The length must match exactly: a record is a whole message, and nothing may hide behind it.
   if (record.size() != kHelloBytes + node_bytes) return malformed("a hello has a wrong length");
   const std::string_view node = text_in(record.subspan(kHelloBytes));
   if (!hello.side) return malformed("a hello has no side id");
@@ -170,7 +170,7 @@ Result<Welcome> decode_welcome(ByteView record) {
   if (auto checked = check(record, kWelcomeMagic, kVersionsEnd); !checked) return checked.error();
   Welcome welcome;
   welcome.version = get_le<std::uint16_t>(record, 4);
-  // First of all, as the rest has the layout of that version.
+  // The version comes first, as it gives the layout of the rest.
   if (welcome.version != kProtocolVersion) {
     return Error{CloseCode::kVersion, "the server chose protocol version " +
                                           std::to_string(welcome.version) +

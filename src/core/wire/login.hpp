@@ -49,15 +49,14 @@ struct Welcome {
 // 1 to 32 bytes of [a-z0-9_].
 [[nodiscard]] bool is_method(std::string_view method);
 
-// Node names and identities are for people: characters that are not valid text are replaced, and
-// what is too long is cut. A credential that is too long makes a record that the server refuses
-// with kTooLarge.
+// Node names and identities are for people: invalid characters are replaced, and long ones are cut.
+// A credential that is too long makes a record that the server refuses with kTooLarge.
 Bytes encode(const Hello& record);
 Bytes encode(const Login& record);
 Bytes encode(const Welcome& record);
 
-// Each accepts exactly one whole record of at most kLoginRecordBytesMax bytes.
-// Errors: kMalformed, kTooLarge, and kVersion for a hello of another protocol generation.
+// Each function accepts exactly one whole record of at most kLoginRecordBytesMax bytes. Errors:
+// kMalformed, kTooLarge, and kVersion for a hello of another protocol generation.
 Result<Hello> decode_hello(ByteView record);
 Result<Login> decode_login(ByteView record);
 Result<Welcome> decode_welcome(ByteView record);

@@ -5,23 +5,22 @@
 namespace connect_bridge {
 namespace {
 
-// Other ends of lines (U+2028, U+2029), and what turns the order of what stands beside it (U+202A
-// to U+202E, U+2066 to U+2069): a line of a log would look like two, or like another.
+// Other ends of lines (U+2028, U+2029), and characters that turn the order of their neighbours
+// (U+202A to U+202E, U+2066 to U+2069): a line of a log would look like two, or like another.
 bool misleads(std::uint8_t second, std::uint8_t third) {
   return (second == 0x80 && third >= 0xa8 && third <= 0xae) ||
          (second == 0x81 && third >= 0xa6 && third <= 0xa9);
 }
 
-// Size of the character of text at the beginning of `bytes` (which is not empty); 0: it is not
-// valid.
+// Size of the first character of `bytes` (which is not empty), in bytes; 0: it is not valid text.
 std::size_t character_bytes(std::string_view bytes) {
   const auto at = [bytes](std::size_t i) { return static_cast<std::uint8_t>(bytes[i]); };
   const std::uint8_t first = at(0);
   if (first < 0x80) return first >= 0x20 && first != 0x7f ? 1 : 0;
   const std::size_t size = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
   if (first < 0xc2 || first > 0xf4 || bytes.size() < size) return 0;
-  // The second byte's range excludes overlong forms, surrogates, what is beyond U+10FFFF, and the
-  // C1 control characters (0xc2 0x80 to 0x9f).
+  // The second byte's range excludes overlong forms, surrogates, values beyond U+10FFFF, and the C1
+  // control characters (0xc2 0x80 to 0x9f).
   std::uint8_t low = 0x80;
   std::uint8_t high = 0xbf;
   if (first == 0xc2 || first == 0xe0) low = 0xa0;
