@@ -11,8 +11,8 @@
 namespace connect_bridge {
 
 // Belongs to one connection. The sender decides: an acknowledgement is due at once when a packet
-// requests one. Otherwise it is due kAckDelay after the first unacknowledged data, and at once
-// after kAckBytesMax bytes of any kind, since all of them count against the sender's window.
+// requests one. Otherwise it is due kAckDelay after the first unacknowledged data. It is due at
+// once after kAckBytesMax bytes of any kind, since all of them count against the sender's window.
 class Acknowledger {
  public:
   static constexpr std::uint64_t kAckBytesMax = 1 << 20;

@@ -99,7 +99,7 @@ class Connection {
   // A packet has come that on_packet() will get later. Until then the peer is not silent.
   void has_come() { unread_ = true; }
   void on_time(const Now& now);
-  // The network has changed: a peer that can still be reached is heard within a third of
+  // The network has changed. A peer that can still be reached is heard within a third of
   // dead_after, or a second if that is longer.
   void probe(const Now& now);
   void close() { state_ = State::kClosed; }

@@ -78,8 +78,8 @@ struct TypeDifference {
   bool used = false;  // the rules use it nevertheless (allow_type_mismatch)
 };
 
-// Logs that a type has one definition here and another one at the peer: once for each type and hash
-// of an identity, however many topics and services have the type. A type that is used nevertheless
+// Logs that a type has one definition here and another one at the peer. Logged once for each type
+// and hash of an identity, however many interfaces have the type. A type that is used nevertheless
 // has a line of its own.
 inline void log_difference(Outputs& outputs, const Link& link, const TypeDifference& difference) {
   const std::string& type = difference.type;

@@ -1,5 +1,5 @@
-// Endpoints that appear here because of one link's peer: the number of publishers that stand for
-// its origins, the bytes that they may keep, and the number that had to wait.
+// Endpoints that appear here because of one link's peer. Counts the publishers that stand for its
+// origins, the bytes that they may keep, and the endpoints that had to wait.
 #pragma once
 
 #include <cstdint>

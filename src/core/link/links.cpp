@@ -162,9 +162,9 @@ Link* Links::continued_by(const Connection& connection, const Identity& identity
   return nullptr;
 }
 
-// A login that continues no link needs a place: among the links of its identity, so that one token
-// cannot take all places, and among all. The oldest lost link gives way, because a peer that is
-// here counts for more than one that may return.
+// A login that continues no link needs two places: one among the links of its identity, so that one
+// token cannot take all, and one among all links. The oldest lost link gives way, because a peer
+// that is here counts for more than one that may return.
 Link* Links::link_for_login(const Connection& connection, const Identity& identity, NameMap names,
                             const Now& now) {
   if (Link* const own = continued_by(connection, identity)) return own;

@@ -40,8 +40,8 @@ struct TlsOptions {
 // Treatment of every TCP connection.
 struct SocketOptions {
   // TCP_NOTSENT_LOWAT: the next packet is pulled only while fewer bytes than this wait unsent in
-  // the kernel, so that urgent data overtakes at the last moment (docs/flow.md). 0: the kernel's
-  // own limit; then every packet leaves at once.
+  // the kernel. So urgent data overtakes at the last moment (docs/flow.md). 0: the kernel's own
+  // limit; then every packet leaves at once.
   std::uint32_t unsent_bytes_max = 16384;
   // Bytes that a client masks and sends in one step.
   std::uint32_t write_buffer_bytes = 128 << 10;

@@ -44,10 +44,10 @@ void Side::handle(Input input, const Now& now) {
   if (!stopping_) settle(now);
 }
 
-// One input may change the demand for many channels, the use of actions, and the offers: messages
+// One input may change the demand for many channels, the use of actions, and the offers. Messages
 // are sent to the peers once, after all of it is handled. Sending may fail a connection (a peer
 // that does not read), and a lost link changes demand and offers again. The loop repeats until no
-// connection fails; each failure removes one, so the loop ends.
+// connection fails; each failure removes one.
 void Side::settle(const Now& now) {
   do {
     while (const auto what = outputs_.take_follow_up(FollowUp::kOffers)) follow(*what, now);

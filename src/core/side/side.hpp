@@ -32,8 +32,8 @@ namespace connect_bridge {
 // drain next_action() and, for each connection of take_ready(), next_packet(); then wait for the
 // next input or next_deadline(). Single-threaded. Never throws, never blocks.
 //
-// Each input goes to the part that it concerns; for an input that concerns several parts (an offer,
-// new rules, a lost link) the order is decided here.
+// Each input goes to the part that it concerns. If it concerns several parts (an offer, new rules,
+// a lost link), the order is decided here.
 class Side final : private LinkUser {
  public:
   // `started`: the system clock now. If two bridges of one graph claim the same, the one that

@@ -77,7 +77,7 @@ void Backlogs::miss() {
   for (auto& [link, backlog] : backlogs_) backlog.drop(DropReason::kResumeBound);
 }
 
-// The backlog goes on only if the topic is still offered with the same treatment and type: the
+// The backlog goes on only if the topic is still offered with the same treatment and type. The
 // peer's demand and the rules of both sides were for these.
 bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened, const Now& now) {
   const auto backlog = backlogs_.find(link);

@@ -28,8 +28,8 @@ class Backlogs {
   // Whether a rule requires the subscription to be volatile.
   [[nodiscard]] bool want_volatile() const;
 
-  // The connection of this offer is about to be lost: keeps messages that may not have arrived, and
-  // all that are published from now on. `encoding`: samples that a worker compresses for the offer.
+  // The connection of this offer is about to be lost. Keeps messages that may not have arrived, and
+  // messages published from now on. `encoding`: samples that a worker compresses for the offer.
   void begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
              const Now& now);
   // The link is lost again before it was resumed: the time limit starts again.

@@ -19,8 +19,8 @@ namespace connect_bridge {
 
 inline constexpr char kClockType[] = "rosgraph_msgs/msg/Clock";
 
-// Extrapolates between the replies to time requests, at the measured rate of the peer's ROS time (a
-// simulation may run at half speed or stand still). The published time never runs backwards, unless
+// Extrapolates between the replies to time requests, at the measured rate of the peer's ROS time: a
+// simulation may run at half speed or stand still. The published time never runs backwards, unless
 // the peer's time jumps by more than a second (a restarted simulation).
 class ClockPublisher {
  public:

@@ -14,15 +14,15 @@
 namespace connect_bridge {
 
 // The newest samples of a topic, kept for one link until its peer demands the topic. A peer with
-// listeners will demand it, but a new publisher's first messages are taken before the offer has
+// listeners will demand it. But a new publisher's first messages are taken before the offer has
 // arrived there and the demand has come back. Samples are kept for at most two seconds after the
 // first. Single-threaded.
 class EarlySamples {
  public:
   explicit EarlySamples(TopicTimers timers) : timers_(timers) {}
 
-  // Keeps the sample. `since`: when the first early sample of the topic was taken; `all`: the
-  // budget of the early samples of all topics; `account`: the account of the link. Returns the
+  // Keeps the sample. `since`: when the first early sample of the topic was taken. `all`: the
+  // budget of the early samples of all topics. `account`: the account of the link. Returns the
   // number of dropped samples (this one or the oldest ones), and the reason.
   struct Dropped {
     DropReason reason;
@@ -32,7 +32,7 @@ class EarlySamples {
                             const std::shared_ptr<Account>& account, const Now& now) {
     const std::size_t bytes = sample.raw.size();
     // A peer makes this side keep samples by reporting listeners, for as many topics as it likes.
-    // So beyond the limits of its identity and of all, nothing new is kept; at the limits of the
+    // So beyond the limits of its identity and of all, nothing new is kept. At the limits of the
     // topic the oldest sample gives way.
     Budget& of_account = account->early;
     if (bytes > kBytesMax || of_account.used() + bytes > kAccountBytesMax ||

@@ -14,11 +14,11 @@ namespace connect_bridge {
 class TopicMirror;
 class PeerTopic;
 
-// Messages wait until the mirror exists (its origin's node may have no name yet), and then until
-// the subscribers here have found it: they would miss earlier messages. A message with a `max_age`
-// leaves before it is too old, together with the older ones; a message that is too old already is
-// lost. `feeder`: the peer topic that offers the mirror's origin; it counts lost messages. Null: no
-// link offers the origin now. Single-threaded.
+// Messages wait until the mirror exists (its origin's node may have no name yet). Then they wait
+// until the subscribers here have found it, because these would miss earlier messages. A message
+// with a `max_age` leaves before it is too old, together with the older ones. A message that is too
+// old already is lost. `feeder`: the peer topic that offers the mirror's origin; it counts lost
+// messages. Null: no link offers the origin now. Single-threaded.
 class FirstMessages {
  public:
   explicit FirstMessages(Timers<TopicMirror*>::Of timers) : timers_(timers) {}

@@ -26,8 +26,8 @@ TopicMirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   const auto known = mirrors.find(key);
   const bool is_known = known != mirrors.end();
   if (is_known && known->second.candidate(link.id)) return &known->second;
-  // The narrowest limit comes first: of the link, of one topic of the link, and then the identity's
-  // share of the places that all use.
+  // The narrowest limit comes first: of the link, then of one topic of the link. The last one is
+  // the identity's share of the places that all use.
   if (link.mirrors.all() >= options.mirrors_max) return nullptr;  // mutant: mirrors_max
   if (link.mirrors.of(key.first) >= options.topic_mirrors_max) return nullptr;
   if (!is_known && link.account->places.room() == 0) return nullptr;

@@ -50,8 +50,8 @@ struct ImportContext : SideView {
   // it would keep for late subscribers.
   [[nodiscard]] std::uint32_t mirror_depth(const TopicMirror& mirror, std::uint32_t depth,
                                            std::uint64_t sample_bytes) const;
-  // The bytes that the mirror may keep beside the other mirrors of its link. Two limits hold:
-  // mirror_bytes_max for all of them, and for this one its bytes now plus 1 / `share` (4 or more)
+  // The bytes that the mirror may keep beside the other mirrors of its link. All of them together
+  // keep at most mirror_bytes_max. This one keeps at most its bytes now and 1 / `share` (4 or more)
   // of the link's remaining room.
   [[nodiscard]] std::uint64_t mirror_room(const TopicMirror& mirror, std::uint64_t share) const;
   // Logs a line about a mirror once for the feeding peer's identity, as the line has words of that

@@ -12,8 +12,8 @@
 namespace connect_bridge {
 namespace {
 
-// Number of topics that look for a place at once, and the time until the next ones do; shorter if
-// some places were free, since more may be.
+// Number of topics that look for a place at once, and the time until the next ones do. The time is
+// shorter if some places were free, since more may be.
 constexpr std::size_t kLooksAtOnce = 64;
 constexpr Duration kLooksAgain = std::chrono::seconds(1);
 constexpr Duration kMoreFree = std::chrono::milliseconds(10);

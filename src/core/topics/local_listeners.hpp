@@ -9,10 +9,10 @@
 
 namespace connect_bridge {
 
-// Reports the topics that have a subscription here and that our rules let the peer publish, whether
-// it offers them or not: then the topic exists there, too. Each link gets the changes since the
-// last report, and all on a new connection. Endpoints of bridges are not listeners (GraphView does
-// not contain them). Single-threaded.
+// Reports the topics that have a subscription here and that our rules let the peer publish. The
+// peer need not offer them: after the report the topic exists there, too. Each link gets the
+// changes since the last report, and all on a new connection. Endpoints of bridges are not
+// listeners (GraphView does not contain them). Single-threaded.
 class LocalListeners {
  public:
   explicit LocalListeners(const SideView& side) : side_(side) {}

@@ -16,10 +16,10 @@
 
 namespace connect_bridge {
 
-// The topic exists while it has a real publisher (an origin), a peer has a listener, or something
-// is kept or counted for a lost link. It has at most one subscription: while a link demands it, a
-// peer subscribes, or something holds it. Each sample is attributed to its origin and sent to the
-// links whose offers admit it. Single-threaded.
+// The topic exists while it has a real publisher (an origin) or a listener of a peer. It also
+// exists while something is kept or counted for a lost link. It has at most one subscription: while
+// a link demands it, a peer subscribes, or something holds it. Each sample is attributed to its
+// origin and sent to the links whose offers admit it. Single-threaded.
 class LocalTopic {
  public:
   LocalTopic(ExportContext& context, TopicKey key);

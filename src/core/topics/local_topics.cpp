@@ -113,8 +113,8 @@ LocalTopic* LocalTopics::find(SubscriptionId subscription) const {
   return it == context_.by_subscription.end() ? nullptr : it->second;
 }
 
-// A subscription requests no more than the weakest publisher in the graph offers: it is made again
-// for this publisher, unless that is a bridge's.
+// A subscription requests no more than the weakest publisher in the graph offers. For this
+// publisher it is made again, unless the publisher is a bridge's.
 void LocalTopics::on_incompatible(const QosIncompatible& found) const {
   context_.outputs.log_once(
       LogLevel::kDebug, found.topic + ": a publisher here offers an incompatible " + found.policy);

@@ -20,7 +20,7 @@ class LocalTopics {
       : context_{side, options, Budget(memory)} {}
 
   void on_graph(const Now& now);
-  // The peer's `accepts` or our rules have changed: withdraws topics that are no longer allowed or
+  // The peer's `accepts` or our rules have changed. Withdraws topics that are no longer allowed, or
   // that are treated differently now; the latter may be offered again.
   void review(const Link& link, const Now& now);
   // Between hold() and go_on() subscriptions end, but none is made: rights are under review.
@@ -41,8 +41,8 @@ class LocalTopics {
   // connection.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
 
-  // While a peer can send goals to this action, its feedback and status are subscribed, even
-  // without demand: a new subscription would miss the messages right after a goal.
+  // Keeps the feedback and status of this action subscribed, even without demand, while a peer can
+  // send goals to it. A new subscription would miss the messages right after a goal.
   void hold_action(const std::string& action, bool on, const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);

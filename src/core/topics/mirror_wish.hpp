@@ -20,8 +20,8 @@ struct MirrorWish {
   bool operator==(const MirrorWish&) const = default;
 };
 
-// The wishes of all mirrors that a topic feeds. Each mirror reports a change of its wish: asking
-// all mirrors after each change would cost links x publishers x publishers when a link is lost.
+// The wishes of all mirrors that a topic feeds. Each mirror reports a change of its wish. Asking
+// all mirrors instead would cost links x publishers x publishers when a link is lost.
 class MirrorWishes {
  public:
   void add(const MirrorWish& wish) {

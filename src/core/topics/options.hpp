@@ -17,8 +17,8 @@ struct TopicOptions {
   // publisher keeps. Most publishers keep one; the others keep few.
   std::uint32_t latched_depth = 10;
   // Exported or imported messages may be kept over a break, even without a rule's `resume: true`.
-  // The first is false at an operator, the second at a robot: nothing older than the break moves
-  // it, whatever the other end is set to.
+  // The first is false at an operator, the second at a robot. So nothing older than the break moves
+  // the robot, whatever the other end is set to.
   bool resumes_exported = true;
   bool resumes_imported = true;
   std::uint64_t resume_bytes_max = 16 << 20;   // of the backlog of one lost link

@@ -28,8 +28,8 @@ struct Origin {
 };
 
 // The publishers of one local topic. An origin stays for a moment after its publisher left the
-// graph: its last samples may still be in the middleware (`ros2 topic pub --once` exits right after
-// its message), or in our queues.
+// graph. Its last samples may still be in our queues, or in the middleware: `ros2 topic pub --once`
+// exits right after its message.
 class Origins {
  public:
   explicit Origins(TopicTimers timers) : timers_(timers) {}
@@ -38,8 +38,8 @@ class Origins {
   // peers: new ones, and those whose node has got a name.
   std::vector<Gid> update(const TopicState* state, const Now& now);
   // Removes and returns the origins whose time is over. `drained`: no sample of the topic waits
-  // anywhere; `is_kept`: a sample of the origin waits for a link to return, which has its own time
-  // limit.
+  // anywhere. `is_kept`: a sample of the origin waits for a link to return; the link has its own
+  // time limit.
   std::vector<OriginId> remove_vanished(bool drained, const std::function<bool(OriginId)>& is_kept,
                                         const Now& now);
   // The subscription has ended, and the next one may deliver the same samples again.

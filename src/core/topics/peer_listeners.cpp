@@ -46,7 +46,7 @@ Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change,
   return Nothing{};
 }
 
-// Parts of actions have no topic here, nor have names that are not ours: another name may be mapped
+// Parts of actions have no topic here, nor have names that are not ours. Another name may be mapped
 // to the same topic, and the claims topic is not for peers.
 void PeerListeners::add(OfLink& of_link, const ListenerTold& listener) {
   auto& topic = of_link.listeners[listener.listener];

@@ -15,9 +15,9 @@
 namespace connect_bridge {
 
 // Topics of ours that nodes of the peers' graphs subscribe to, as `listeners` messages report them.
-// A topic counts while three things hold: a peer has a listener, our rules and its `accepts` allow
-// the peer the topic, and the topic has a place. A topic with a publisher here needs no place.
-// Others need one, as a peer may invent them; they wait until a place is free. Single-threaded.
+// A topic counts while a peer has a listener, our rules and its `accepts` allow it the topic, and
+// the topic has a place. A topic with a publisher here needs no place. Others need one, as a peer
+// may invent them; they wait until a place is free. Single-threaded.
 class PeerListeners {
  public:
   // Limit of topics without a publisher here that count, for the peers of one identity. The limit
@@ -52,8 +52,8 @@ class PeerListeners {
   // `count` is true.
   [[nodiscard]] QosOverride rules_of(const TopicKey& topic,
                                      const std::function<bool(LinkId)>& count) const;
-  // The record of lines that are logged once, for a topic that only listeners have: it is the
-  // account's, so lines that a peer causes keep no others out.
+  // The record of lines that are logged once, for a topic that only listeners have. The account of
+  // a listening peer owns it, so lines that a peer causes keep no others out.
   [[nodiscard]] TellOnce& told_of(const TopicKey& topic) const;
   // The type hash that a peer reported; empty: none.
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;

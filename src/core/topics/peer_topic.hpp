@@ -47,8 +47,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   void renew(const Now& now);
   // Sends `decline`: the topic is not imported any longer.
   void decline(const Now& now);
-  // The connection is about to be lost: publishes messages that wait for a worker, if the topic is
-  // resumed; the peer will not send them again.
+  // The connection is about to be lost. Publishes messages that wait for a worker, if the topic
+  // resumes, because the peer will not send them again.
   void finish(const Now& now);
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);

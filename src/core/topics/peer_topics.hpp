@@ -65,8 +65,8 @@ class PeerTopics {
 
  private:
   [[nodiscard]] TopicMirror* find(MirrorId id);
-  // permission(): the import rule for the mirror on this link. is_permitted_as_before(): the rules
-  // let the same link feed the mirror, in the same way as until now.
+  // permission(): the import rule for the mirror on this link. is_permitted_as_before(): do the
+  // rules let the same link feed the mirror in the same way as until now?
   [[nodiscard]] std::optional<Decision> permission(const Link& link,
                                                    const TopicMirror& mirror) const;
   [[nodiscard]] bool is_permitted_as_before(const TopicMirror& mirror) const;

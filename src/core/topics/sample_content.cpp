@@ -56,8 +56,8 @@ std::optional<std::string_view> node_of_parameter_event(ByteView sample) {
 bool is_event_of(const std::string& node, ByteView sample, const NameMap& names,
                  const TopicState* local) {
   // Nodes act on each event with their name, whoever publishes it (docs/protocol.md section 9.12,
-  // rule 3). So a peer with rights for one node must not publish for another of its nodes, and no
-  // peer for a node that lives here.
+  // rule 3). So a peer with rights for one node must not publish for another of its nodes. No peer
+  // may publish for a node that lives here.
   const auto told = node_of_parameter_event(sample);
   if (!told || (*told != node && *told != names.to_local(node))) return false;
   return !local || std::none_of(local->publishers.begin(), local->publishers.end(),

@@ -29,8 +29,8 @@ namespace connect_bridge {
 // such an event is attributed to no node.
 [[nodiscard]] std::optional<std::string_view> node_of_parameter_event(ByteView sample);
 
-// Is the event about its origin's node (`node`, the peer's name for it), and not about a node that
-// publishes events here (`local`; may be null)? Every node acts on an event with its name.
+// Is the event about its origin's node (`node`, the peer's name for it)? False for a node that
+// publishes events here (`local`; may be null). Every node acts on an event with its name.
 [[nodiscard]] bool is_event_of(const std::string& node, ByteView sample, const NameMap& names,
                                const TopicState* local);
 

@@ -10,9 +10,10 @@ namespace connect_bridge {
 
 class LocalTopic;
 
-// Some middlewares let a process use one type per topic name only: that of local endpoints, or that
-// of the first listener at the other side. A topic that is subscribed for listeners alone keeps its
-// name until a topic of the same name with publishers needs it. Single-threaded.
+// Some middlewares let a process use only one type per topic name. The type is that of local
+// endpoints, or that of the first listener at the other side. A topic that is subscribed for
+// listeners alone keeps its name until a topic of the same name with publishers needs it.
+// Single-threaded.
 class SubscribedNames {
  public:
   // No other topic has the name.

@@ -202,7 +202,7 @@ bool TopicMirror::may_be_made(const Now& now) {
 bool TopicMirror::may_exist() const {
   if (!context_.graph_since || failed_ || is_local_) return false;  // mutant: loops
   if (context_.claims.taken(key_.second, claiming_.holds())) return false;
-  // Both ends are in one graph: the peer's topics are here already, though our part of the
+  // Both ends are in one graph. The peer's topics are here already, though our part of the
   // middleware may discover them later than the peer's.
   const Connection* const connection = candidates_.front().link->connection();
   return !connection || !context_.claims.is_here(connection->peer().side);

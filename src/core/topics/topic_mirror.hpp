@@ -110,7 +110,7 @@ class TopicMirror final : private Appearing::Waiting {
   [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
   // Publishes the message, or returns the reason against it: it was published before, or exceeds
   // the bytes that may be kept for late subscribers. If fewer samples of its size may be kept than
-  // now, the publisher is created again with less depth, and the exporter is asked for the last
+  // now, the publisher is created again with less depth. Then the exporter is asked for the last
   // samples. A message that has to wait is lost if it cannot be published before it expires.
   [[nodiscard]] std::optional<DropReason> publish(std::uint64_t number, const Payload& raw,
                                                   TimePoint expires, const Now& now);

@@ -123,8 +123,8 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   demanded_at_ = now.system;
   if (demanded()) offer_.on_taken();
   offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
-  // The open message is aborted and waiting ones are dropped before the topic learns of the demand:
-  // a following demand begins with the last samples, and older ones must not come behind them
+  // The open message is aborted and waiting ones are dropped before the topic learns of the demand.
+  // The next demand begins with the last samples, and older ones must not come behind them
   // (docs/protocol.md section 8, rule 5).
   if (!demanded()) {
     link_.sending().clear_channel(number());
@@ -164,7 +164,7 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
   return options;
 }
 
-// Treatment and definition must be the same: rules and rates of the former offer admitted the kept
+// Treatment and definition must be the same. Rules and rates of the former offer admitted the kept
 // messages, and the importer knows their bytes by the former type.
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
   return is_open() && may_resume() && backlog.treatment() == treatment() &&

@@ -62,9 +62,9 @@ class TopicOffer final : public OutgoingChannel {
                                              const Payload& body);
 
   // The age of a sample. Rate limits do not apply to a sample that its publisher had kept for late
-  // subscribers, nor to the first sample of a publisher that keeps its samples: it may be the only
-  // one ever published. For a peer that drives, a first sample is old only if it is older than the
-  // demand.
+  // subscribers. Nor do they apply to the first sample of a publisher that keeps its samples, which
+  // may be the only one ever. For a peer that drives, a first sample is old only if it is older
+  // than the demand.
   enum class Age : std::uint8_t { kNew, kKept, kFirst };
   // Decides whether a sample goes to this peer, and counts a drop because of a limit. A sample that
   // a rate limit refuses may leave later (take_held).

@@ -263,7 +263,7 @@ void TopicOffers::drop(DropReason reason, std::uint64_t count) {
     if (offer->demanded()) offer->drop(reason, count);
 }
 
-// The sample that a worker has for the link must not leave in the next demand: it would come before
+// The sample that a worker has for the link must not leave in the next demand. It would come before
 // the last samples, and may be one of them.
 std::vector<OutSample> TopicOffers::take_under_way(LinkId link) {
   std::vector<OutSample> forgotten;  // all of one stream, see way_to()

@@ -138,7 +138,7 @@ TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& 
 
 Qos mirror_qos(const Qos& origin, const QosOverride& ruled, const TopicOptions& options) {
   // The depth that a peer requests has a limit. Without it a transient-local mirror would keep all
-  // samples of the peer, and any other would block the loop for a subscriber that takes none.
+  // samples of the peer. Any other mirror would block the loop for a subscriber that takes none.
   const std::uint32_t depth_max = options.mirror_depth_max;
   const bool keep_all = origin.history == History::kKeepAll;
   Qos qos = origin;

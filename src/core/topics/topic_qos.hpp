@@ -19,11 +19,11 @@ class TopicOffers;
 
 // ---- the subscription here
 // One subscription must match all publishers and lose nothing that any of them keeps. A
-// subscription matches a publisher only if it requests no more than the publisher offers, so it
-// requests the weakest offer: best effort if one publisher is, and volatile if one is (then the
-// kept samples of the others do not come, see warn_mixed()). Rules may request less, never more:
-// those of links that demand the topic, and those in `weakest`. The depth is the largest of all.
-// For listeners alone the QoS matches most publishers.
+// subscription matches a publisher only if it requests no more than the publisher offers. So it
+// requests the weakest offer: best effort if one publisher is, and volatile if one is. With a
+// volatile publisher the kept samples of the others do not come, see warn_mixed(). Rules may
+// request less, never more: those of links that demand the topic, and those in `weakest`. The depth
+// is the largest of all. For listeners alone the QoS matches most publishers.
 Qos qos_for(const Origins& origins, const TopicOffers& offers, const QosOverride& weakest,
             const TopicOptions& options);
 
@@ -78,8 +78,8 @@ inline bool is_transient_local(const Qos& qos) {
 }
 
 // ---- topics that drive a robot
-// Does the topic drive a robot? Then no kept samples of a publisher are requested: they would reach
-// a robot that starts or returns late, as if they were new.
+// Does the topic drive a robot? Then no kept samples of a publisher are requested. A robot
+// that starts or returns would get them late, as if they were new.
 inline bool drives(const Treatment& treatment, const TopicKey& topic) {
   return drives(treatment, topic.first, topic.second);
 }

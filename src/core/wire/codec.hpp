@@ -6,8 +6,8 @@
 
 namespace connect_bridge {
 
-// A message of the last two kinds becomes the base of its origin; the body of a kZstdDelta refers
-// to the previous base (docs/protocol.md section 6).
+// A message of the last two kinds becomes the base of its origin. The
+// body of a kZstdDelta refers to the previous base (docs/protocol.md section 6).
 enum class Codec : std::uint8_t { kNone = 0, kLz4 = 1, kZstd = 2, kZstdBase = 3, kZstdDelta = 4 };
 
 // Largest base (raw), and the limit for all bases of a link. Each base counts kBaseOverheadBytes
@@ -20,9 +20,9 @@ constexpr bool makes_base(Codec codec) {
   return codec == Codec::kZstdBase || codec == Codec::kZstdDelta;
 }
 
-// The largest body that a codec may make of so many bytes: lz4 adds up to 1/255 and 16 bytes, zstd
-// 1/256 and 64. A receiver's work grows with the bytes that it gets, so it refuses larger bodies
-// (docs/protocol.md section 6).
+// An upper bound for the body that a codec makes of so many bytes: lz4 adds up to 1/255 and 16
+// bytes, zstd 1/256 and 64. A receiver's work grows with the bytes that it gets, so it refuses
+// larger bodies (docs/protocol.md section 6).
 constexpr std::uint64_t compressed_bytes_max(std::uint32_t raw_bytes) {
   return raw_bytes + std::uint64_t{raw_bytes} / 128 + 128;
 }

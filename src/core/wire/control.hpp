@@ -51,8 +51,8 @@ struct OriginOffer {
   Qos qos;
 };
 
-// An action is offered as its parts: three services and two topics with hidden names, each a
-// channel of its own (docs/protocol.md section "Services and actions").
+// A channel in an offer. An action is offered as its parts: three services and two topics with
+// hidden names, each with its own channel (docs/protocol.md section "Services and actions").
 struct ChannelOffer {
   ChannelId channel;
   InterfaceKind kind = InterfaceKind::kTopic;  // kTopic or kService
@@ -134,7 +134,7 @@ struct ListenerTold {
   std::string type_hash;  // as in ChannelOffer
 };
 // "listeners": topics that nodes of the sender's graph subscribe to, or no longer do, and that the
-// peer may publish here, whether it offers them or not.
+// peer may publish here. The peer need not offer them.
 struct Listeners {
   std::vector<ListenerTold> added;
   std::vector<ListenerId> removed;  // removed before others are added
@@ -213,7 +213,7 @@ std::string encode(const Control& message);
 
 // The messages that together stand for `message`, in order, each with its piece of every list. Not
 // for an offer. Lists that must not be split are short enough: those of "attached" and "accepts",
-// and removals, all of which the peer applies before it counts what is added.
+// and removals. The peer applies all removals before it counts what is added.
 std::vector<std::string> encode_parts(const Control& message);
 
 // The messages that announce all of `channels`, each within the limits: offers, and for a channel

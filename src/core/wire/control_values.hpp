@@ -1,4 +1,4 @@
-// The values of a control message's JSON, in one list and in the order of the text: reading costs
+// The values of a control message's JSON, in one list and in the order of the text. Reading costs
 // little more than the message has bytes, whatever its shape.
 #pragma once
 

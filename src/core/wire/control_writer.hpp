@@ -20,7 +20,7 @@
 namespace connect_bridge {
 
 // Adds fields to one JSON object, in the order in which they are named. Has the functions of
-// ControlReader. A message whose lists are too long is written in parts: each part has its piece of
+// ControlReader. A message whose lists are too long is written in parts. Each part has its piece of
 // every list, up to the list's limit, and all other members.
 class ControlWriter {
  public:

@@ -40,8 +40,9 @@ struct PartFrame {
   ByteView part;
 };
 
-// Cumulative count of packet bytes (binary WebSocket payload) that arrived on this connection, and
-// when the last of them arrived: by a steady clock of the receiver, in ns since an arbitrary start.
+// Cumulative count of packet bytes (binary WebSocket payload) that arrived on this connection.
+// `arrived`: when the last of them arrived, by a steady clock of the receiver, in ns since an
+// arbitrary start.
 struct AckFrame {
   std::uint64_t received_bytes = 0;
   Stamp arrived = 0;
@@ -64,15 +65,15 @@ struct TimeReply {
 
 using Frame = std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply, AckRequest>;
 
-// Every stamp on the wire is 0 (unknown) to this (the year 2116), so that sums and differences of
-// two fit 64 bits. append_header writes any other value as 0.
+// The largest stamp on the wire (the year 2116). Every stamp is 0 (unknown) to this, so that sums
+// and differences of two fit 64 bits. append_header writes any other value as 0.
 inline constexpr Stamp kWireStampMax = (Stamp{1} << 62) - 1;
 
 // Largest WebSocket message after login, binary or text; a larger one is refused with kTooLarge.
 inline constexpr std::size_t kPacketBytesMax = 1 << 20;
 
-// The body, for a body that has to wait. A body of a single part is a slice of its packet, and
-// would keep all of the packet in memory: such a body is copied.
+// A copy of a body that has to wait, if it came in a single part: such a body is a slice of its
+// packet, and would keep all of the packet in memory.
 [[nodiscard]] inline Payload out_of_packet(const Payload& body) {
   return body.size() <= kPacketBytesMax ? Payload::copy_of(body.view()) : body;
 }
@@ -94,19 +95,19 @@ class FrameReader {
  public:
   explicit FrameReader(ByteView packet) : rest_(packet) {}
 
-  // The next frame; nullopt at the end of the packet; an error (kMalformed) for anything that is
-  // not exactly as specified (unknown type, non-zero reserved byte, length beyond the packet,
-  // part longer than its body, unknown codec, codec none with raw_bytes != body_bytes, an empty
-  // part of a body that is not empty, channel, origin or sequence 0, a stamp beyond kWireStampMax).
-  // An error stays: the rest of the packet is not read.
+  // The next frame; nullopt at the end of the packet. An error (kMalformed) is anything that is not
+  // exactly as specified: unknown type, non-zero reserved byte, length beyond the packet, part
+  // longer than its body, unknown codec, codec none with raw_bytes != body_bytes, an empty part of
+  // a body that is not empty, channel, origin or sequence 0, a stamp beyond kWireStampMax. An error
+  // stays: the rest of the packet is not read.
   Result<std::optional<Frame>> next();
 
  private:
   ByteView rest_;
 };
 
-// Appends a frame's header (and for ack and time frames the whole frame) to `out`; the parts of
-// messages are sent without a copy and are not appended.
+// Appends a frame's header to `out`; for ack and time frames that is the whole frame. Parts of
+// messages are not appended: they are sent without a copy.
 void append_header(const Frame& frame, Bytes& out);
 
 }  // namespace connect_bridge

@@ -6,7 +6,8 @@ namespace connect_bridge {
 namespace {
 
 // Other ends of lines (U+2028, U+2029), and characters that turn the order of their neighbours
-// (U+202A to U+202E, U+2066 to U+2069): a line of a log would look like two, or like another.
+// (U+202A to U+202E, U+2066 to U+2069). With them a line of a log would look like two, or like
+// another.
 bool misleads(std::uint8_t second, std::uint8_t third) {
   return (second == 0x80 && third >= 0xa8 && third <= 0xae) ||
          (second == 0x81 && third >= 0xa6 && third <= 0xa9);

@@ -17,8 +17,8 @@ namespace connect_bridge {
 // names.
 [[nodiscard]] std::string to_text(std::string_view bytes, std::size_t bytes_max);
 
-// A type hash from a peer or a node, for the log: at most the length of a REP-2016 hash, so that
-// such a hash is shown whole, as `ros2 topic info --verbose` shows it.
+// A type hash from a peer or a node, for the log, cut to the length of a REP-2016 hash. Such a hash
+// is shown whole, as `ros2 topic info --verbose` shows it.
 [[nodiscard]] inline std::string shown_hash(std::string_view hash) {
   constexpr std::size_t kHashBytes = 71;  // "RIHS01_" and 64 digits
   return to_text(hash, kHashBytes);
