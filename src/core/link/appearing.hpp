@@ -48,8 +48,7 @@ class Appearing {
   enum class Answer {
     kNow,   // the endpoint appears, and is counted
     kSoon,  // it waits, as only a few appear in one step
-    kLate,  // it waits, and this is reported once: the identity makes more appear than its pace
-            // allows
+    kLate,  // it waits, reported once: the identity makes more appear than its pace allows
   };
 
   class Line {

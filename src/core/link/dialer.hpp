@@ -27,15 +27,13 @@ struct DialerOptions {
 
 enum class DialFailure : std::uint8_t {
   kGone,      // nobody answered, or a connection was lost
-  kAnswered,  // a proxy without a server behind it answered, or a server with a wrong certificate,
-              // ...
+  kAnswered,  // a proxy without a server answered, or a server with a wrong certificate ...
   kOtherKey,  // a server answered that is not the one of our pins
   kPutOff,    // the login could not be taken or judged now
   kRefused,   // the login or the protocol version was refused, until somebody changes it
 };
 
-// At most one attempt or connection at a time. Waiting -> (due) -> busy -> (failed, lost) ->
-// waiting.
+// At most one attempt or connection at a time: waiting -> (due) -> busy -> (lost) -> waiting.
 class Dialer {
  public:
   // After this many answers in a row, within about 8 s, attempts become rarer.

@@ -104,7 +104,7 @@ void Link::limit(const LimitsChanged& limits) {
   mark();
 }
 
-// ---- for people
+// ---- status
 
 void Link::note_break(const std::string& reason, const Now& now) {
   if (breaks_.size() == LinkBreak::kShownMax) breaks_.pop_front();
@@ -163,7 +163,7 @@ void Link::add_past(TopicStatus& topic) const {
   if (past != past_.end()) topic.add_past(past->second.counts);
 }
 
-// ---- what arrives
+// ---- arrivals
 
 Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);

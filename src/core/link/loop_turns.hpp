@@ -17,7 +17,7 @@ namespace connect_bridge {
 // Connections whose packets wait to be read, in a queue for each identity. The identity that has
 // used least of the loop's time lately comes first, with one packet of one connection. So an
 // identity that uses little waits for at most one step of the others, however many connections or
-// identities they have. No packet waits without packets of others. A packet that has waited for
+// identities they have. A packet waits only for packets of others. A packet that has waited for
 // `patience` comes before those of identities that have used more. The cost hardly grows with the
 // number of waiting packets. Single-threaded.
 class LoopTurns {

@@ -59,8 +59,7 @@ struct ImportContext : SideView {
   void tell_once(const TopicMirror& mirror, LogLevel level, const std::string& text) const;
   // Logs why the mirror could not be made.
   void tell_failed(const TopicMirror& mirror, const MirrorFailed& failed) const;
-  // Says in the log that the type here is not the one of the peer: `used`, the rules use it
-  // nevertheless.
+  // Logs that the type here differs from the peer's. `used`: the rules use the type nevertheless.
   void tell_difference(const TopicMirror& mirror, const std::string& hash_here, bool used) const;
   // Nobody here subscribes, and nothing comes from `feeder`: samples that the mirrors keep for late
   // subscribers become stale. So the mirrors are made again without samples; late subscribers get

@@ -33,8 +33,8 @@ void PeerTopics::on_link_lost(LinkId link, const Now& now) {
 
 void PeerTopics::on_link_dead(const Link& link, const Now& now) {
   for (TopicMirror* const mirror : context_.mirrors_of(link)) {
-    // Before the candidate is removed: another link may feed the mirror meanwhile. Then the
-    // returning link resumes nothing.
+    // lose_link() comes first, as it needs the candidate: if another link may feed the mirror
+    // meanwhile, the returning link resumes nothing.
     mirror->lose_link(link.id);
     context_.remove_candidate(*mirror, link.id, now);
   }

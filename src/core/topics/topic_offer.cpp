@@ -123,7 +123,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   demanded_at_ = now.system;
   if (demanded()) offer_.on_taken();
   offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
-  // The open message is aborted and waiting ones are dropped before the topic learns of the demand.
+  // The open message is aborted and waiting ones are dropped before the topic learns of its end.
   // The next demand begins with the last samples, and older ones must not come behind them
   // (docs/protocol.md section 8, rule 5).
   if (!demanded()) {

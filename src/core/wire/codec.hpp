@@ -6,8 +6,8 @@
 
 namespace connect_bridge {
 
-// A message of the last two kinds becomes the base of its origin. The
-// body of a kZstdDelta refers to the previous base (docs/protocol.md section 6).
+// A message of the last two kinds becomes the base of its origin. The body of a kZstdDelta refers
+// to the previous base (docs/protocol.md section 6).
 enum class Codec : std::uint8_t { kNone = 0, kLz4 = 1, kZstd = 2, kZstdBase = 3, kZstdDelta = 4 };
 
 // Largest base (raw), and the limit for all bases of a link. Each base counts kBaseOverheadBytes

@@ -72,8 +72,8 @@ inline constexpr Stamp kWireStampMax = (Stamp{1} << 62) - 1;
 // Largest WebSocket message after login, binary or text; a larger one is refused with kTooLarge.
 inline constexpr std::size_t kPacketBytesMax = 1 << 20;
 
-// A copy of a body that has to wait, if it came in a single part: such a body is a slice of its
-// packet, and would keep all of the packet in memory.
+// The body in a form that may wait. A body of a single part is a slice of its packet and would keep
+// all of the packet in memory, so it is copied.
 [[nodiscard]] inline Payload out_of_packet(const Payload& body) {
   return body.size() <= kPacketBytesMax ? Payload::copy_of(body.view()) : body;
 }
