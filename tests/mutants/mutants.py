@@ -145,7 +145,7 @@ MUTANTS = [
     Mutant("calls_kept", "calls are dropped by a full queue", swap("true", "false")),
     Mutant("call_timeout", "no time limit at the importer", never),
     Mutant("mirror_attached", "a mirror before its server is reached",
-           swap("!feed.is_attached()", "false")),
+           swap("!peer_service.is_attached()", "false")),
     Mutant("data_budget", "data budget without end", gone),
     Mutant("outbox_memory", "memory without end in the outbox", swap(" || held_.is_full()", "")),
     Mutant("reassembly_memory", "memory without end in reassembly", value("true")),
