@@ -134,7 +134,7 @@ def test_what_answers_is_another_program(fake, answer, finding):
 
 def test_a_server_that_says_nothing(fake):
     waits = threading.Event()
-    assert ids(f"ws://127.0.0.1:{fake(lambda _: waits.wait(30))}") == {"no_answer"}
+    assert ids(f"ws://127.0.0.1:{fake(lambda _: waits.wait(30))}") == {"server_silent"}
     waits.set()
 
 

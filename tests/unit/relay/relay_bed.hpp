@@ -133,7 +133,7 @@ struct HandRobot {
     lines->shake_hands(false, {}, [this, token](ErrorCode error) {
       if (error) return static_cast<void>(ended = true);
       lines->open(kRelayLineMax, {[this](std::string_view line) { said.emplace_back(line); },
-                                  [this](const std::string&) { ended = true; }});
+                                  [this](const Failure&) { ended = true; }});
       lines->say("login " + token);
     });
   }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -125,7 +126,12 @@ TEST_F(TlsFilesTest, WrongFilesChangeNothingAndAreToldOnce) {
   std::ofstream{files.certificate} << "garbage";
   look();
   EXPECT_THAT(shown(), HasSubstr("first"));
-  EXPECT_EQ(pair.server.logs.size(), 3U);
+  const auto& logs = pair.server.logs;
+  EXPECT_EQ(std::count_if(logs.begin(), logs.end(),
+                          [](const std::string& line) {
+                            return line.find("cannot be used") != std::string::npos;
+                          }),
+            3);
   copy(second.certificate, files.certificate);
   copy(second.key, files.key);
   look();

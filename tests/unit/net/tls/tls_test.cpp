@@ -280,8 +280,10 @@ TEST_F(Tls, WhoWaitsForATurnIsCutInTime) {
   options.handshake_timeout = 50ms;  // and four times that for a turn
   Pair pair{options};
   RawPeer first(pair.server.network.listen_port());
+  first.send("\x16");
   ASSERT_TRUE(first.ends(pair.loop, 2s));
   RawPeer second(pair.server.network.listen_port());
+  second.send("\x16");
   EXPECT_TRUE(second.ends(pair.loop, 2s));
   EXPECT_EQ(pair.server.network.counts().handshakes_waited, 1U);
 }
