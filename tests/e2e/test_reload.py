@@ -91,11 +91,14 @@ def test_a_wrong_file_changes_nothing(world):
     why = r"the parameters stay as they were: in the parameter file: .*export_topic"
     world.server.wait_for(why, 10)
     world.server.wait_for(r"rule\.see\.max_rate: -1")
+    refused = lambda: world.server.status().get("refused_parameters", {})  # noqa: E731
+    until(lambda: "export_topic" in refused().get("problem", ""), "the status says so", 10)
     world.server.parameters_file.unlink()
     time.sleep(3)
     expect(world, ["a", "b"])
     world.server.set_parameters(with_rules(world, AFTER))
     expect(world, ["a", "c"])
+    until(lambda: not refused(), "the status says it no longer", 10)
     check_links_stay(world)
 
 

@@ -156,14 +156,14 @@ void RelayDoor::on_tls(const ErrorCode& error) {
 
 void RelayDoor::on_line(std::string_view line) {
   if (!lines_pace_.take(steady_now()))  // mutant: lines_of_a_relay
-    return fail("it sends more lines than it may", DialFailure::kPutOff);
+    return fail({Cause::kMalformed, "it sends more lines than it may"}, DialFailure::kPutOff);
   const std::string_view word = next_word(line);
   if (word == "refused" && line == "twin" && !welcome_) {
-    fail(
-        "another machine has the same token and is connected there (a copied disk?): that one "
-        "stays, this one waits a minute. Give this one a name, a token and keys of its own: end "
-        "its pairing, then 'relay --robot' there and 'server --pair --via' here",
-        DialFailure::kPutOff);
+    fail({Cause::kRelayRefuses,
+          "another machine has the same token and is connected there (a copied disk?): that one "
+          "stays, this one waits a minute. Give this one a name, a token and keys of its own: end "
+          "its pairing, then 'relay --robot' there and 'server --pair --via' here"},
+         DialFailure::kPutOff);
     return after(next_, kTwinWait, &RelayDoor::dial);
   }
   if (word == "refused" && !welcome_) {

@@ -11,7 +11,7 @@ namespace {
 
 // Of a field's value, with what tells it apart: one, or one for each member of an object.
 template <class Of, class Take>
-void each_sample(const Field<Of>& field, const Of& of, Take take) {
+void each_sample(const StatusField<Of>& field, const Of& of, Take take) {
   const OrderedJson value = field.value(of);
   const Series& series = field.series;
   if (value.is_object()) {
@@ -22,8 +22,8 @@ void each_sample(const Field<Of>& field, const Of& of, Take take) {
 }
 
 template <class Of>
-double in_metric_units(const Field<Of>& field, const OrderedJson& value) {
-  const double number = value.is_boolean() ? double{value.get<bool>()} : value.get<double>();
+double in_metric_units(const StatusField<Of>& field, const OrderedJson& value) {
+  const double number = value.is_boolean() ? (value.get<bool>() ? 1.0 : 0.0) : value.get<double>();
   return field.unit == Unit::kMilliseconds ? number / 1e3 : number;
 }
 
@@ -63,11 +63,11 @@ void Metrics::add(const LinkStatus& link, const std::string& own, const std::str
 }
 
 template <class Of>
-void Metrics::add_channel(const LinkStatus& link, std::span<const Field<Of>> fields, const Of& of,
-                          const std::string& kind, const std::string& name) {
+void Metrics::add_channel(const LinkStatus& link, std::span<const StatusField<Of>> fields,
+                          const Of& of, const std::string& kind, const std::string& name) {
   const std::string labels = labels_of(kind, name, of.exported);
   const std::string own = (of.exported ? ">" : "<") + name + " " + of.type;
-  for (const Field<Of>& field : fields) {
+  for (const StatusField<Of>& field : fields) {
     const Series& series = field.series;
     if (series.kind == Series::Kind::kNone) continue;
     each_sample(field, of, [&](const std::string& more, const OrderedJson& value) {
@@ -99,9 +99,9 @@ void Metrics::add_link(std::size_t place, const LinkStatus& link) {
 }
 
 template <class Of, class All>
-void Metrics::write(MetricsText& text, std::span<const Field<Of>> fields,
+void Metrics::write(MetricsText& text, std::span<const StatusField<Of>> fields,
                     const All& counters) const {
-  for (const Field<Of>& field : fields) {
+  for (const StatusField<Of>& field : fields) {
     const Series& series = field.series;
     if (series.help.empty()) continue;
     const bool counter = series.kind == Series::Kind::kCounter;

@@ -30,12 +30,12 @@ class Metrics {
  private:
   // By metric and labels.
   template <class Value>
-  using Series = std::map<std::string, std::map<std::string, Value>>;
+  using ByLabels = std::map<std::string, std::map<std::string, Value>>;
   using Totals = std::map<std::tuple<std::uint64_t, std::string, std::string>, std::uint64_t>;
 
   // A topic or a service.
   template <class Of>
-  void add_channel(const LinkStatus& link, std::span<const Field<Of>> fields, const Of& of,
+  void add_channel(const LinkStatus& link, std::span<const StatusField<Of>> fields, const Of& of,
                    const std::string& kind, const std::string& name);
   void add_link(std::size_t place, const LinkStatus& link);
   // `kind` and `name` as labels, or "other" if there are too many names.
@@ -47,13 +47,13 @@ class Metrics {
 
   // `counters`: where those of these fields are.
   template <class Of, class All>
-  void write(MetricsText& text, std::span<const Field<Of>> fields, const All& counters) const;
+  void write(MetricsText& text, std::span<const StatusField<Of>> fields, const All& counters) const;
 
   StatusPicture last_;
   std::set<std::string> names_;
-  Series<std::uint64_t> totals_;
-  Series<double> now_;
-  Series<std::uint64_t> of_links_;  // counters of the links that there are
+  ByLabels<std::uint64_t> totals_;
+  ByLabels<double> now_;
+  ByLabels<std::uint64_t> of_links_;  // counters of the links that there are
   Totals before_, next_;
 };
 

@@ -93,7 +93,7 @@ OrderedJson relays(const StatusPicture& side) {
   return all;
 }
 
-constexpr Field<StatusPicture> kSideFields[] = {
+constexpr StatusField<StatusPicture> kSideFields[] = {
     {"schema", Unit::kNone, [](const StatusPicture&) { return OrderedJson(kStatusSchema); },
      "1; another number says that a member has gone or means something else"},
     {"time", Unit::kNone, of_run<&RunStatus::time>, "the moment of this status"},
@@ -242,7 +242,7 @@ OrderedJson breaks(const LinkStatus& link) {
   return all;
 }
 
-constexpr Field<LinkStatus> kLinkFields[] = {
+constexpr StatusField<LinkStatus> kLinkFields[] = {
     {"link", Unit::kNone, get<&LinkStatus::number>, "number of the link"},
     {"peer", Unit::kNone, get<&LinkStatus::peer>, "address of the peer"},
     {"node", Unit::kNone, get<&LinkStatus::node>, "name of its node"},
@@ -323,7 +323,7 @@ OrderedJson overload(const TopicStatus& topic) {
                      topic.published_for_each_sent);
 }
 
-constexpr Field<TopicStatus> kTopicFields[] = {
+constexpr StatusField<TopicStatus> kTopicFields[] = {
     {"topic", Unit::kNone, get<&TopicStatus::topic>, "local name"},
     {"type", Unit::kNone, get<&TopicStatus::type>, "", {}, {"type"}},
     {"direction",
@@ -428,7 +428,7 @@ constexpr Field<TopicStatus> kTopicFields[] = {
 
 // ---- services
 
-constexpr Field<ServiceStatus> kServiceFields[] = {
+constexpr StatusField<ServiceStatus> kServiceFields[] = {
     {"service", Unit::kNone, get<&ServiceStatus::service>, "local name"},
     {"type", Unit::kNone, get<&ServiceStatus::type>, "", {}, {"type"}},
     {"direction",
@@ -502,7 +502,7 @@ constexpr Field<ServiceStatus> kServiceFields[] = {
 
 // ---- missing names
 
-constexpr Field<MissingName> kMissingFields[] = {
+constexpr StatusField<MissingName> kMissingFields[] = {
     {"kind",
      Unit::kNone,
      [](const MissingName& m) { return OrderedJson(word_of(kKindWords, m.kind)); },
@@ -539,11 +539,11 @@ std::string_view word_of(Unit unit) {
 }
 
 template <class Of>
-OrderedJson columns(std::span<const Field<Of>> fields) {
+OrderedJson columns(std::span<const StatusField<Of>> fields) {
   constexpr std::string_view kAs[] = {"text", "word", "count", "growth", "reasons"};
   constexpr std::string_view kIn[] = {"narrow", "wide", "detail"};
   OrderedJson all = OrderedJson::array();
-  for (const Field<Of>& field : fields) {
+  for (const StatusField<Of>& field : fields) {
     const Column& column = field.column;
     if (column.title.empty()) continue;
     all.push_back({{"name", field.name},
@@ -558,9 +558,9 @@ OrderedJson columns(std::span<const Field<Of>> fields) {
 }
 
 template <class Of>
-std::string table(std::string_view before, std::span<const Field<Of>> fields) {
+std::string table(std::string_view before, std::span<const StatusField<Of>> fields) {
   std::string text = "| member | unit | meaning |\n| --- | --- | --- |\n";
-  for (const Field<Of>& field : fields)
+  for (const StatusField<Of>& field : fields)
     text +=
         fmt::format("| `{}{}` | {} | {} |\n", before, field.name, word_of(field.unit), field.says);
   return text;
@@ -568,19 +568,19 @@ std::string table(std::string_view before, std::span<const Field<Of>> fields) {
 
 }  // namespace
 
-std::span<const Field<StatusPicture>> side_fields() {
+std::span<const StatusField<StatusPicture>> side_fields() {
   return kSideFields;
 }
-std::span<const Field<LinkStatus>> link_fields() {
+std::span<const StatusField<LinkStatus>> link_fields() {
   return kLinkFields;
 }
-std::span<const Field<TopicStatus>> topic_fields() {
+std::span<const StatusField<TopicStatus>> topic_fields() {
   return kTopicFields;
 }
-std::span<const Field<ServiceStatus>> service_fields() {
+std::span<const StatusField<ServiceStatus>> service_fields() {
   return kServiceFields;
 }
-std::span<const Field<MissingName>> missing_fields() {
+std::span<const StatusField<MissingName>> missing_fields() {
   return kMissingFields;
 }
 

@@ -51,7 +51,7 @@ enum class SeenBy : std::uint8_t { kAll, kUser, kUserOfServer };
 // `name`: the member of the JSON; "a.b" is the member b of the member a. `value`: null where the
 // status has none.
 template <class Of>
-struct Field {
+struct StatusField {
   std::string_view name;
   Unit unit;
   OrderedJson (*value)(const Of&);
@@ -61,11 +61,11 @@ struct Field {
   SeenBy seen_by = SeenBy::kAll;
 };
 
-[[nodiscard]] std::span<const Field<StatusPicture>> side_fields();
-[[nodiscard]] std::span<const Field<LinkStatus>> link_fields();
-[[nodiscard]] std::span<const Field<TopicStatus>> topic_fields();
-[[nodiscard]] std::span<const Field<ServiceStatus>> service_fields();
-[[nodiscard]] std::span<const Field<MissingName>> missing_fields();
+[[nodiscard]] std::span<const StatusField<StatusPicture>> side_fields();
+[[nodiscard]] std::span<const StatusField<LinkStatus>> link_fields();
+[[nodiscard]] std::span<const StatusField<TopicStatus>> topic_fields();
+[[nodiscard]] std::span<const StatusField<ServiceStatus>> service_fields();
+[[nodiscard]] std::span<const StatusField<MissingName>> missing_fields();
 
 // The columns of topics, services and missing names, for the page's script.
 [[nodiscard]] OrderedJson page_columns();

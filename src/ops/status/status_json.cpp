@@ -9,9 +9,9 @@ namespace {
 
 // Adds the fields of one row each to the object.
 template <class Of>
-void put(OrderedJson& json, std::span<const Field<Of>> fields, const Of& of, Names names,
+void put(OrderedJson& json, std::span<const StatusField<Of>> fields, const Of& of, Names names,
          Role role) {
-  for (const Field<Of>& field : fields) {
+  for (const StatusField<Of>& field : fields) {
     OrderedJson value = field.value(of);
     if (value.is_null()) continue;
     const bool hidden = names == Names::kHidden &&
@@ -30,7 +30,7 @@ void put(OrderedJson& json, std::span<const Field<Of>> fields, const Of& of, Nam
 }
 
 template <class Of>
-OrderedJson list_of(std::span<const Field<Of>> fields, const std::vector<Of>& all) {
+OrderedJson list_of(std::span<const StatusField<Of>> fields, const std::vector<Of>& all) {
   OrderedJson list = OrderedJson::array();
   for (const Of& one : all) {
     OrderedJson json = OrderedJson::object();

@@ -79,9 +79,9 @@ struct FieldColumn {
 
 // The state comes last, the drops before it.
 template <class Of>
-std::vector<FieldColumn> columns_of(std::span<const Field<Of>> fields) {
+std::vector<FieldColumn> columns_of(std::span<const StatusField<Of>> fields) {
   std::vector<FieldColumn> columns;
-  for (const Field<Of>& field : fields)
+  for (const StatusField<Of>& field : fields)
     if (!field.column.title.empty() && field.column.in != Column::In::kDetail)
       columns.push_back({std::string(field.name), field.unit, field.column});
   const auto place = [](const FieldColumn& one) {

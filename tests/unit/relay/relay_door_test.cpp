@@ -61,6 +61,10 @@ TEST(RelayDoor, AsksWhetherTheRelayIsThereWhenALoginsConnectionEnds) {
   };
   ASSERT_EQ(server.network.listen(listen), "");
   ASSERT_TRUE(at.loop.until([&] { return kept == 1; }));
+  ASSERT_EQ(server.network.relays().size(), 1U);
+  EXPECT_EQ(server.network.relays().at(0).relay, listen.relay->url.text("ws"));
+  EXPECT_GT(server.network.relays().at(0).connected_since, 0);
+  EXPECT_EQ(server.network.relays().at(0).failure.text, "");
   DialOptions dial;
   dial.url = {true, "127.0.0.1", at.port(), "/", "robot7"};
   dial.tls.ca_file = relay_authority().ca;
@@ -78,6 +82,9 @@ TEST(RelayDoor, AsksWhetherTheRelayIsThereWhenALoginsConnectionEnds) {
     EXPECT_EQ(at.loop.until([&] { return way.said > said; }, 500ms), logs_in);
   }
   EXPECT_EQ(kept, 1);
+  EXPECT_TRUE(client.network.relays().empty());
+  way.joints.front()->cut();
+  EXPECT_TRUE(at.loop.until([&] { return !server.network.relays().at(0).failure.text.empty(); }));
 }
 
 // Each try costs kilobytes, which a robot may pay for.

@@ -148,6 +148,8 @@ TEST(Network, CountsWhatAConnectionHasCostAlsoWhenItIsCutOff) {
   ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
   const Traffic open = pair.server.network.traffic();
   EXPECT_GT(open.received, upgrade_request().size());
+  EXPECT_GT(pair.server.network.tcp_counts(pair.accepted()).segments, 0U);
+  EXPECT_EQ(pair.server.network.tcp_counts(kDial).segments, 0U);             // not here
   pair.server.network.close(pair.accepted(), CloseCode::kLoginRefused, "");  // it does not answer
   ASSERT_TRUE(pair.loop.until([&] { return pair.server.closed_count == 1; }));
   const Traffic closed = pair.server.network.traffic();
