@@ -195,8 +195,9 @@ FileJudged judge_file(const std::string& file, const std::string& role) {
 int check_file(const std::string& file, const std::string& asked_role) {
   FileJudged judged = judge_file(file, asked_role);
   if (const auto missing = ros::missing_middleware())
-    judged.given.problems.push_back("the RMW is not installed (" + to_text(*missing) +
-                                    "): install its package, or unset " + missing->variable);
+    judged.given.problems.push_back(
+        {Cause::kOther, "the RMW is not installed (" + to_text(*missing) +
+                            "): install its package, or unset " + missing->variable});
   const OfNode& given = judged.given;
   if (given.node.empty()) return report(file, texts_of(given.problems));
   say(given.problems.empty() ? stdout : stderr, given.taken_as);
