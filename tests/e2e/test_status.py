@@ -274,6 +274,12 @@ def test_the_page_shows_what_the_json_says(world, topic, tmp_path):
 def test_the_page_shows_trouble(world, topic):
     """What a pair on one machine has no cause for: the script gets a status of its own."""
     flows(world, topic)
+
+    def shows_it():
+        links = json.loads(text(world.http + "/api/status"))["links"]
+        return links and any(t["topic"] == topic for t in links[0]["topics"])
+
+    until(shows_it, "the status has the topic", step=0.2)
     status = json.loads(text(world.http + "/api/status"))
     (link,) = status["links"]
     link["topics"] = [t for t in link["topics"] if t["topic"] == topic]
@@ -307,7 +313,7 @@ def test_the_page_shows_trouble(world, topic):
     later["links"].append({**lost, "missing": [], "clock": None})
     later["audit"] = {"lines": 1, "left_out": 1, "problem": "No space left on device"}
     later["refused_parameters"] = {"time": later["time"], "problem": "rule.a: unknown"}
-    later["relays"] = [{"relay": "wss://r@relay", "connected": False, "last_error": "no answer"}]
+    later["relays"] = [{"relay": "wss://r@relay", "connected": False, "last_failure": "no answer"}]
     later["time"] = "2026-01-31T12:00:01.000Z"
     page = Browser(world.http + "/")
     try:

@@ -368,7 +368,7 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
   for (const Json& link : part_of(now, "links"))
     for (const Json& topic : part_of(link, "topics"))
       if (text_in(topic, "state") == name_of(StateWord::kOverloaded))
-        overloaded.push_back(text_in(topic, "topic"));
+        overloaded.push_back(row_name(text_in(topic, "topic")));
   constexpr std::size_t kNamed = 5;
   const std::size_t more = overloaded.size() - std::min(overloaded.size(), kNamed);
   overloaded.resize(overloaded.size() - more);

@@ -120,7 +120,7 @@ void StatusSite::publish(std::shared_ptr<const StatusPicture> picture) {
 
 void StatusSite::Past::add(const LinkStatus& link, Clock::time_point now) {
   const double seconds = std::chrono::duration<double>(now - at).count();
-  const bool same = link.open && connects == link.connects && seconds > 0;
+  const bool same = !points.empty() && link.open && connects == link.connects && seconds > 0;
   const auto growth = [&](std::uint64_t bytes, std::uint64_t before) {
     return same && bytes >= before ? std::optional(static_cast<double>(bytes - before) / seconds)
                                    : std::nullopt;

@@ -84,7 +84,7 @@ TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
   link["breaks"] = Json::parse(R"([{"lost": "2026-01-31T11:00:00.000Z", "seconds": 3.5,
     "back": "2026-01-31T11:00:03.500Z", "reason": "no answer for a time that is really long"}])");
   link["peer"] = "203.0.113.5:40000";
-  now["audit"] = {{"problem", "/var/log/audit/connect_bridge.jsonl: No space left on the device"}};
+  now["audit"] = {{"problem", "/var/log/audit.jsonl: No space left on device"}};
   now["refused_parameters"] = {{"time", "2026-01-31T11:00:00.000Z"},
                                {"problem", "rule.drive.max_agee is unknown"}};
   now["relays"] = Json::parse(R"([{"relay": "wss://r@relay", "connected": false,
@@ -95,7 +95,7 @@ TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
   EXPECT_THAT(screen,
               AllOf(HasSubstr("/of_the_left_arm_of_the_press\n"), HasSubstr("not installed"),
                     HasSubstr("1 break, the last at 11:00:00 UTC, for 3 s: no answer"),
-                    HasSubstr("No space left on the device"), HasSubstr("max_agee"),
+                    HasSubstr("No space left on device"), HasSubstr("max_agee"),
                     HasSubstr("no connection to the relay wss://r@relay: no answer")));
 }
 
@@ -120,6 +120,7 @@ TEST(StatusScreen, ActionsAndParameterServicesAreOneRowEach) {
   EXPECT_THAT(screen, AllOf(testing::ContainsRegex("/dock \\(action\\) +import +1 +4 +3 +"
                                                    "feedback dropped 3, lost 1 +overloaded\n"),
                             testing::ContainsRegex("/arm \\(parameters\\) +import +6 +ready\n"),
+                            HasSubstr("carries less than is published on /dock (action)\n"),
                             Not(HasSubstr("_action")), Not(HasSubstr("get_parameters"))));
 }
 
