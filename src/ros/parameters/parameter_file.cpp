@@ -56,11 +56,14 @@ Cause cause_of_open(int error) {
 class MemoryFile {
  public:
   explicit MemoryFile(std::string_view content) : handle_(::memfd_create("params", MFD_CLOEXEC)) {
-    while (handle_ >= 0 && !content.empty()) {
+    if (handle_ < 0) return;
+    while (!content.empty()) {
       const ssize_t written = ::write(handle_, content.data(), content.size());
-      if (written <= 0) break;
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) return;
       content.remove_prefix(static_cast<std::size_t>(written));
     }
+    is_whole_ = true;
   }
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
@@ -68,10 +71,13 @@ class MemoryFile {
     if (handle_ >= 0) ::close(handle_);
   }
 
+  // False: memory or a limit did not suffice. The part that was written could be valid YAML.
+  [[nodiscard]] bool is_whole() const { return is_whole_; }
   [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(handle_); }
 
  private:
   const int handle_;
+  bool is_whole_ = false;
 };
 
 // The sections of parameters that rcl has parsed; frees these.
@@ -102,6 +108,10 @@ std::string parse_by_rcl(const std::string& path, std::vector<ParameterSection>&
   std::string words = words_of_rcl();  // also clears them
   if (params != nullptr) rcl_yaml_node_struct_fini(params);
   return words.empty() ? "cannot be read" : words;
+}
+
+std::string parse_by_rcl(const MemoryFile& file, std::vector<ParameterSection>& sections) {
+  return file.is_whole() ? parse_by_rcl(file.path(), sections) : "cannot be read";
 }
 
 // rcl puts before its reason the whole rule, which may hold a secret.
@@ -152,7 +162,7 @@ ParameterFile read_parameter_file(const std::string& file) {
   result.cause = Cause::kYamlWrong;
   result.problems = std::move(found.certain);
   if (!result.problems.empty()) return result;
-  const std::string words = is_pipe ? parse_by_rcl(MemoryFile(text).path(), result.sections)
+  const std::string words = is_pipe ? parse_by_rcl(MemoryFile(text), result.sections)
                                     : parse_by_rcl(file, result.sections);
   if (words.empty()) {
     result.cause = Cause::kNone;

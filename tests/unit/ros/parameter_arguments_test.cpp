@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <thread>
@@ -213,6 +215,25 @@ TEST(ParameterArguments, AKeyThatAPipeGivesTwiceIsRefused) {
   });
   EXPECT_THAT(read_parameter_file(pipe).problems, ElementsAre(HasSubstr("\"a\" is given twice")));
   writer.join();
+}
+
+// The first bytes are valid YAML: without the second key, as on a machine without memory.
+TEST(ParameterArguments, APipeWhoseCopyIsCutIsRefused) {
+  const std::string pipe = test::scratch_folder() + "cut";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const std::string first = "/**:\n  ros__parameters:\n    a: 1\n";
+  std::thread writer([&] { std::ofstream(pipe) << first << "    b: 2\n" << std::flush; });
+  ::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit cut{first.size(), before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &cut);
+  const ParameterFile read = read_parameter_file(pipe);
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  ::signal(SIGXFSZ, SIG_DFL);
+  writer.join();
+  EXPECT_THAT(read.problems, ElementsAre(pipe + ": cannot be read"));
+  EXPECT_THAT(read.sections, IsEmpty());
 }
 
 TEST(ParameterArguments, AllAreReadBeforeRclDoes) {
