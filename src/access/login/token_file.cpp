@@ -117,6 +117,29 @@ std::string target_of(const std::string& file) {
   return target ? target.get() : file;
 }
 
+// Replaces the file itself, also where it is a link, by a new one. The new one has the permissions
+// of `former`; null: it is its owner's alone. Returns the problem; empty: none.
+std::string replace_file(const std::string& file, const std::string& text,
+                         const struct stat* former) {
+  const mode_t mode = former ? former->st_mode & 0777 : 0600;  // mutant: token_file_mode
+  const std::string part = file + ".part";
+  const auto problem = [&] { return part + ": " + std::strerror(errno); };
+  ::unlink(part.c_str());
+  const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (out < 0) return problem();
+  // Written by root (sudo ctl token), it stays the server's.
+  if (former) static_cast<void>(!::fchown(out, former->st_uid, former->st_gid));
+  const bool whole = write_all(out, text) && ::fchmod(out, mode) == 0 && ::fsync(out) == 0;
+  std::string wrong = whole ? "" : problem();
+  ::close(out);
+  if (whole && ::rename(part.c_str(), file.c_str()) != 0) wrong = problem();
+  if (!wrong.empty()) {
+    ::unlink(part.c_str());
+    return wrong;
+  }
+  return Folder(file).keep() ? "" : "the folder of " + file + ": " + std::strerror(errno);
+}
+
 // A comment above an entry belongs to that entry, not to the one before.
 bool is_between_entries(std::string_view line) {
   line = trim(line);
@@ -183,30 +206,14 @@ std::string write_secret_file(const std::string& named, const std::string& text)
   const std::string file = target_of(named);
   struct stat status {};
   const bool replaces = ::stat(file.c_str(), &status) == 0;
-  const mode_t mode = replaces ? status.st_mode & 0777 : 0600;  // mutant: token_file_mode
-  const std::string part = file + ".part";
-  const auto problem = [&] { return part + ": " + std::strerror(errno); };
-  ::unlink(part.c_str());
-  const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (out < 0) return problem();
-  // Written by root (sudo ctl token), it stays the server's.
-  if (replaces) static_cast<void>(!::fchown(out, status.st_uid, status.st_gid));
-  const bool whole = write_all(out, text) && ::fchmod(out, mode) == 0 && ::fsync(out) == 0;
-  std::string wrong = whole ? "" : problem();
-  ::close(out);
-  if (whole && ::rename(part.c_str(), file.c_str()) != 0) wrong = problem();
-  if (!wrong.empty()) {
-    ::unlink(part.c_str());
-    return wrong;
-  }
-  return Folder(file).keep() ? "" : "the folder of " + file + ": " + std::strerror(errno);
+  return replace_file(file, text, replaces ? &status : nullptr);
 }
 
 std::string secret_to_print(const std::string& text, const std::string& name, bool terminal,
                             const std::string& file, std::string& problem) {
   if (terminal) return text;
-  ::unlink(file.c_str());  // a user who may read an existing file may not read this
-  problem = write_secret_file(file, text);
+  // A user who may read an existing file may not read this, nor lead it elsewhere by a link.
+  problem = replace_file(file, text, nullptr);
   if (!problem.empty()) return {};
   return name + " is in '" + file + "', since this output may be a log that others read\n";
 }

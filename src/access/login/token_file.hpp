@@ -31,8 +31,8 @@ struct TokenEntry {
 
 // The text to print for a secret, which `name` names. On a terminal this is the secret. Other
 // output may be a journal or the log of a container, which others may read: there the secret goes
-// to `file`, for its owner alone, and the text names that file. `problem` is set if it cannot be
-// written. Blocks as the disk does.
+// to `file`, for its owner alone, and the text names that file. A link there is replaced, not
+// followed. `problem` is set if it cannot be written. Blocks as the disk does.
 [[nodiscard]] std::string secret_to_print(const std::string& text, const std::string& name,
                                           bool terminal, const std::string& file,
                                           std::string& problem);

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <thread>
 
@@ -193,6 +194,48 @@ TEST(TokenFile, IsItsOwnersAloneWhenItIsNew) {
   struct stat found {};
   ASSERT_EQ(::stat(file.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777U, 0600U);
+}
+
+TEST(SecretToPrint, ReplacesALinkAndNotItsTarget) {
+  const std::string target = test::scratch_folder() + "others.txt";
+  const std::string file = test::scratch_folder() + "printed";
+  std::ofstream{target} << "theirs";
+  ASSERT_EQ(::chmod(target.c_str(), 0666), 0);
+  std::filesystem::create_symlink(target, file);
+  std::string problem;
+  EXPECT_THAT(secret_to_print("secret", "The line", false, file, problem), HasSubstr(file));
+  EXPECT_EQ(problem, "");
+  EXPECT_EQ(test::content(target), "theirs");
+  EXPECT_EQ(test::content(file), "secret");
+  struct stat found {};
+  ASSERT_EQ(::lstat(file.c_str(), &found), 0);
+  EXPECT_TRUE(S_ISREG(found.st_mode));
+  EXPECT_EQ(found.st_mode & 0777U, 0600U);
+}
+
+// Root may remove everything, so that a process without its rights tries.
+TEST(SecretToPrint, IsWrittenNowhereWhereALinkStays) {
+  const auto base = std::filesystem::temp_directory_path() /
+                    ("connect_secret_to_print_" + std::to_string(::getpid()));
+  const std::string closed = base / "closed", open = base / "open", target = open + "/target";
+  std::filesystem::create_directories(closed);
+  std::filesystem::create_directories(open);
+  std::ofstream{target} << "theirs";
+  std::filesystem::create_symlink(target, closed + "/printed");
+  ASSERT_EQ(::chmod(target.c_str(), 0666), 0);
+  ASSERT_EQ(::chmod(open.c_str(), 0777), 0);
+  ASSERT_EQ(::chmod(closed.c_str(), 0555), 0);
+  const auto write = [&] {
+    if (::getuid() == 0 && ::setuid(65534) != 0) std::exit(1);
+    std::string problem;
+    const std::string text =
+        secret_to_print("secret", "The line", false, closed + "/printed", problem);
+    std::exit(text.empty() && !problem.empty() ? 0 : 1);
+  };
+  EXPECT_EXIT(write(), testing::ExitedWithCode(0), "");
+  EXPECT_EQ(test::content(target), "theirs");
+  ASSERT_EQ(::chmod(closed.c_str(), 0755), 0);
+  std::filesystem::remove_all(base);
 }
 
 // Whoever chooses it: it gives no group, and ends no text.
