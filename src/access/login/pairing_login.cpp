@@ -130,7 +130,8 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   entry.groups = invited_->groups;
   entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
   entry.digest = token;
-  std::string problem = append_token_entry(token_file_, entry);
+  // The desk has one thread, and withdrawals wait for it, too.
+  std::string problem = append_token_entry(token_file_, entry, kLockSoon);
   if (!problem.empty()) {
     untold_.problems.push_back("the pairing failed: " + problem);
     return {std::nullopt, "its token cannot be stored: " + problem};

@@ -26,9 +26,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::seconds kLockPatience{5};
-constexpr std::chrono::seconds kLockSoon{1};  // for a thread that serves everybody
-
 // The text as a YAML string; it may have any content.
 std::string quoted(const std::string& text) {
   std::string result = "\"";
@@ -237,11 +234,11 @@ std::string token_entries_problem(const std::string& text, const std::string& na
   return fmt::format("{}", fmt::join(problems, "\n"));
 }
 
-std::string append_token_entry(const std::string& named, const TokenEntry& entry) {
+std::string append_token_entry(const std::string& named, const TokenEntry& entry,
+                               std::chrono::seconds patience) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  if (const std::string held = folder.lock_soon(kLockPatience); !held.empty())
-    return file + ": " + held;
+  if (const std::string held = folder.lock_soon(patience); !held.empty()) return file + ": " + held;
   std::string text, problem;
   if (::access(file.c_str(), F_OK) == 0) {
     auto before = read_secret_file(file, problem);

@@ -1,6 +1,7 @@
 // Writes token files, for `ctl token` and for pairing.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -37,15 +38,19 @@ struct TokenEntry {
                                           bool terminal, const std::string& file,
                                           std::string& problem);
 
-// Adds an entry at the end, as write_secret_file() does. Writers wait for each other, at most 5 s;
-// then the problem names the process that holds the folder's lock. A line on stderr names it after
-// 1 s. Returns the problem, and the file is unchanged; empty: none.
-[[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry);
+// The longest wait of a writer for the others.
+inline constexpr std::chrono::seconds kLockPatience{5};
+inline constexpr std::chrono::seconds kLockSoon{1};  // for a thread that serves everybody
+
+// Adds an entry at the end, as write_secret_file() does. Writers wait for each other; then the
+// problem names the process that holds the folder's lock. A line on stderr names it after 1 s.
+// Returns the problem, and the file is unchanged; empty: none.
+[[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry,
+                                             std::chrono::seconds patience = kLockPatience);
 
 // Replaces all entries of the identity by this one, in one step and with the same care. One of them
-// must be the token `former`, so that only one of several owners of that token succeeds. Waits at
-// most 1 s for other writers, because its thread may serve everybody. Returns the problem; empty:
-// none.
+// must be the token `former`, so that only one of several owners of that token succeeds. Waits
+// kLockSoon for other writers. Returns the problem; empty: none.
 [[nodiscard]] std::string replace_token_entries(const std::string& file, const TokenEntry& entry,
                                                 const Digest& former);
 

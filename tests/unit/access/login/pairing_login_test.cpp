@@ -1,7 +1,9 @@
 #include "access/login/pairing_login.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -76,6 +78,18 @@ class Pairing : public testing::Test {
   std::string file_;
   std::unique_ptr<Authenticator> login_;
 };
+
+// A line on stderr would name who is waited for longer.
+TEST_F(Pairing, WhoHoldsTheFolderLockedHoldsUpNoOtherLoginForLong) {
+  open();
+  const int held = ::open(test::scratch_folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(::flock(held, LOCK_EX), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_THAT(pair(kCode, kPairedToken).reason, HasSubstr("holds its folder locked"));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  ::close(held);
+  EXPECT_TRUE(pair(kCode, kPairedToken).identity.has_value());
+}
 
 TEST_F(Pairing, TheClientsOwnTokenLogsItInFromThenOn) {
   open();
