@@ -14,12 +14,24 @@ namespace {
 
 constexpr std::size_t kLineBytesMax = 4096;
 
+// The place of a secret key's value, also behind a typing error: KEY=VALUE, KEY:VALUE, "KEY VALUE".
+std::size_t secret_in(std::string_view argument) {
+  for (const std::string& given : secret_arguments()) {
+    const std::string_view key = std::string_view(given).substr(0, given.find(":="));
+    for (auto at = argument.find(key); at != std::string_view::npos;
+         at = argument.find(key, at + 1)) {
+      const auto behind = at + key.size();
+      const auto value = argument.find_first_not_of(":= \t", behind);
+      if (value != behind && value != std::string_view::npos) return value;
+    }
+  }
+  return std::string_view::npos;
+}
+
 void hide(char* word) {
   const std::string_view argument(word);
   const auto hide_from = [&](std::size_t at) { std::memset(word + at, 'x', argument.size() - at); };
-  for (const std::string& key : secret_arguments())
-    if (const auto at = argument.find(key); at != std::string_view::npos)
-      return hide_from(at + key.size());
+  if (const auto at = secret_in(argument); at != std::string_view::npos) return hide_from(at);
   const auto code = argument.find('#');
   const bool has_code =
       argument.starts_with(kInvitationScheme) || argument.starts_with(kRelayLineScheme);

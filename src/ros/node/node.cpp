@@ -130,7 +130,8 @@ void Node::State::read_arguments() {
   int* places = nullptr;
   rcl_ret_t result = rcl_arguments_get_unparsed_ros(&given, allocator, &places);
   const auto unknown = pick(words, rcl_arguments_get_count_unparsed_ros(&given), result, places);
-  if (!unknown.empty()) throw RosError("unknown ROS argument \"" + unknown.front() + "\"");
+  if (!unknown.empty())
+    throw RosError("unknown ROS argument \"" + std::string(without_value(unknown.front())) + "\"");
   places = nullptr;
   result = rcl_arguments_get_unparsed(&given, allocator, &places);
   auto& arguments = facts.arguments;

@@ -17,6 +17,7 @@
 #include <system_error>
 
 #include "core/wire/text.hpp"
+#include "ros/parameters/ros_arguments.hpp"
 #include "ros/parameters/yaml_problems.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
@@ -176,7 +177,9 @@ ParameterFile read_parameter_file(const std::string& file) {
 ParameterFile read_parameter_rule(const std::string& rule) {
   ParameterFile result;
   const std::size_t end = rule.find(":=");
-  const std::string key = to_text(rule.substr(0, end), kKeyShown);
+  const std::string_view shown =
+      end == std::string::npos ? without_value(rule) : std::string_view(rule).substr(0, end);
+  const std::string key = to_text(shown, kKeyShown);
   if (end == std::string::npos || end == 0) {
     result.problems = {"-p " + key + ": expected KEY:=VALUE"};
     return result;

@@ -54,6 +54,10 @@ std::vector<std::string> values_behind(std::initializer_list<std::string_view> w
   return values;
 }
 
+std::string_view without_value(std::string_view argument) {
+  return argument.substr(0, argument.find_first_of(":= \t\r\n"));
+}
+
 std::vector<std::string> problems_of_remaps(int argc, const char* const* argv) {
   std::vector<std::string> problems;
   for (const auto& remap : values_behind({"-r", "--remap"}, argc, argv))

@@ -28,6 +28,10 @@ struct SplitArguments {
 [[nodiscard]] std::vector<std::string> values_behind(std::initializer_list<std::string_view> words,
                                                      int argc, const char* const* argv);
 
+// An argument without its value, which may be a secret: "KEY" in KEY:=VALUE, and in the typing
+// errors KEY=VALUE, KEY:VALUE, "KEY VALUE".
+[[nodiscard]] std::string_view without_value(std::string_view argument);
+
 // The problems of remaps (-r, --remap) among these arguments of main(): all remaps except those of
 // the node's own name and namespace. rcl applies remaps to topics and services of the bridge's own
 // node, but not to names of others in the graph: only half of it would be renamed.

@@ -256,6 +256,12 @@ TEST(ParameterArguments, AllAreReadBeforeRclDoes) {
                           "without its namespace"));
 }
 
+TEST(ParameterArguments, ARuleWithATypingErrorShowsNoValue) {
+  for (const char* rule :
+       {"auth.token=secret", "auth.token:secret", "auth.token: secret", "auth.token secret"})
+    EXPECT_EQ(read_parameter_rule(rule).problem(), "-p auth.token: expected KEY:=VALUE") << rule;
+}
+
 TEST(ParameterArguments, AFolderIsNoFile) {
   EXPECT_THAT(read_parameter_file(test::scratch_folder()).problems,
               ElementsAre(HasSubstr("cannot be read")));

@@ -10,6 +10,12 @@ std::vector<std::string> problems(const char* const (&argv)[N]) {
   return problems_of_remaps(static_cast<int>(N), argv);
 }
 
+TEST(RosArguments, AreShownWithoutTheirValues) {
+  for (const char* argument : {"auth.token", "auth.token:=secret", "auth.token=secret",
+                               "auth.token:secret", "auth.token: secret", "auth.token secret"})
+    EXPECT_EQ(without_value(argument), "auth.token") << argument;
+}
+
 TEST(Remaps, OfTheNodeItselfAreFine) {
   EXPECT_TRUE(problems({"client"}).empty());
   EXPECT_TRUE(problems({"client", "--ros-args", "-r", "__node:=robot1", "--remap", "__ns:=/fleet",

@@ -48,6 +48,15 @@ TEST(OwnArguments, HaveTheSecretsThatTheGivenOnesHaveNoLonger) {
   EXPECT_EQ(words_of(line).back(), "wss+relay://robot7@relay/#code");
 }
 
+TEST(OwnArguments, ASecretBehindATypingErrorIsHidden) {
+  Given given({"client", "--ros-args", "-p", "auth.token=secret", "-p", "auth.token:secret",
+               "auth.token: secret", "-p", "auth.token_file:=a.token", "x:auth.token=secret"});
+  OwnArguments own(given.argc(), given.argv.data());
+  EXPECT_THAT(given.seen(), ElementsAre("client", "--ros-args", "-p", "auth.token=xxxxxx", "-p",
+                                        "auth.token:xxxxxx", "auth.token: xxxxxx", "-p",
+                                        "auth.token_file:=a.token", "x:auth.token=xxxxxx"));
+}
+
 TEST(OwnArguments, ADashIsTheLineThatIsGiven) {
   Given given({"client", "-", "--ros-args", "-p", "x:=-"});
   OwnArguments own(given.argc(), given.argv.data());
