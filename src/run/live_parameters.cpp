@@ -126,7 +126,11 @@ void LiveParameters::refuse_files(const std::string& why) {
 void LiveParameters::check_files() {
   bool changed = false;
   for (auto& file : files_) changed = file.settled_change() || changed;
-  if (changed) reload(true);
+  if (changed) return reload(true);
+  const auto is_missing = [](const auto& file) { return file.is_missing(); };
+  // Nothing reads them before one appears.
+  if (lacks_means_ && std::all_of(files_.begin(), files_.end(), is_missing))
+    lacks_means_ = lacks_means_to_read();
 }
 
 // The pairing's parameters count even before it has written its file.
@@ -150,6 +154,11 @@ std::string LiveParameters::emptied_file(const ParameterMap& again) const {
   return {};
 }
 
+bool LiveParameters::lacks_means_to_read() const {
+  return std::any_of(files_.begin(), files_.end(),
+                     [](const auto& file) { return lacks_means_to_open(file.file()); });
+}
+
 // Pipes cannot be read twice, so they are assumed to still have parameters for us.
 std::vector<std::string> LiveParameters::speaking_files() const {
   std::vector<std::string> speaking = node_.facts().parameter_files;
@@ -167,9 +176,7 @@ void LiveParameters::reload(bool changed) {
                      "no parameter file was given: there is nothing to read again");
   std::string unread;
   const ParameterMap again = read_again(unread);
-  lacks_means_ = !unread.empty() && std::any_of(files_.begin(), files_.end(), [](const auto& file) {
-    return lacks_means_to_open(file.file());
-  });
+  lacks_means_ = !unread.empty() && lacks_means_to_read();
   if (unread.empty() && config_.reached_by_others)
     unread = who_may_change_rules(config_, node_.facts().parameter_files);
   if (unread.empty() && changed && !std::exchange(has_looked_, true) &&

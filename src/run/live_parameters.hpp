@@ -58,6 +58,8 @@ class LiveParameters {
   // The parameters of the node's files and arguments, and of the pairing. `problem`: the reason if
   // they cannot be read.
   [[nodiscard]] ParameterMap read_again(std::string& problem) const;
+  // Whether one of the files cannot be opened because descriptors or memory are lacking now.
+  [[nodiscard]] bool lacks_means_to_read() const;
   // Reports a file that no longer has parameters for this node, if keys in use are gone; empty:
   // none.
   [[nodiscard]] std::string emptied_file(const ParameterMap& again) const;

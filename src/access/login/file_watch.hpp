@@ -25,6 +25,8 @@ class FileWatch {
   // Records that the file could not be used, which may pass (too many open files): settled_change()
   // reports the file again if it exists. Returns whether `why` is new for this state of the file.
   [[nodiscard]] bool failed(const std::string& why);
+  // Whether the file is missing: settled_change() reports it when it appears, not before.
+  [[nodiscard]] bool is_missing() const { return look() == Stamps{}; }
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:

@@ -38,15 +38,10 @@ Judgement TokenLogin::find(const Digest& token, Stamp now) const {
 Refreshed TokenLogin::refresh(Stamp now) {
   if (!file_) return {};
   Refreshed refreshed;
-  if (file_->settled_change()) {
-    try {
-      refreshed = read_again(now);
-    } catch (const std::bad_alloc&) {
-      lacks_means_ = true;
-      refreshed.problems = {"auth.token_file '" + file_->file() + "': no memory"};
-    }
-    if (!refreshed.problems.empty() && !file_->failed(refreshed.problems.front())) refreshed = {};
-  }
+  if (file_->settled_change())
+    refreshed = read_again(now);
+  else if (lacks_means_ && file_->is_missing())  // nothing reads it before it appears
+    lacks_means_ = lacks_means_to_open(file_->file());
   if (auto line = ends_.take_line(table_, "auth.token_file '" + file_->file() + "'", now))
     refreshed.warnings.push_back(std::move(*line));
   refreshed.lacks_means = lacks_means_;
@@ -56,6 +51,18 @@ Refreshed TokenLogin::refresh(Stamp now) {
 Refreshed TokenLogin::read_again(Stamp now) {
   Refreshed refreshed;
   if (!file_) return refreshed;
+  try {
+    refreshed = read(now);
+  } catch (const std::bad_alloc&) {
+    lacks_means_ = true;
+    refreshed.problems = {"auth.token_file '" + file_->file() + "': no memory"};
+  }
+  if (!refreshed.problems.empty() && !file_->failed(refreshed.problems.front())) return {};
+  return refreshed;
+}
+
+Refreshed TokenLogin::read(Stamp now) {
+  Refreshed refreshed;
   file_->read_now();
   std::vector<Failure> problems;
   TokenTable next =

@@ -28,13 +28,15 @@ class TokenLogin : public Authenticator {
   // Reads a changed file, and warns of its tokens that expire soon.
   [[nodiscard]] Refreshed refresh(Stamp now) override;
 
-  // Reads the file as it is now, changed or not.
+  // Reads the file as it is now, changed or not. After a failure refresh() reads it again.
   [[nodiscard]] Refreshed read_again(Stamp now);
   // The identity whose token has this digest, or the reason of a refusal.
   [[nodiscard]] Judgement find(const Digest& token, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const { return table_.knows(identity); }
 
  private:
+  [[nodiscard]] Refreshed read(Stamp now);
+
   TokenTable table_;
   std::optional<FileWatch> file_;
   const bool strict_modes_;

@@ -10,6 +10,7 @@
 
 #include "access/login/credential.hpp"
 #include "access/login/secret.hpp"
+#include "access/login/token_login.hpp"
 #include "core/base/hex.hpp"
 #include "unit/no_descriptors.hpp"
 #include "unit/scratch.hpp"
@@ -125,6 +126,40 @@ TEST(Authenticator, AFileThatCannotBeReadForAWhileIsReadAfterwards) {
   write_file("passing.yaml", "short");
   EXPECT_THAT(looks(method).problems, Not(IsEmpty()));
   EXPECT_FALSE(method.refresh(kEarly).lacks_means);  // wrong, not unreadable
+}
+
+// Nobody reads it before it appears.
+TEST(Authenticator, AFileThatIsMissingRefusesNobodyOnceDescriptorsAreBack) {
+  if (!test::NoDescriptors::kPossible) GTEST_SKIP() << "the sanitizer needs descriptors";
+  AuthOptions options;
+  options.token_file = write_file("gone.yaml", token_entry("anna"));
+  const AuthSetup setup = make_authenticator(options, kEarly);
+  Authenticator& method = *setup.authenticator;
+  ::unlink(options.token_file.c_str());
+  {
+    const test::NoDescriptors none;
+    EXPECT_THAT(looks(method).problems, Not(IsEmpty()));
+    EXPECT_TRUE(method.refresh(kEarly).lacks_means);
+  }
+  EXPECT_FALSE(method.refresh(kEarly).lacks_means);
+}
+
+TEST(TokenLogin, AFileThatCannotBeReadAtOnceIsReadAtARefresh) {
+  if (!test::NoDescriptors::kPossible) GTEST_SKIP() << "the sanitizer needs descriptors";
+  const std::string file = write_file("at_once.yaml", token_entry("anna"));
+  std::vector<Failure> problems;
+  std::vector<std::string> warnings;
+  FileWatch watch(file);
+  TokenLogin method(read_token_file(file, true, kEarly, problems, warnings), watch);
+  write_file("at_once.yaml", "another-token-0123456789");
+  {
+    const test::NoDescriptors none;
+    EXPECT_THAT(method.read_again(kEarly).problems, ElementsAre(HasSubstr("Too many open files")));
+    EXPECT_TRUE(method.refresh(kEarly).lacks_means);
+  }
+  EXPECT_EQ(method.refresh(kEarly).changes.size(), 1U);
+  EXPECT_FALSE(method.refresh(kEarly).lacks_means);
+  EXPECT_FALSE(check(method, kToken, "1.1.1.1:1").identity.has_value());
 }
 
 TEST(Authenticator, FollowsItsFileWholeOrNotAtAll) {
