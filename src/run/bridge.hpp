@@ -20,6 +20,7 @@
 #include "ops/status/status_file.hpp"
 #include "ops/status/status_site.hpp"
 #include "ros/gateway.hpp"
+#include "run/darkness.hpp"
 #include "run/heap.hpp"
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
@@ -101,6 +102,7 @@ class Bridge {
   std::optional<Taking> taking_;
   LinkPlaces link_places_;
   HeapTrim heap_;
+  Darkness darkness_;  // of logins by certificate; the desk has its own
   Supervisor supervisor_;
   LogLimit lags_;
   boost::asio::steady_timer seconds_;

@@ -14,9 +14,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kProblemsTold = 5;
-constexpr char kInTheDark[] =
-    "a file that decides has changed and cannot be read, since this process lacks descriptors or "
-    "memory";
 
 std::string joined(const std::vector<std::string>& problems) {
   std::string text;
@@ -108,27 +105,16 @@ void LoginDesk::refresh() {
     Refreshed refreshed = options_.authenticator->refresh(system_now());
     const bool lacks_means = refreshed.lacks_means || others_lack_means_;
     tell(std::move(refreshed));
-    count_refreshes_in_the_dark(lacks_means);
+    if (auto line = darkness_.count(lacks_means)) ports_.log(std::move(*line));
   }
   if (!options_.credential_file) return;
   if (auto credential = options_.credential_file->changed()) tell(std::move(*credential));
 }
 
-void LoginDesk::count_refreshes_in_the_dark(bool lacks_means) {
-  in_the_dark_ = lacks_means ? std::min(in_the_dark_ + 1, kRefreshesInTheDark) : 0;
-  const bool refuses = in_the_dark_ == kRefreshesInTheDark;
-  if (refuses_new_.exchange(refuses) == refuses) return;
-  if (refuses)
-    ports_.log({LogLevel::kError, std::string{kInTheDark} +
-                                      ": new logins are refused until it is read (end what has "
-                                      "many connections or files open, or raise LimitNOFILE)"});
-  else
-    ports_.log({LogLevel::kInfo, "the files that decide can be read: new logins are judged"});
-}
-
 void LoginDesk::judge(Waiting next) {
   Authenticate& request = next.request;
-  if (refuses_new_ && !request.renewal) return refuse(request.connection, kInTheDark);
+  if (darkness_.refuses_new() && !request.renewal)
+    return refuse(request.connection, Darkness::kReason);
   Authenticated answer{request.connection, std::nullopt, "the login method was too slow", false};
   // The connection is already closed after the time limit: later logins must not wait for this
   // answer.

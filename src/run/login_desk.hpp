@@ -14,6 +14,7 @@
 #include "access/login/credential.hpp"
 #include "core/base/turns.hpp"
 #include "core/ports/ports.hpp"
+#include "run/darkness.hpp"
 
 namespace connect_bridge {
 
@@ -33,7 +34,6 @@ class LoginDesk {
   static constexpr std::size_t kWaitingMax = 1024;
   // Renewals in a row while other logins wait: clients with a token do not block new logins.
   static constexpr int kRenewalsInARow = 3;
-  static constexpr int kRefreshesInTheDark = 10;
 
   struct Options {
     Authenticator* authenticator = nullptr;  // null: this desk judges no logins; outlives the desk
@@ -77,7 +77,6 @@ class LoginDesk {
   void refuse(ConnectionId connection, const std::string& why);
   void refresh();
   void tell(Refreshed&& refreshed);
-  void count_refreshes_in_the_dark(bool lacks_means);
   void tell(Credential&& credential);
 
   Options options_;
@@ -88,8 +87,7 @@ class LoginDesk {
   Turns<std::string, Waiting> strangers_{{kWaitingMax, options_.of_one_max}};
   int renewals_in_a_row_ = 0;
   std::atomic<bool> others_lack_means_ = false;
-  int in_the_dark_ = 0;                    // refreshes in a row; of the thread that refreshes
-  std::atomic<bool> refuses_new_ = false;  // since there were so many
+  Darkness darkness_;  // counted by the thread that refreshes
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };
