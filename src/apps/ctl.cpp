@@ -1,6 +1,7 @@
 // The operator's tool beside the two programs.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -9,11 +10,52 @@
 #include "config/key_search.hpp"
 #include "ctl/check.hpp"
 #include "ctl/ctl_commands.hpp"
+#include "ros/rcl/missing_middleware.hpp"
 #include "run/exit_codes.hpp"
 
 namespace {
 
 using connect_bridge::kExitConfiguration;
+using connect_bridge::ros::kRmwVariables;
+
+// rcl ends a process as it is loaded, before main(), when the RMW is missing that the environment
+// names: the very fault that `ctl` is asked about. So `ctl` hides these variables until then.
+// In a library this would happen to each program that links it.
+constexpr int kHiddenMax = sizeof(kRmwVariables) / sizeof(kRmwVariables[0]);
+const char* hidden_values[kHiddenMax];  // their values, where they stood
+
+// The value in "NAME=value"; null: it is another variable.
+__attribute__((no_sanitize("address", "undefined", "thread"))) const char* value_behind(
+    const char* entry, const char* name) {
+  while (*name != '\0' && *entry == *name) ++entry, ++name;
+  return *name == '\0' && *entry == '=' ? entry + 1 : nullptr;
+}
+
+// Runs before the libraries are initialized: it calls none of them.
+__attribute__((no_sanitize("address", "undefined", "thread"))) void hide_variables(
+    int, char**, char** environment) {
+  char** kept = environment;
+  for (char** entry = environment; *entry != nullptr; ++entry) {
+    bool is_kept = true;
+    for (int i = 0; i < kHiddenMax; ++i) {
+      const char* const value = value_behind(*entry, kRmwVariables[i]);
+      if (value == nullptr) continue;
+      hidden_values[i] = value;
+      is_kept = false;
+    }
+    if (is_kept) *kept++ = *entry;
+  }
+  *kept = nullptr;
+}
+
+__attribute__((section(".preinit_array"),
+               used)) void (*const kHideVariables)(int, char**, char**) = hide_variables;
+
+// From now on these variables are in the environment, as the user has set them.
+void show_rmw_variables() {
+  for (int i = 0; i < kHiddenMax; ++i)
+    if (hidden_values[i] != nullptr) ::setenv(kRmwVariables[i], hidden_values[i], 0);
+}
 
 int write_tables(const std::string& manual) {
   if (manual.empty()) {

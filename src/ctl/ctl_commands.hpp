@@ -7,9 +7,6 @@
 // Says on standard error what is wrong, in lines. Returns the exit code.
 int complain(const std::string& lines, int exit_code);
 
-// From now on the variables that name the RMW are in the environment, as the user has set them.
-void show_rmw_variables();
-
 // Each adds its command to the program. When its arguments are parsed it runs, and sets the exit
 // code of the program; what that means is in its help.
 

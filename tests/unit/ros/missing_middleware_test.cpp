@@ -15,6 +15,9 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
+// Before main(): later another test may have changed it.
+const char* const kRmwAtStart = std::getenv("RMW_IMPLEMENTATION");
+
 TEST(MissingMiddleware, ThoseOfAllPrefixesAreFound) {
   const std::string first = test::scratch_folder() + "first";
   const std::string second = test::scratch_folder() + "second";
@@ -28,6 +31,18 @@ TEST(MissingMiddleware, ThoseOfAllPrefixesAreFound) {
   EXPECT_THAT(installed_middlewares(first + ":/nowhere::" + second),
               ElementsAre("rmw_a_cpp", "rmw_b_cpp"));
   EXPECT_THAT(installed_middlewares(""), IsEmpty());
+}
+
+// The kernel keeps the environment with which the process began. `ctl` alone hides a part of it.
+TEST(MissingMiddleware, IsLookedForWithTheGivenEnvironment) {
+  std::ifstream given("/proc/self/environ");
+  std::string rmw;
+  constexpr std::string_view kName = "RMW_IMPLEMENTATION=";
+  for (std::string entry; std::getline(given, entry, '\0');)
+    if (entry.starts_with(kName)) rmw = entry.substr(kName.size());
+  if (rmw.empty()) GTEST_SKIP() << "the environment names no RMW";
+  ASSERT_NE(kRmwAtStart, nullptr);
+  EXPECT_EQ(kRmwAtStart, rmw);
 }
 
 TEST(MissingMiddleware, IsToldWithWhatIsInstalled) {
