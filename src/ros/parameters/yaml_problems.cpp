@@ -44,14 +44,15 @@ std::string_view kind_of(const YAML::Node& node) {
 
 // Looks for keys that are given twice, and for what rcl refuses with the line alone: keys without a
 // value, lists of several kinds. Keys are compared by their whole names, as rcl joins them:
-// `rule.drive: {...}` and `rule: {drive: {...}}` are the same.
+// `rule.drive: {...}` and `rule: {drive: {...}}` are the same, and so are `/a/b: {...}` and
+// `/a: {b: {...}}` for nodes.
 class KeyCheck {
  public:
   explicit KeyCheck(std::string file) : file_(std::move(file)) {}
 
   void look_into_document(const YAML::Node& document) {
     has_parameters_ = false;
-    look_into(document, "");
+    look_into(document, "", kOfNodes);
     if (document.IsNull() || has_parameters_) return;
     found.if_refused.insert(found.if_refused.begin(),
                             place(file_, document.Mark().line + 1) +
@@ -61,15 +62,20 @@ class KeyCheck {
   YamlProblems found;
 
  private:
-  // `name`: of the node itself; empty: the whole document.
-  void look_into(const YAML::Node& node, const std::string& name) {
+  static constexpr char kOfNodes = '/';
+  static constexpr char kOfParameters = '.';
+
+  // `name`: of the node itself; empty: the whole document. `separator` joins the names in it.
+  void look_into(const YAML::Node& node, const std::string& name, char separator) {
     if (!node.IsMap()) return;
-    for (const auto& entry : node) look_at(entry.first, entry.second, name);
+    for (const auto& entry : node) look_at(entry.first, entry.second, name, separator);
   }
 
-  void look_at(const YAML::Node& key, const YAML::Node& value, const std::string& map) {
+  void look_at(const YAML::Node& key, const YAML::Node& value, const std::string& map,
+               char separator) {
     const std::string text = key.IsScalar() ? key.Scalar() : "~";
-    const std::string name = map.empty() ? text : map + "." + text;
+    const bool is_joined = map.empty() || map.back() == separator;
+    const std::string name = is_joined ? map + text : map + separator + text;
     const int line = key.Mark().line + 1;
     const std::string at = place(file_, line) + "\"" + to_text(text, kTextShown) + "\" ";
     const auto [first, is_new] = lines_.try_emplace(name, line);
@@ -90,7 +96,7 @@ class KeyCheck {
     const bool is_alias = value.Mark().pos < key.Mark().pos;
     if (is_alias || !is_new) return;
     if (value.IsSequence()) look_at_list(at, value);
-    look_into(value, name);
+    look_into(value, name, text == kParameters ? kOfParameters : separator);
   }
 
   void look_at_list(const std::string& at, const YAML::Node& list) {

@@ -135,6 +135,27 @@ TEST(ParameterFile, TheWholeNameOfAKeyCounts) {
               ElementsAre(file + ":4: \"port\" is given twice, first in line 3"));
 }
 
+// rcl joins both into the first one, so that the order of the sections would be another.
+TEST(ParameterFile, ANodeInTwoSpellingsIsThereTwice) {
+  const std::string file = file_with(
+      "/a: {connect_server: {ros__parameters: {x: 1}}}\n"
+      "/**: {ros__parameters: {x: 2}}\n"
+      "/a/connect_server: {ros__parameters: {x: 3}}\n");
+  EXPECT_THAT(read_parameter_file(file).problems,
+              ElementsAre(file + ":3: \"/a/connect_server\" is given twice, first in line 1"));
+  const std::string slash = file_with(
+      "/: {connect_server: {ros__parameters: {x: 1}}}\n"
+      "/connect_server: {ros__parameters: {x: 3}}\n");
+  EXPECT_THAT(read_parameter_file(slash).problems,
+              ElementsAre(HasSubstr("\"/connect_server\" is given twice, first in line 1")));
+}
+
+TEST(ParameterFile, ANodesNameWithAPointIsItsOwn) {
+  EXPECT_THAT(problems_of("a: {b: {ros__parameters: {x: 1}}}\n"
+                          "a.b: {ros__parameters: {x: 1}}\n"),
+              IsEmpty());
+}
+
 TEST(ParameterFile, TheSameKeyInOtherPlacesIsNotTwice) {
   const std::string file = file_with(
       "/**:\n"
