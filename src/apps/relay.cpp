@@ -100,7 +100,7 @@ int start(const std::string& name, bool only_checks) {
   around.distrusted = &who_else_may_change;
   const RelayFile read = read_relay_file(text.str(), around);
   if (!read.config) return refuse(read.problems);
-  const std::string others = read.config->auth.strict_modes ? who_else_may_change(name) : "";
+  const std::string others = read.config->auth.strict_modes ? who_else_may_have_changed(name) : "";
   if (!others.empty()) return refuse({"this file decides which robots come here: " + others});
   const AuthOptions login{read.config->auth, std::nullopt, kLineGroup};
   AuthSetup robots = make_authenticator(login, system_now());

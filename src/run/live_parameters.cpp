@@ -68,6 +68,8 @@ LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Con
       server_(node, server_options()),
       folder_(std::move(folder)) {
   speaking_ = speaking_files();
+  regular_ = node_.facts().parameter_files;
+  std::erase_if(regular_, [](const auto& file) { return !ros::can_be_read_twice(file); });
   if (folder_) files_.emplace_back(folder_->parameter_file());
   for (const auto& file : node_.facts().parameter_files) files_.emplace_back(file);
   for (const auto& [key, value] : config_.given)
@@ -174,8 +176,8 @@ void LiveParameters::reload(bool changed) {
   if (files_.empty())
     return node_.log(LogLevel::kWarn,
                      "no parameter file was given: there is nothing to read again");
-  std::string unread;
-  const ParameterMap again = read_again(unread);
+  std::string unread = config_.reached_by_others ? no_longer_regular(config_, regular_) : "";
+  const ParameterMap again = unread.empty() ? read_again(unread) : ParameterMap{};
   lacks_means_ = !unread.empty() && lacks_means_to_read();
   if (unread.empty() && config_.reached_by_others)
     unread = who_may_change_rules(config_, node_.facts().parameter_files);

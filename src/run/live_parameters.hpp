@@ -74,6 +74,7 @@ class LiveParameters {
   const std::optional<PairingFolder> folder_;
   std::vector<FileWatch> files_;
   ParameterMap added_;  // parameters that the pairing added at the start to files and -p
+  std::vector<std::string> regular_;  // files of --params-file that are no pipes
   // The files with parameters for this node at their last use; at first all files.
   std::vector<std::string> speaking_;
   bool lacks_means_ = false;

@@ -70,11 +70,19 @@ std::string why_link_not_trusted(const std::filesystem::path& link, const struct
                      user_name(facts.st_uid), user_name(user));
 }
 
-}  // namespace
+// A link in /proc to a pipe has no target on a path: "pipe:[17]".
+bool is_of_handed_pipe(const std::filesystem::path& path) {
+  return path.string().starts_with("/proc/") &&
+         path.filename().string().find(":[") != std::string::npos;
+}
+
+std::string replaced(const std::filesystem::path& path) {
+  return path.string() + " is missing: it was replaced while it was read";
+}
 
 // The walk goes link by link, as the kernel does: whoever may change one in the middle leads to
 // another file.
-std::string who_else_may_change(const std::string& file) {
+std::string walk(const std::string& file, bool was_read) {
   constexpr int kLinksMax = 40;  // the kernel's limit
   std::error_code failed;
   std::filesystem::path at;
@@ -85,7 +93,8 @@ std::string who_else_may_change(const std::string& file) {
     if (name == "." || name.empty()) continue;
     const std::filesystem::path next = name == ".." ? at.parent_path() : at / name;
     struct stat facts {};
-    if (::lstat(next.c_str(), &facts) != 0) return {};
+    if (::lstat(next.c_str(), &facts) != 0)
+      return was_read && !is_of_handed_pipe(next) ? replaced(next) : std::string{};
     const bool is_link = S_ISLNK(facts.st_mode);
     std::string why = is_link ? why_link_not_trusted(next, facts) : why_not_trusted(next, facts);
     if (!why.empty()) return why;
@@ -97,7 +106,17 @@ std::string who_else_may_change(const std::string& file) {
     rest = std::filesystem::read_symlink(next, failed) / rest;
     if (rest.is_absolute()) at.clear();
   }
-  return {};
+  return was_read && !rest.empty() ? replaced(file) : std::string{};
+}
+
+}  // namespace
+
+std::string who_else_may_change(const std::string& file) {
+  return walk(file, false);
+}
+
+std::string who_else_may_have_changed(const std::string& file) {
+  return walk(file, true);
 }
 
 }  // namespace connect_bridge

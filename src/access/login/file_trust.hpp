@@ -13,4 +13,9 @@ namespace connect_bridge {
 // file passes, too: its reader reports it. Blocks as the file system and the user database do.
 [[nodiscard]] std::string who_else_may_change(const std::string& file);
 
+// The same for a file that was just read: a missing one does not pass. Whoever owns a folder above
+// it could rename that folder away, so that nobody sees whose content was read. A pipe that this
+// process was given (/dev/fd/3) passes: it has no path.
+[[nodiscard]] std::string who_else_may_have_changed(const std::string& file);
+
 }  // namespace connect_bridge

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 
 #include "access/login/file_trust.hpp"
@@ -20,6 +19,41 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kFileBytesMax = 1 << 20;
+
+// Calls the system itself: a copy would stay in the buffer of a stream.
+std::optional<std::string> read_file(const std::string& file, bool may_be_pipe,
+                                     std::string& problem) {
+  std::string text(kFileBytesMax + 1, '\0');
+  const int opened = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | (may_be_pipe ? 0 : O_NONBLOCK));
+  struct stat facts {};
+  if (opened < 0 || ::fstat(opened, &facts) != 0) {
+    problem = "'" + file + "' cannot be read: " + std::strerror(errno);
+    if (opened >= 0) ::close(opened);
+    return std::nullopt;
+  }
+  // The read of a folder tells what it is.
+  if (!may_be_pipe && !S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode)) {
+    problem = "'" + file + "' is no regular file";
+    ::close(opened);
+    return std::nullopt;
+  }
+  std::size_t size = 0;
+  ssize_t got = 1;
+  while (got > 0 && size < text.size()) {
+    do got = ::read(opened, text.data() + size, text.size() - size);
+    while (got < 0 && errno == EINTR);
+    if (got < 0) problem = "'" + file + "' cannot be read: " + std::strerror(errno);
+    size += static_cast<std::size_t>(std::max<ssize_t>(got, 0));
+  }
+  ::close(opened);
+  if (size > kFileBytesMax) problem = "'" + file + "' is larger than 1 MiB: no token file";
+  if (!problem.empty()) {
+    wipe(text);
+    return std::nullopt;
+  }
+  text.resize(size);
+  return text;
+}
 
 }  // namespace
 
@@ -67,25 +101,7 @@ void wipe(std::string& secret) {
 }
 
 std::optional<std::string> read_secret_file(const std::string& file, std::string& problem) {
-  std::FILE* const opened = std::fopen(file.c_str(), "rb");
-  if (opened == nullptr) {
-    problem = "'" + file + "' cannot be read: " + std::strerror(errno);
-    return std::nullopt;
-  }
-  std::setvbuf(opened, nullptr, _IONBF, 0);  // otherwise a copy would stay in stdio's buffer
-  std::string text(kFileBytesMax + 1, '\0');
-  errno = 0;
-  const std::size_t size = std::fread(text.data(), 1, text.size(), opened);
-  const int error = std::ferror(opened) != 0 ? errno : 0;
-  std::fclose(opened);
-  if (error != 0) problem = "'" + file + "' cannot be read: " + std::strerror(error);
-  if (size > kFileBytesMax) problem = "'" + file + "' is larger than 1 MiB: no token file";
-  if (!problem.empty()) {
-    wipe(text);
-    return std::nullopt;
-  }
-  text.resize(size);
-  return text;
+  return read_file(file, true, problem);
 }
 
 bool lacks_means_to_open(const std::string& file) {
@@ -98,11 +114,12 @@ bool lacks_means_to_open(const std::string& file) {
 std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
                                            Failure& problem) {
   std::string why;
-  auto text = read_secret_file(file, why);
+  // Another user may have put a pipe there, which holds up its reader without end.
+  auto text = read_file(file, !strict_modes, why);
   if (!text) problem = {Cause::kFileUnreadable, std::move(why)};
   if (!text || !strict_modes) return text;
   // Afterwards: whoever may change it now could have done so before.
-  why = who_else_may_change(file);
+  why = who_else_may_have_changed(file);
   if (why.empty()) return text;
   problem = {Cause::kFileDistrusted, std::move(why)};
   wipe(*text);

@@ -33,7 +33,8 @@ void wipe(std::string& secret);
 // Whether the file cannot be opened because descriptors or memory are lacking now.
 [[nodiscard]] bool lacks_means_to_open(const std::string& file);
 // Reads a file that decides who may log in, with the errors of read_secret_file(). With
-// `strict_modes` (LoginOptions) it fails, too, if another user may change the file.
+// `strict_modes` (LoginOptions) it fails, too, if another user may change the file, or if it is no
+// regular file.
 [[nodiscard]] std::optional<std::string> read_login_file(const std::string& file, bool strict_modes,
                                                          Failure& problem);
 // Says that every user of this machine may read a secret, with the cure; empty: not every one may.

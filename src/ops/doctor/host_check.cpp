@@ -123,8 +123,17 @@ Failure why_unreadable(const std::string& file) {
 std::string who_may_change_rules(const Config& config, const std::vector<std::string>& files) {
   if (!config.auth.strict_modes) return {};
   for (const auto& file : files)
-    if (const std::string why = who_else_may_change(file); !why.empty())
+    if (const std::string why = who_else_may_have_changed(file); !why.empty())
       return "the parameter file " + file + ": " + why + "; or strict_modes: false";
+  return {};
+}
+
+std::string no_longer_regular(const Config& config, const std::vector<std::string>& files) {
+  std::error_code failed;
+  if (!config.auth.strict_modes) return {};
+  for (const auto& file : files)
+    if (std::filesystem::exists(file, failed) && !std::filesystem::is_regular_file(file, failed))
+      return "the parameter file " + file + " is no regular file any longer";
   return {};
 }
 

@@ -27,10 +27,15 @@ struct HostFindings {
 // Files that cannot be read are left to parse_config(). Nothing is written or created.
 [[nodiscard]] HostFindings check_host(const ParameterMap& given);
 
-// Who else may change one of these files, which hold the rules of `config`, as a sentence with the
-// cure; empty: nobody, or that is not asked (strict_modes).
+// Who else may change one of these files, which were just read for the rules of `config`, as a
+// sentence with the cure; empty: nobody, or that is not asked (strict_modes).
 [[nodiscard]] std::string who_may_change_rules(const Config& config,
                                                const std::vector<std::string>& files);
+
+// Which of these files, all regular ones before, is none any longer: to read a pipe could take
+// without end. Empty: none, or that is not asked (strict_modes).
+[[nodiscard]] std::string no_longer_regular(const Config& config,
+                                            const std::vector<std::string>& files);
 
 // Why this program cannot read a file: it is missing, or not permitted, with whom it belongs to;
 // always with the whole path that was tried. Nothing: it can.

@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <thread>
 
 #include "access/login/credential.hpp"
 #include "access/login/secret.hpp"
@@ -94,6 +95,19 @@ TEST(Authenticator, RefusesAFileThatEverybodyMayChange) {
   options.token_file = write_file("wide_open.yaml", token_entry("anna"), 0602);
   EXPECT_THAT(make_authenticator(options, kEarly).problems,
               ElementsAre(HasSubstr("every user of this machine may change")));
+}
+
+// Its reader would wait without end for a writer.
+TEST(Authenticator, APipeIsNoTokenFileUnlessModesAreNotAsked) {
+  const std::string pipe = test::scratch_folder() + "tokens.pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  Failure problem;
+  EXPECT_FALSE(read_login_file(pipe, true, problem));
+  EXPECT_EQ(problem.text, "'" + pipe + "' is no regular file");
+  std::thread writer([&] { std::ofstream{pipe} << kToken; });
+  const auto read = read_login_file(pipe, false, problem);
+  writer.join();
+  EXPECT_EQ(read, kToken);
 }
 
 // Two refreshes: the writer of the file must be done.

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -36,6 +37,29 @@ TEST_F(FileTrust, AFileOfOursIsSafeHoweverManyMayReadIt) {
   EXPECT_EQ(who_else_may_change(file), "");
   EXPECT_EQ(who_else_may_change("/nowhere/rules.yaml"), "");
   EXPECT_EQ(who_else_may_change("/etc/passwd"), "");
+}
+
+// Whoever owns a folder above it may have renamed that folder away.
+TEST_F(FileTrust, AFileThatIsMissingAfterItWasReadWasReplaced) {
+  EXPECT_EQ(who_else_may_have_changed(file), "");
+  std::filesystem::rename(folder, folder + ".away");
+  EXPECT_EQ(who_else_may_have_changed(file),
+            folder + " is missing: it was replaced while it was read");
+  std::filesystem::rename(folder + ".away", folder);
+  modes(0700, 0602);
+  EXPECT_THAT(who_else_may_have_changed(file), HasSubstr("(chmod go-w)"));
+  const std::string link = test::scratch_folder() + "circle_of_one";
+  std::filesystem::create_symlink("circle_of_one", link);
+  EXPECT_THAT(who_else_may_have_changed(link), HasSubstr("was replaced while it was read"));
+}
+
+// As `--params-file <(...)` has it.
+TEST_F(FileTrust, APipeThatWasHandedOverHasNoPath) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
+  EXPECT_EQ(who_else_may_have_changed("/proc/self/fd/" + std::to_string(ends[0])), "");
+  ::close(ends[0]);
+  ::close(ends[1]);
 }
 
 TEST_F(FileTrust, NamesWhatEverybodyMayChangeAndTheCure) {

@@ -131,6 +131,21 @@ TEST(HostCheck, SaysThatAFileIsMissingAndWhereItWasLookedFor) {
   EXPECT_FALSE(why_unreadable(file));
 }
 
+TEST(HostCheck, AParameterFileThatBecomesAPipeIsNotRead) {
+  const std::string file = test::scratch_folder() + "rules.yaml";
+  Config config;
+  config.auth.strict_modes = true;
+  EXPECT_EQ(no_longer_regular(config, {file}), "") << "its reader tells that it is missing";
+  std::ofstream(file) << "x";
+  EXPECT_EQ(no_longer_regular(config, {file}), "");
+  std::filesystem::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  EXPECT_EQ(no_longer_regular(config, {file}),
+            "the parameter file " + file + " is no regular file any longer");
+  config.auth.strict_modes = false;
+  EXPECT_EQ(no_longer_regular(config, {file}), "");
+}
+
 // Root may read everything, so that a process without its rights looks.
 TEST(HostCheck, SaysWhomAFileBelongsToThatIsNotPermitted) {
   const auto folder =
