@@ -11,7 +11,7 @@ std::string shown(const Policy& policy, Direction direction, const Asked& asked,
   for (const Rule& rule : policy.rules()) {
     text += "\n  " + rule.name;
     for (const auto& [key, list] : kPatternLists)
-      for (const Pattern& pattern : rule.*list)
+      for (const Pattern& pattern : list(rule))
         text += std::string(" ") + key + ":" + pattern.text();
     for (const auto& [key, list] : kNameLists)
       for (const auto& word : rule.*list) text += std::string(" ") + key + ":" + word;

@@ -13,17 +13,22 @@ namespace connect_bridge::model {
 // The lists of a rule, by their keys.
 struct PatternList {
   const char* key;
-  std::vector<Pattern> Rule::*list;
+  std::vector<Pattern>& (*list)(Rule&);
 };
-inline constexpr PatternList kPatternLists[] = {{"export_topics", &Rule::export_topics},
-                                                {"import_topics", &Rule::import_topics},
-                                                {"export_services", &Rule::export_services},
-                                                {"import_services", &Rule::import_services},
-                                                {"export_actions", &Rule::export_actions},
-                                                {"import_actions", &Rule::import_actions},
-                                                {"export_parameters", &Rule::export_parameters},
-                                                {"import_parameters", &Rule::import_parameters},
-                                                {"deny", &Rule::deny}};
+template <Direction kDirection, OpenedBy kKind>
+std::vector<Pattern>& opened(Rule& rule) {
+  return rule.opens[kDirection][kKind];
+}
+inline constexpr PatternList kPatternLists[] = {
+    {"export_topics", opened<Direction::kExport, OpenedBy::kTopics>},
+    {"import_topics", opened<Direction::kImport, OpenedBy::kTopics>},
+    {"export_services", opened<Direction::kExport, OpenedBy::kServices>},
+    {"import_services", opened<Direction::kImport, OpenedBy::kServices>},
+    {"export_actions", opened<Direction::kExport, OpenedBy::kActions>},
+    {"import_actions", opened<Direction::kImport, OpenedBy::kActions>},
+    {"export_parameters", opened<Direction::kExport, OpenedBy::kParameters>},
+    {"import_parameters", opened<Direction::kImport, OpenedBy::kParameters>},
+    {"deny", [](Rule& rule) -> std::vector<Pattern>& { return rule.deny; }}};
 struct NameList {
   const char* key;
   std::vector<std::string> Rule::*list;

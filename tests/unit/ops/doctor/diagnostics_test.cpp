@@ -105,7 +105,7 @@ TEST(Diagnostics, AnOverloadARefusedFileAndALostRelayAreWorthALook) {
   now.run.refused_parameters = {"2026-12-08T00:00:00.000Z", "anna: unknown"};
   EXPECT_EQ(told(now)[0].level, Level::kWarn);
   EXPECT_THAT(told(now)[0].message, AllOf(HasSubstr("refused"), Not(HasSubstr("anna"))));
-  now.run.relays = {{"wss://robot@relay:443", 0, "no answer"}};
+  now.run.relays = {{"wss://robot@relay:443", 0, {Cause::kNoAnswer, "no answer"}}};
   EXPECT_EQ(told(now)[0].level, Level::kError);
   EXPECT_THAT(told(now)[0].message, HasSubstr("no connection to the relay"));
 }
