@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <string_view>
@@ -51,7 +52,7 @@ template <class Lists>
 auto* list_of(Rule& rule, const Lists& lists, std::string_view key) {
   const auto found = std::find_if(std::begin(lists), std::end(lists),
                                   [&](const auto& entry) { return entry.key == key; });
-  return found == std::end(lists) ? nullptr : &(rule.*found->list);
+  return found == std::end(lists) ? nullptr : &std::invoke(found->list, rule);
 }
 
 class Case {

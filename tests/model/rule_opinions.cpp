@@ -8,7 +8,7 @@ std::string shown(const Policy& policy, Direction direction, const Asked& asked,
   std::string text = direction == Direction::kExport ? "export " : "import ";
   text += asked.name + " [" + asked.type + "] for " + who.name;
   for (const auto& group : who.groups) text += " +" + group;
-  for (const Rule& rule : policy.rules()) {
+  for (Rule rule : policy.rules()) {
     text += "\n  " + rule.name;
     for (const auto& [key, list] : kPatternLists)
       for (const Pattern& pattern : list(rule))
