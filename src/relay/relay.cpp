@@ -201,6 +201,8 @@ void Relay::on_control(const CallerPtr& caller) {
   robot->name = caller->robot;
   robot->peer = host_and_port(caller->from.address().to_string(), caller->from.port());
   robot->place = std::move(caller->place);
+  const std::vector<std::string>& offers = caller->arrival.hello().protocols;
+  if (offers.size() == 2) robot->process = offers[1];
   robot->lines = std::make_shared<TlsLines>(std::move(caller->arrival.socket()), context);
   const Bytes hello = std::move(caller->arrival.bytes());
   drop(caller);
@@ -311,6 +313,13 @@ void Relay::enter(const RobotPtr& robot) {
   if (!setup_.names.has(here->name, here->token, here->peer)) {
     end(here, "its token is no longer valid");
     return welcome(robot);
+  }
+  if (!robot->process.empty() && robot->process == here->process) {
+    const RobotPtr other = std::exchange(here->twin, nullptr);
+    end(here, "it is connected again");
+    welcome(robot);
+    if (strangers_.contains(other)) enter(other);
+    return;
   }
   limit(robot, kHelloTime);
   const RobotPtr before = std::exchange(here->twin, robot);

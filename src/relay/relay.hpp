@@ -89,6 +89,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   struct Robot {
     explicit Robot(asio::io_context& io) : limit(io), answer(io) {}
     std::string name;
+    std::string process;  // a word of its own; empty: it has said none
     std::string peer;
     TimePoint since{};  // its login
     std::shared_ptr<TlsLines> lines;

@@ -77,6 +77,7 @@ RelayDoor::RelayDoor(asio::io_context& io, RelayOptions options, SocketOptions s
       next_(io),
       dialer_({kFirstRetry, kLastRetry}),
       random_(std::random_device{}()),
+      process_(to_hex(make_token(random_).bytes)),
       visitors_(kVisitorsAtOnce, kVisitorPeriod) {
   place_.relay = options_.url.text("ws");
 }
@@ -129,7 +130,7 @@ void RelayDoor::on_connected(std::optional<TcpSocket> socket, const Failure& why
   // The certificate is the relay's; the name in the handshake is the robot's, so that what
   // distributes connections over several relays sees one name for all of a robot's.
   if (SSL_set_tlsext_host_name(lines_->tls(), options_.url.robot.c_str()) != 1 ||
-      !offer(lines_->tls(), protocol_list({kRelayProtocol})))
+      !offer(lines_->tls(), protocol_list({kRelayProtocol, process_})))
     return fail({Cause::kTlsFails, "TLS cannot start"}, DialFailure::kPutOff);
   lines_->shake_hands(false, {}, if_alive(this, &RelayDoor::on_tls));
 }

@@ -106,6 +106,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   asio::steady_timer next_;   // the next dial, or the next ping
   Dialer dialer_;
   Random random_;
+  const std::string process_;               // tells it from another one with its token
   std::optional<asio::ip::address> tried_;  // the relay's, as it was dialed last
   std::string route_;                       // to it, at the last failure; empty: not known
   TicketHellos hellos_;

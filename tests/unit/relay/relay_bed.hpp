@@ -118,7 +118,7 @@ inline std::string proxy_header(const std::string& address) {
 struct HandRobot {
   // `header`: of a proxy.
   HandRobot(AtRelay& at, const std::string& name, const std::string& token,
-            const std::string& header = "")
+            const std::string& header = "", const std::string& process = "")
       : loop(at.loop) {
     std::string problem;
     TcpSocket socket(loop.io.get_executor());
@@ -127,7 +127,8 @@ struct HandRobot {
     TlsOptions trusting;
     trusting.ca_file = relay_authority().ca;
     lines = std::make_shared<TlsLines>(std::move(socket), make_client_tls(trusting, problem));
-    const std::string offer = protocol_list({kRelayProtocol});
+    const std::string offer = process.empty() ? protocol_list({kRelayProtocol})
+                                              : protocol_list({kRelayProtocol, process});
     SSL_set_alpn_protos(lines->tls(), view_of(offer).data(), static_cast<unsigned>(offer.size()));
     SSL_set_tlsext_host_name(lines->tls(), name.c_str());
     lines->shake_hands(false, {}, [this, token](ErrorCode error) {

@@ -52,6 +52,22 @@ TEST(Relay, OfTwoRobotsWithOneTokenTheOneThatAnswersStays) {
   EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
 }
 
+TEST(Relay, TheSameProcessComesBackAtOnce) {
+  AtRelay at;
+  HandRobot robot(at, "robot7", "robot7-token", "", "one");
+  ASSERT_TRUE(robot.hears(1));
+  HandRobot copy(at, "robot7", "robot7-token", "", "two");
+  ASSERT_TRUE(robot.hears(2));
+  HandRobot again(at, "robot7", "robot7-token", "", "one");
+  ASSERT_TRUE(again.hears(2));
+  EXPECT_THAT(robot.said, ElementsAre("welcome clients", "ping"));
+  EXPECT_TRUE(at.loop.until([&] { return robot.ended; }));
+  EXPECT_THAT(again.said, ElementsAre("welcome clients", "ping"));
+  again.lines->say("pong");
+  ASSERT_TRUE(copy.hears(1));
+  EXPECT_THAT(copy.said, ElementsAre("refused twin"));
+}
+
 TEST(Relay, TheLastOfThoseWhoComeBackIsTheRobotIfTheOneBeforeIsDead) {
   AtRelay at;
   HandRobot dead(at, "robot7", "robot7-token");
