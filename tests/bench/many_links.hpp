@@ -110,8 +110,8 @@ class ManyLinks {
     SideOptions options;
     options.links_max = options.identity_links_max = shape.links;
     Rule rule;
-    rule.import_topics.push_back(Pattern::parse("/**").value());
-    rule.export_topics.push_back(Pattern::parse(kWatched).value());
+    rule.opens[Direction::kImport][OpenedBy::kTopics].push_back(Pattern::parse("/**").value());
+    rule.opens[Direction::kExport][OpenedBy::kTopics].push_back(Pattern::parse(kWatched).value());
     options.policy = Policy({rule});
     options.audits = true;
     options.resume_for = std::chrono::seconds(60);
