@@ -27,7 +27,7 @@ struct OfNode {
 // `role`: as for check_file().
 [[nodiscard]] OfNode read_for_node(const std::string& file, const std::string& role);
 
-// What a parameter file means for one of our programs, and all that is wrong with it.
+// The meaning of a parameter file for one of our programs, and all that is wrong with it.
 struct FileJudged {
   OfNode given;                  // its problems are also those that only this machine shows
   std::optional<Config> config;  // present exactly if the parameters are valid

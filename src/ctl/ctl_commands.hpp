@@ -16,7 +16,7 @@ void add_certs_command(CLI::App& app, int& exit_code);
 void add_token_command(CLI::App& app, int& exit_code);
 // Why rules allow an interface or not.
 void add_explain_command(CLI::App& app, int& exit_code);
-// What a running side does, on one screen.
+// The activity of a running side, on one screen.
 void add_status_command(CLI::App& app, int& exit_code);
 // Why it does not work, with cause and cure.
 void add_doctor_command(CLI::App& app, int& exit_code);

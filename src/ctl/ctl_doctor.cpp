@@ -60,7 +60,7 @@ ProcessFacts this_process() {
   return facts;
 }
 
-// Of the program behind a socket; false: it cannot be known.
+// The facts of the program behind a socket; false: they cannot be known.
 bool facts_of(const std::string& socket, ProcessFacts& facts) {
   const std::string folder = "/proc/" + std::to_string(process_of(socket));
   const std::string environment = content_of(folder + "/environ");
@@ -101,7 +101,7 @@ std::vector<Found> silent_programs() {
   return found;
 }
 
-// With the client's own code for the way, TLS and the login.
+// The client's own code tries the path, TLS and the login.
 std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Assembly assembly = assemble(config, "/ctl_doctor");
   std::vector<Found> found;

@@ -46,7 +46,7 @@ Duration seconds_of(double seconds) {
   return syntax::from_seconds(seconds);
 }
 
-// What a client would start with.
+// The parameters with which a client would start, and their problems.
 Start client_start(const std::string& file) {
   if (file.empty()) return start_with({}, {}, "/connect_client");
   OfNode part = read_for_node(file, "client");
@@ -56,7 +56,7 @@ Start client_start(const std::string& file) {
   return start;
 }
 
-// With an open link. Null: there is none, and standard error and `exit_code` say why.
+// A probe with an open link. Null: no link opened, and standard error and `exit_code` report why.
 std::unique_ptr<Probe> open_probe(const std::string& file, const char* node,
                                   const Probe::Options& options, int& exit_code) {
   std::signal(SIGPIPE, SIG_IGN);

@@ -31,7 +31,7 @@ struct StatusQuestion {
 constexpr std::size_t kLinesBesides = 12;  // of a screen: what is not in its tables
 constexpr int kNobodyAnswers = 1;
 
-// Where nobody sees a screen, everything.
+// Output that goes to no terminal is not cut to a screen.
 ScreenSize screen_size() {
   constexpr std::size_t kEndless = std::numeric_limits<std::size_t>::max() / 2;
   winsize size{};
@@ -45,7 +45,7 @@ ScreenSize screen_size() {
 int show_json(const std::string& where) {
   Asked asked(where, "/api/status");
   if (!asked.problem().empty()) return complain(where + ": " + asked.problem(), kNobodyAnswers);
-  // As JSON again, so that nothing but text reaches the terminal.
+  // The JSON is parsed and made again, so that nothing but text reaches the terminal.
   const auto shown = read_status_in_order(asked.rest());
   if (!shown.is_object()) return complain(where + ": this is no status", kNobodyAnswers);
   std::fputs((shown.dump(1) + "\n").c_str(), stdout);

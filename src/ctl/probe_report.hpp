@@ -1,4 +1,4 @@
-// What a probe has seen, as text, JSON and SVG.
+// The measurements of a probe, as text, JSON and SVG.
 #pragma once
 
 #include <string>

@@ -35,7 +35,7 @@ class HelloParts {
     rest_ = rest_.subspan(size);
     return taken;
   }
-  // With its length before it, of so many bytes.
+  // A block of bytes, after its length in `length_size` bytes.
   ByteView block(std::size_t length_size) { return bytes(number(length_size)); }
   [[nodiscard]] bool empty() const { return rest_.empty(); }
   // Nothing was missing.

@@ -1,4 +1,5 @@
-// What the first message of a TLS client says in plain: for whom it is, and what it offers.
+// The plain content of a TLS client's first message: the server that it names, the protocols that
+// it offers.
 #pragma once
 
 #include <cstddef>

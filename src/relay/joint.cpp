@@ -10,8 +10,8 @@
 namespace connect_bridge {
 namespace {
 
-// Its peer has reset it, or does not answer: nothing can be read or written any more. Only reading
-// or writing takes the error away.
+// The peer has reset the connection, or does not answer: nothing can be read or written any more.
+// Only reading or writing takes the error away.
 bool is_gone(TcpSocket& socket) {
   tcp_info info{};
   socklen_t size = sizeof info;
@@ -58,7 +58,7 @@ void Joint::write(End& from, End& to, asio::const_buffer bytes) {
 }
 
 void Joint::look() {
-  // Of one to which we have sent an end, too, this may be its orderly end, with bytes to be read.
+  // An end to which we have sent FIN, too, may have closed orderly, with bytes still to be read.
   const auto gone = [](End& end, const End& other) {
     return end.held && !other.over && is_gone(end.socket);
   };

@@ -33,7 +33,7 @@ constexpr Duration kTwinShown = std::chrono::minutes(2);  // in the status
 // A fatal alert "unrecognized_name", before any handshake (RFC 8446 section 6).
 constexpr std::array<unsigned char, 7> kNoSuchName{21, 3, 3, 0, 2, 2, 112};
 
-// Who waits is found by this: how long a look-up takes shows nothing of a ticket.
+// Look-ups compare hashes, so that their time reveals nothing of a ticket.
 std::string key_of(std::string_view ticket) {
   return to_hex(sha256(view_of(ticket)));
 }
@@ -79,7 +79,7 @@ void Relay::every_second() {
   for (const auto& joint : std::vector(joints_.begin(), joints_.end())) joint->look();
   if (const auto news = tls_.check())
     log_(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
-  // What is being given changes the file: it is read there, not here.
+  // The name desk changes the file while it gives a name, and then reads it itself.
   const Refreshed refreshed = giving_.empty() ? setup_.names.refresh() : Refreshed{};
   for (const auto& text : refreshed.news) log_(LogLevel::kInfo, text);
   for (const auto& text : refreshed.warnings) log_(LogLevel::kWarn, text);
@@ -303,8 +303,8 @@ void Relay::refuse_login(const RobotPtr& robot) {
   robot->lines->finish();
 }
 
-// Who was here may be dead without a word, as behind a NAT that has forgotten the connection; or a
-// disk was copied, and an operator must not drive one of two robots by chance.
+// The robot that is here may be dead without a word, as behind a NAT that has forgotten the
+// connection. A copied disk makes two robots, and an operator must not drive one of them by chance.
 void Relay::enter(const RobotPtr& robot) {
   robot->place.reset();
   const auto found = robots_.find(robot->name);
@@ -354,7 +354,7 @@ void Relay::welcome(const RobotPtr& robot) {
   robot->since = steady_now();
   robot->lines->limit_lines(kRobotLineMax);
   robot->lines->say("welcome clients");
-  // It has not heard of them if its connection was dead.
+  // The robot has not heard of these visitors if its former connection was dead.
   for (const CallerPtr& caller : calling_)
     if (!caller->ticket.empty() && caller->robot == robot->name) robot->lines->say(caller->call);
   limit(robot, kRelaySilence);
@@ -396,7 +396,7 @@ void Relay::make_room_at(const std::string& robot) {
   const bool full = of_robot.size() >= kWaitingOfRobot;
   if (!full && all.size() < kWaitingMax) return;
   std::vector<CallerPtr>& among = full ? of_robot : all;
-  // Those who have shown that they know their robot stay, if there are others.
+  // Visitors that have shown that they know their robot stay, if there are others.
   const auto others = std::partition(among.begin(), among.end(),
                                      [](const CallerPtr& caller) { return !caller->is_client; });
   if (others != among.begin()) among.erase(others, among.end());
@@ -435,7 +435,7 @@ void Relay::on_visitor(const CallerPtr& caller) {
   if (ticket.empty() || !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
     return refuse(caller, RelayRefusal::kVisitorsOfRobot);
   make_room_at(caller->robot);
-  // Who has a robot to wait for takes no place of those who have said nothing.
+  // A caller that waits for a robot takes no place of callers that have sent nothing.
   caller->place.reset();
   caller->ticket = key_of(ticket);
   call_after(caller->limit, kTicketTime, with(caller, [](Relay& self, const CallerPtr& it) {

@@ -38,7 +38,8 @@ struct RelaySetup {
   TlsOptions tls;                      // of the control connections
   RobotNames names;
   SocketOptions sockets;
-  // Who begins with a header of the PROXY protocol, with the address of whom it connects for.
+  // The proxies whose connections begin with a PROXY protocol header, which has the caller's
+  // address.
   AddressRanges proxies;
   // Control handshakes and visitors of one address, beyond: dropped, or refused.
   int address_calls_at_once = 30;
@@ -122,7 +123,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // Closes it, and forgets it wherever it is.
   void drop(const CallerPtr& caller);
   void drop(const CallerPtr& caller, RelayRefusal why);
-  // As drop(), but first sends a TLS alert to the caller, who expects TLS.
+  // The caller expects TLS, so that it gets a TLS alert before drop().
   void refuse(const CallerPtr& caller, RelayRefusal why);
   void count(RelayRefusal why) { ++refusals_[static_cast<std::size_t>(why)]; }
 
@@ -135,13 +136,14 @@ class Relay : public std::enable_shared_from_this<Relay> {
   // The name was given, or cannot be.
   void on_given(const std::string& name, std::unique_ptr<Authenticator> robots,
                 const std::string& problem);
-  // Whose token is no longer valid has to go.
+  // Robots whose token is no longer valid have to go.
   void judge_all();
   void judge_some();
   // The token is right: it is the robot, unless another one with this token is here and answers.
   void enter(const RobotPtr& robot);
   void welcome(const RobotPtr& robot);
-  // It has answered a ping, so there are two with its token: it stays, and the other has to go.
+  // The robot has answered a ping, so there are two with its token. The one that was here stays,
+  // and the other has to go.
   void on_twins(const RobotPtr& robot);
   void limit(const RobotPtr& robot, std::chrono::seconds time);
   // Forgets what has passed for a robot that is not here and has no pair.
@@ -166,8 +168,8 @@ class Relay : public std::enable_shared_from_this<Relay> {
   Admission callers_;         // without a robot yet, by network
   AddressPaces paces_;        // of control handshakes and visitors, by address
   AddressPaces robot_paces_;  // of visitors, by robot: each costs it a connection
-  // Where the robot has told the word of its clients: theirs, by robot and network, and of all
-  // others, by robot.
+  // The paces of visitors to robots that have sent their clients' word. Clients with the word count
+  // by robot and network, all others by robot.
   AddressPaces client_paces_, other_paces_;
   Pace pace_;  // of control handshakes
   std::unordered_set<CallerPtr> calling_;

@@ -1,4 +1,4 @@
-// What a relay does, at one moment, in the words of a server's status (docs/status.md).
+// The status of a relay, at one moment, in the words of a server's status (docs/status.md).
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ inline constexpr std::size_t kRelayRefusals = 13;
 // "no_such_robot": in JSON, and as a label of metrics.
 [[nodiscard]] std::string_view name_of(RelayRefusal refusal);
 
-// What passed for one robot. Bytes of TLS and all, without those of IP.
+// The use that one robot has of the relay. Bytes include those of TLS, and not those of IP.
 struct RelayUse {
   std::size_t pairs = 0;          // now
   std::uint64_t visitors = 0;     // who were joined with it

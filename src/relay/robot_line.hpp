@@ -9,7 +9,7 @@
 
 namespace connect_bridge {
 
-// Where a relay has its files by default: .connect_relay in $HOME, or in the user's home without
+// The default folder of a relay's files: .connect_relay in $HOME, or in the user's home without
 // one.
 [[nodiscard]] std::string relay_folder();
 
@@ -22,7 +22,8 @@ namespace connect_bridge {
 [[nodiscard]] std::string add_robot(const std::string& relay_file, const Url& url, Stamp now,
                                     std::string& problem);
 
-// What is printed of the line for a robot (secret_to_print()); the file is "FOLDER/robot7.line".
+// The printed text with a robot's registration command (secret_to_print()); the file is
+// "FOLDER/robot7.line".
 [[nodiscard]] std::string line_to_print(const std::string& robot, const std::string& line,
                                         bool terminal, const std::string& folder,
                                         std::string& problem);

@@ -1,4 +1,4 @@
-// Whose the names of robots are, at a relay.
+// The owners of robots' names, at a relay.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ inline constexpr char kLineGroup[] = "line";
 // A name belongs to the token of its entry. Thread: one.
 class RobotNames {
  public:
-  // Who has shown the code of a line.
+  // A robot that has shown the code of a registration command.
   struct Taking {
     std::string robot;
     Digest token;
@@ -40,7 +40,8 @@ class RobotNames {
   // `peer`: as in Attempt.
   [[nodiscard]] bool has(const std::string& robot, std::string_view token,
                          const std::string& peer) const;
-  // What makes the name this token's, if the code is one for it: to be given to hand_over().
+  // The argument of hand_over() that makes the name this token's; nullopt: the code is not one for
+  // it.
   [[nodiscard]] std::optional<Taking> taking(const std::string& robot, std::string_view token,
                                              std::string_view code, const std::string& peer) const;
   [[nodiscard]] const HandOver& hand_over() const { return hand_over_; }

@@ -1,4 +1,4 @@
-// What is wrong, as a code: for the log, the status, the audit log and `ctl doctor`.
+// Failures as codes: for the log, the status, the audit log and `ctl doctor`.
 #pragma once
 
 #include <array>
@@ -161,7 +161,8 @@ inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
   return word_of(kCauseWords, cause);
 }
 
-// Of a close code, ours or the peer's. A number that the protocol does not have: kClosed.
+// The cause of a close code, ours or the peer's. A number that the protocol does not have is
+// kClosed.
 [[nodiscard]] constexpr Cause cause_of(CloseCode code) {
   switch (code) {
     case CloseCode::kNormal: return Cause::kNormal;
@@ -186,7 +187,7 @@ inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
   return Cause::kClosed;
 }
 
-// What is wrong; without a cause: nothing is.
+// A problem and its cause; kNone: there is no problem.
 struct Failure {
   Cause cause = Cause::kNone;
   std::string text{};  // for people, made where the cause was found

@@ -234,10 +234,11 @@ struct JobDone {
 struct PolicyChanged {
   Policy policy;
 };
-// Of links that there are, too.
+// The limits change for links that exist, too.
 struct LimitsChanged {
   std::uint64_t link_bytes_per_second_max = 0;  // OutboxOptions::bytes_per_second_max
-  // Of a break that begins from now on. At zero nothing goes on after the one under way, either.
+  // The time for breaks that begin from now on. At zero nothing resumes any more after the break
+  // under way.
   Duration resume_for{};
   std::uint64_t resume_bytes_max = 0;  // of a link that is lost from now on
 };

@@ -61,8 +61,8 @@ struct TopicStatus {
   std::uint64_t bytes = 0;     // uncompressed
   std::uint64_t wire_bytes = 0;
   std::uint64_t queued = 0;
-  // Of the last message. Imported: from the origin's stamp to publication, clock offset corrected;
-  // exported: how long it waited here before it began to leave.
+  // The latency of the last message. Imported: from the origin's stamp to publication, clock offset
+  // corrected. Exported: the time that the message waited here before it began to leave.
   std::optional<double> latency_ms;
   // Exported: more than 1 where the link carries less than is published.
   double published_for_each_sent = 1;
@@ -212,7 +212,7 @@ struct LinkStatus {
   TopicStatus further;  // without a name
   // Puts what is beyond kShownMax into these.
   void sum_up();
-  // What somebody here wants and does not get over this link, and why.
+  // Names that somebody here wants and does not get over this link, and why.
   std::vector<MissingName> missing;
   std::uint64_t further_missing = 0;  // beyond kMissingMax
 };

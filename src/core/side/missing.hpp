@@ -44,7 +44,7 @@ class Missing {
     Pace asked{16, std::chrono::seconds(1)};  // by the peer
     TimePoint looked_at{};
     Timers<LinkId>::Timer looks;
-    // What was found when it was looked at last, and since when it has been so.
+    // The names that the last look found missing, each with the time since when.
     std::vector<std::pair<MissingName, TimePoint>> found;
     std::size_t further = 0;
     Answers answers;

@@ -21,7 +21,7 @@ bool is_hidden(std::string_view name) {
   return name.find("/_") != std::string_view::npos;
 }
 
-// Of an action the goals stand for all of it.
+// The goals of an action stand for all of it.
 bool may_be_wished(InterfaceKind kind, const std::string& name, const std::string& type) {
   if (is_of_bridges(name) || name == kRosout || name == kParameterEvents ||
       name == kDiagnosticsTopic)
@@ -174,7 +174,7 @@ void Search::import(const Wish& wish) {
   const auto offered = offered_.find({wish.kind, wish.name});
   if (offered != offered_.end()) {
     const auto& types = offered->second;
-    // It is about to appear, or another bridge brings it.
+    // The name is about to appear, or another bridge brings it.
     if (std::find(types.begin(), types.end(), wish.type) != types.end()) return;
     return add(wish, {MissingReason::kOtherType, "",
                       "it has another type at the peer: " + std::string(types.front())});
@@ -221,7 +221,7 @@ void Search::export_heard(const TopicKey& heard) {
   }
 }
 
-// What crosses, and yet does not reach everybody.
+// Channels that do not reach everybody.
 void Search::channels() {
   for (const ChannelFacts& channel : picture_.channels) {
     const Wish wish{channel.kind, channel.exported, channel.name, channel.type};

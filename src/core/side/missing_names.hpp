@@ -1,4 +1,4 @@
-// Which names somebody here wants and does not get over a link, and why: from values alone.
+// Names that somebody here wants and does not get over a link, and why: from values alone.
 #pragma once
 
 #include <map>
@@ -35,7 +35,7 @@ inline constexpr std::size_t kWishesMax = 512;
 // The peer's answers (docs/protocol.md, "ask, answer") by what was asked.
 using Answers = std::map<Wish, std::string>;
 
-// What crosses, and what is known of the rest.
+// The channels of a link, and what is known of the other names.
 struct LinkPicture {
   std::vector<ChannelFacts> channels;
   std::vector<TopicKey> heard;  // what the peer listens to, local names
@@ -56,10 +56,10 @@ inline constexpr std::size_t kLonelyMax = 10;
 [[nodiscard]] MissingFound find_missing(const std::vector<Wish>& wishes, const SideView& side,
                                         const Link& link, const LinkPicture& picture);
 
-// What this side answers when the peer of a link asks for a name: the code.
+// The code that this side answers when the peer of a link asks for a name.
 [[nodiscard]] std::string_view answer_to(const SideView& side, const Link& link,
                                          const AskedName& asked);
-// What this side asks of the peer; of a name that the peer cannot see nothing.
+// The question of this side to the peer; nullopt: the peer cannot see that name.
 [[nodiscard]] std::optional<AskedName> question_of(const Link& link, const Wish& wish);
 
 }  // namespace connect_bridge

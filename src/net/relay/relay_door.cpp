@@ -22,7 +22,7 @@
 namespace connect_bridge {
 namespace {
 
-// As for a client (docs/protocol.md section 7.11).
+// The robot dials its relay again as a client dials its server (docs/protocol.md section 7.11).
 constexpr std::chrono::milliseconds kFirstRetry{200};
 constexpr std::chrono::milliseconds kLastRetry{500};
 constexpr std::chrono::milliseconds kLookTime{1000};
@@ -304,7 +304,7 @@ void RelayDoor::on_visitor(std::string_view words) {
 
 void RelayDoor::dial_with(const TicketPtr& ticket) {
   ErrorCode error;
-  // Of several relays with one name, it is the same one.
+  // The control connection's own address leads to the same relay, where several have one name.
   const auto relay = lines_->socket().remote_endpoint(error);
   if (error || ticket->hello.empty()) return;
   tickets_.insert(ticket);

@@ -47,7 +47,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
     // A connection of which no byte was read yet, and for whom.
     std::function<void(TcpSocket, const Source&)> arrived;
     std::function<void(LogLevel, const std::string&)> log;
-    // Of the key that this server shows to its clients; may be empty.
+    // The pin of the key that this server shows to its clients; may be empty.
     std::function<std::string()> own_pin{};
   };
 

@@ -1,4 +1,4 @@
-// What a robot and its relay say to each other (docs/protocol.md, "Relay").
+// The protocol between a robot and its relay (docs/protocol.md, "Relay").
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,8 @@
 
 namespace connect_bridge {
 
-// What a ClientHello offers first says what the connection is; a visitor's offers anything else.
+// The first protocol that a ClientHello offers names the kind of connection; a visitor offers
+// anything else.
 inline constexpr char kRelayProtocol[] = "ros2-connect-relay.v1";
 inline constexpr char kTicketProtocol[] = "ros2-connect-ticket.v1";
 inline constexpr char kClientProtocol[] = "ros2-connect-client.v1";  // its words follow

@@ -22,7 +22,7 @@ struct OpenSslFree {
 template <class T>
 using OpenSslOwned = std::unique_ptr<T, OpenSslFree>;
 
-// What was written to a memory BIO.
+// The bytes that were written to a memory BIO.
 [[nodiscard]] inline std::string written_to(BIO* bio) {
   char* begin = nullptr;
   const long size = BIO_get_mem_data(bio, &begin);

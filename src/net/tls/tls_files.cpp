@@ -10,7 +10,7 @@
 namespace connect_bridge {
 namespace {
 
-// Where OpenSSL finds the authorities that the system trusts.
+// The file in which OpenSSL finds the authorities that the system trusts.
 std::string system_store() {
   const char* const given = std::getenv(X509_get_default_cert_file_env());
   return given != nullptr ? given : X509_get_default_cert_file();

@@ -47,7 +47,7 @@ class Way : public std::enable_shared_from_this<Way> {
   void on_asked(const ErrorCode& error);
   void on_answered(const ErrorCode& error);
   void finish(std::optional<TcpSocket> socket, const Failure& why);
-  // Of the proxy, where there is one.
+  // The failure that this error means: kProxyUnreachable, where there is a proxy.
   [[nodiscard]] Failure failure_by(const ErrorCode& error, const std::string& name) const;
 
   const std::string host_;

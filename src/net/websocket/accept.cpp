@@ -131,7 +131,7 @@ void Listener::Visitor::read_proxy() {
                    });
 }
 
-// Who connects and says nothing uses up nothing of what its address may have of handshakes.
+// A silent connection uses up none of the handshakes that its address may begin.
 void Listener::Visitor::await_hello() {
   if (!listener_->tls_) return line_up();
   set_deadline(listener_->options_.handshake_timeout);

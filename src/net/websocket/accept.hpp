@@ -23,8 +23,8 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   Visitor& operator=(const Visitor&) = delete;
 
   void start();
-  // Its turn has come. What it has waited does not count: it has all of the time for its
-  // handshake.
+  // The turn of this connection has come: its handshake has its whole time, however long it has
+  // waited.
   void begin();
   // Closes at once; the listener hears nothing more of it.
   void abandon();

@@ -171,7 +171,7 @@ Failure Dialing::upgrade_failure(const ErrorCode& error) const {
   return failure_by(error);
 }
 
-// Who ends a connection before it has said anything of ours is another program.
+// A peer that closes the connection before it sends anything of our protocol is another program.
 Failure Dialing::failure_by(const ErrorCode& error) const {
   Failure why = failure_of(error, socket_->next_layer().tls(), server_name(options_));
   if (why.cause == Cause::kConnectionLost) why.cause = Cause::kNotThisProgram;

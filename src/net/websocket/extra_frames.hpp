@@ -1,4 +1,4 @@
-// What a peer's bytes cost that are no messages.
+// The cost of a peer's bytes that are no messages.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace connect_bridge {
 // much as a frame and is counted, too.
 class ExtraFrames {
  public:
-  // What was read of the connection so far is its handshake.
+  // The bytes read of the connection so far are its handshake.
   explicit ExtraFrames(std::uint64_t read_bytes) : read_(read_bytes), heads_(read_bytes) {}
 
   // Before a read, when nearly all that was read has been understood. All numbers count from the

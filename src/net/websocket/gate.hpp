@@ -12,7 +12,7 @@ class Gate {
  public:
   static constexpr std::size_t kPacketBytesMax = 4096;  // of one message
 
-  // What was read of the connection so far is its handshake.
+  // The bytes read of the connection so far are its handshake.
   explicit Gate(std::uint64_t read_bytes) : begin_(read_bytes) {}
 
   void open() { open_ = true; }

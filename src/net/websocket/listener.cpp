@@ -12,12 +12,12 @@ namespace connect_bridge {
 namespace {
 
 constexpr int kProxyShare = ListenOptions::kLoopbackShare;
-// What a customer with many addresses may do, in times of what one of them may.
+// The limit of a customer with many addresses, as a multiple of the limit of one address.
 constexpr int kCustomerShare = 2;
 // Places of an address from which somebody has logged in lately, in times of what others have.
 constexpr int kKnownShare = 4;
-// Who comes by the relay has the address that the relay says. Their limits are apart, and all of
-// them together have one share of what is there: half.
+// A connection by the relay has the address that the relay reports. Its limits are apart, and all
+// such connections together have one share: half of the places and handshakes.
 constexpr char kRelayed[] = "relay ";
 constexpr int kRelayedPart = 2;
 
@@ -167,7 +167,8 @@ void Listener::drop(TcpSocket& socket, const ConnectionOpened& from, const std::
   note_refused(from, why);
 }
 
-// What the stranger has sent may be a part of it, and be any bytes. Further lines are for itself.
+// The reason may quote any bytes of an unauthenticated connection: the log gets its first line, as
+// text. Further lines are for the peer.
 void Listener::note_refused(const ConnectionOpened& from, const std::string& why) {
   ++counts_.refused;
   const std::string text = to_text(why.substr(0, why.find('\n')), kReasonBytesMax);
@@ -185,7 +186,7 @@ void Listener::on_arrived(TcpSocket socket) {
   admit(std::move(socket), source, proxy ? By::kProxy : By::kItself);
 }
 
-// Its TLS is between the client and us, so it is a client like any other.
+// A relayed connection has its TLS between the client and us, so it is a client like any other.
 void Listener::on_relayed(TcpSocket socket, const Source& source) {
   admit(std::move(socket), source, By::kRelay);
 }

@@ -77,21 +77,21 @@ class Listener : public std::enable_shared_from_this<Listener> {
   enum class By : std::uint8_t { kItself, kProxy, kRelay };  // kProxy: a trusted one
   using VisitorPtr = std::shared_ptr<Visitor>;
 
-  // Of the key that clients see.
+  // The pin of the key that clients see.
   [[nodiscard]] std::string own_pin() const;
   void on_arrived(TcpSocket socket);
   // By the relay, for whom it says.
   void on_relayed(TcpSocket socket, const Source& source);
   void admit(TcpSocket socket, const Source& source, By by);
-  // Its ClientHello has begun to come. Whether its handshake may begin.
+  // The visitor's ClientHello has begun to come. Returns whether its handshake may begin.
   bool on_hello(Visitor& visitor);
   // In times of what an address may have of the places.
   [[nodiscard]] int share_of(const ConnectionOpened& from) const;
   // Whether it may begin a handshake; then it counts. False: its address has begun too many.
   bool take_handshake(const ConnectionOpened& from, By by);
-  // What all who come by the relay may have, in times of what one address may.
+  // The share of all connections by the relay, as a multiple of what one address may have.
   [[nodiscard]] int relayed_share() const;
-  // Its handshake begins, or waits for its turn among those of all.
+  // The visitor's handshake begins, or waits for its turn among those of all.
   void line_up(const VisitorPtr& visitor);
   // Begins the handshakes whose turn it is.
   void begin_handshakes();
@@ -123,7 +123,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::optional<Admission> relayed_;  // those of them who come by the relay, by address
   std::optional<TlsFiles> tls_;
   std::unordered_set<VisitorPtr> visitors_;
-  // Of handshakes. A customer may have many addresses.
+  // The paces of handshakes. A customer may have many addresses.
   struct HandshakePaces {
     AddressPaces address, customer;
   };

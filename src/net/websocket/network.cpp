@@ -47,11 +47,12 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
     if (events.log) events.log(Log{level, std::move(text)});
   }
   ConnectionId free_id();
-  // What shows the relay of this URL that we know its robot: by its pins, or as we met it before.
+  // The words that prove to this URL's relay that we know its robot. They are made of the robot's
+  // pins, known from the options or from an earlier connection.
   std::vector<std::string> words_for(const DialOptions& options) const;
   TlsContext client_tls(const DialOptions& options, std::string& problem);
   std::shared_ptr<Socket> find(ConnectionId id) const;
-  // Of a listener, of a dialer, or none.
+  // The TLS files of the listener and of the dialer, as far as they are there.
   std::vector<TlsFiles*> tls_files();
 
   asio::io_context& io;
@@ -196,8 +197,7 @@ void Network::State::watch_routes() {
   watch_route_to(asio::ip::make_address(kFarAway));
 }
 
-// Of the same address only on_routes_changed() takes a new route: one that has come a moment ago is
-// still to be reported.
+// A new route to the same address waits for on_routes_changed(), which has to report it.
 void Network::State::watch_route_to(const asio::ip::address& to) {
   if (to == dialled) return;
   dialled = to;

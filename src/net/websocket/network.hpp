@@ -92,13 +92,12 @@ class Network {
   // The identity of an open connection's peer by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
-  // What would fail in every dial with these options, because of the files that they name; empty:
-  // nothing.
+  // The problem of the files in these options, with which every dial would fail; empty: none.
   [[nodiscard]] std::string dial_problem(const DialOptions& options);
-  // What of the socket options this host refuses, in words; empty: nothing. Every connection goes
-  // without that.
+  // The socket options that this host refuses, in words; empty: none. Every connection goes without
+  // them.
   [[nodiscard]] std::string refused_options() const;
-  // What TCP counts of an open connection; zeros: there is none.
+  // The counts of TCP for an open connection; zeros: there is none.
   [[nodiscard]] TcpCounts tcp_counts(ConnectionId connection) const;
   // Server: its place at the relay, if it has one.
   [[nodiscard]] std::vector<PlaceAtRelay> relays() const;

@@ -11,9 +11,9 @@
 
 namespace connect_bridge {
 
-// Where the network's results go. `input` is called from the io_context only, never from inside a
-// call of Network; those about packets also from inside send(). All of Network may be called from
-// inside `input`.
+// The callbacks for the network's results. The io_context calls `input`, and no call of Network
+// does, except that read() delivers its packet. send() calls next_packet. All of Network
+// may be called from inside `input`.
 struct NetworkEvents {
   // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
   std::function<void(Input&&)> input;
@@ -27,7 +27,7 @@ struct NetworkEvents {
   std::function<void(Log&&)> log;
 };
 
-// What became of those who came to a listener, since the start.
+// Counts of the connections that came to a listener since the start, by what became of them.
 struct DoorCounts {
   std::uint64_t accepted = 0;            // TCP connections taken
   std::uint64_t refused = 0;             // by a limit, a failed handshake or a wrong request

@@ -34,8 +34,8 @@ class ReceiveBuffer {
     if (size_ > 0) std::memmove(bytes_.get(), bytes_.get() + gone, size_);
   }
 
-  // What was received, as a Payload; empties the buffer. Hands over its memory if at least half of
-  // it is in use (otherwise copies), so that keeping a small message does not keep much more
+  // The received bytes, as a Payload; empties the buffer. A buffer that is at least half full hands
+  // over its memory. A smaller message is copied, so that keeping it does not keep much more
   // memory.
   Payload take() {
     const ByteView view{bytes_.get(), size_};

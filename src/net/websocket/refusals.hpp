@@ -1,4 +1,4 @@
-// Those who were refused before a login, in a line of the log now and then.
+// Connections refused before a login, in a line of the log now and then.
 #pragma once
 
 #include <chrono>

@@ -95,7 +95,7 @@ void Socket::on_read(const ErrorCode& error) {
   deliver();
 }
 
-// What is no message costs as much as one.
+// A frame that is no message costs as much as one.
 std::optional<std::chrono::steady_clock::time_point> Socket::frames_due() {
   if (!within_gate())  // not here: a read is about to begin
     asio::post(socket_->get_executor(), [self = shared_from_this()] { self->end_flood(); });

@@ -83,7 +83,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   // Until when reading must wait for frames that are no messages.
   std::optional<std::chrono::steady_clock::time_point> frames_due();
   [[nodiscard]] int native();
-  // What TCP does on the way, when it is time to know it; it gets what suits the path.
+  // The socket reads the counts of TCP when they are due, and takes what suits the path.
   void ask_tcp(TimePoint now);
   // Reads on, at once or when the rates allow it.
   void read_on();

@@ -55,7 +55,7 @@ std::string_view finding_for(Cause cause) {
 
 // ---- a status
 
-// What the importer's code of a declined channel means (docs/protocol.md, "decline").
+// The finding that the importer's code of a declined channel means (docs/protocol.md, "decline").
 std::string_view finding_of_decline(const std::string& code) {
   if (code == "type_unknown") return "type_not_installed";
   if (code == "type_mismatch") return "definitions_differ";
@@ -63,7 +63,7 @@ std::string_view finding_of_decline(const std::string& code) {
   return "declined";
 }
 
-// Of a name that is missing. Most reasons are findings.
+// The finding of a missing name. Most reasons are findings.
 std::string_view finding_of_missing(const std::string& reason, const std::string& code) {
   if (reason == "type_unknown") return "type_not_installed";
   if (reason == "lost") return "lost_in_middleware";
@@ -132,7 +132,7 @@ void Doctor::topic(const Json& link, const Json& topic) {
   if (!demanded && text_in(topic, "declined").empty()) add("no_listener", name);
 }
 
-// Which topic is the heaviest of those that lose messages to a thin link.
+// The finding of a thin link names the heaviest of the topics that lose messages to it.
 void Doctor::thin(const Json& link) {
   const Json* heaviest = nullptr;
   for (const Json& topic : part_of(link, "topics")) {

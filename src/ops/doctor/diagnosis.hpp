@@ -15,12 +15,12 @@ namespace connect_bridge {
 
 // The finding of a cause, with the failure's text as what was seen.
 [[nodiscard]] Found diagnose(const Failure& failure);
-// What is odd in a valid file.
+// Odd settings in a valid file.
 [[nodiscard]] std::vector<Found> diagnose_config(const Config& config);
 // A running side, by its status (docs/status.md).
 [[nodiscard]] std::vector<Found> diagnose_status(const Json& status);
 
-// What counts of the environment of a process, by name; and its user.
+// The variables that count of the environment of a process, by name; and its user.
 struct ProcessFacts {
   std::map<std::string, std::string> variables;
   unsigned user = 0;

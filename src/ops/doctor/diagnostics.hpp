@@ -1,4 +1,4 @@
-// What a side tells on /diagnostics (diagnostic_msgs, levels of REP 107): a view of its status.
+// The reports of a side on /diagnostics (diagnostic_msgs, levels of REP 107): a view of its status.
 #pragma once
 
 #include <cstdint>

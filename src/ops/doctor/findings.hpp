@@ -1,4 +1,4 @@
-// What `ctl doctor` can find: one list, which the program, its tests and the documents use.
+// The findings of `ctl doctor`: one list, which the program, its tests and the documents use.
 #pragma once
 
 #include <span>

@@ -89,7 +89,7 @@ std::string folder_problem(const std::string& file) {
   return {};
 }
 
-// As AuditFile::open() has it, without making the file.
+// The problem that AuditFile::open() would have, found without making the file.
 std::string audit_problem(const std::string& file) {
   struct stat found {};
   if (::lstat(file.c_str(), &found) != 0) return folder_problem(file);
@@ -143,7 +143,7 @@ HostFindings check_host(const ParameterMap& given) {
   if (const std::string file = string_at(given, "audit.file"); !file.empty())
     if (std::string wrong = unwritable("audit.file", file, audit_problem(file)); !wrong.empty())
       findings.problems.push_back({Cause::kFileUnwritable, std::move(wrong)});
-  // It is replaced by a new file, so that its folder decides. Without it the bridge runs on.
+  // A new file replaces the status file, so that its folder decides. The bridge runs on without it.
   if (const std::string file = string_at(given, "status_file"); !file.empty())
     if (std::string wrong = unwritable("status_file", file, folder_problem(file)); !wrong.empty())
       findings.warnings.push_back(std::move(wrong));

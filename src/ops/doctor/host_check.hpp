@@ -1,6 +1,6 @@
-// What only a look at this machine shows of a configuration: TLS files that do not fit together,
-// and files that cannot be written. For `ctl check`, and for the start, which then tells everything
-// at once.
+// Problems of a configuration that only this machine shows: TLS files that do not fit together, and
+// files that cannot be written. `ctl check` asks for them, and so does the start, to report
+// everything at once.
 #pragma once
 
 #include <string>
@@ -27,13 +27,13 @@ struct HostFindings {
 // Files that cannot be read are left to parse_config(). Nothing is written or created.
 [[nodiscard]] HostFindings check_host(const ParameterMap& given);
 
-// Who else may change one of these files, which were just read for the rules of `config`, as a
-// sentence with the cure; empty: nobody, or that is not asked (strict_modes).
+// The sentence, with the cure, about who else may change one of these files. The rules of `config`
+// were just read from them. Empty: nobody may, or strict_modes is off.
 [[nodiscard]] std::string who_may_change_rules(const Config& config,
                                                const std::vector<std::string>& files);
 
-// Which of these files, all regular ones before, is none any longer: to read a pipe could take
-// without end. Empty: none, or that is not asked (strict_modes).
+// The sentence about one of these files, all regular ones before, that is none any longer: to read
+// a pipe could take without end. Empty: there is none, or strict_modes is off.
 [[nodiscard]] std::string no_longer_regular(const Config& config,
                                             const std::vector<std::string>& files);
 

@@ -14,7 +14,7 @@
 
 namespace connect_bridge {
 
-// Of a text what a terminal may show, and not more than a name may have.
+// The text of a member: only what a terminal may show, and not more than a name may have.
 [[nodiscard]] inline std::string text_in(const Json& of, const char* name) {
   constexpr std::size_t kTextBytes = 300;
   const auto found = of.find(name);

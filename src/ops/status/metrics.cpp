@@ -9,7 +9,7 @@
 namespace connect_bridge {
 namespace {
 
-// Of a field's value, with what tells it apart: one, or one for each member of an object.
+// The samples of a field, each with its label: one, or one for each member of an object.
 template <class Of, class Take>
 void each_sample(const StatusField<Of>& field, const Of& of, Take take) {
   const OrderedJson value = field.value(of);

@@ -15,9 +15,10 @@
 
 namespace connect_bridge {
 
-// What a peer can name must not make series without end: a link is a place, of which there are as
-// many as links at a time; topics and services are the first kNamesMax that came, all later ones
-// are "other". Neither addresses nor people are labels. Counters of a topic go on when a link ends.
+// Names that a peer chooses must not make series without end. A link is a place, of which there are
+// as many as links at a time. Topics and services are the first kNamesMax that came, and all later
+// ones are "other". Neither addresses nor people are labels. Counters of a topic go on when a link
+// ends.
 class Metrics {
  public:
   static constexpr std::size_t kNamesMax = 1000;

@@ -39,7 +39,7 @@ class ScreenTable {
 
   explicit ScreenTable(std::vector<Head> heads) : heads_(std::move(heads)) {}
 
-  // As many cells as heads.
+  // A row has as many cells as there are heads.
   void add(double weight, std::vector<Cell> cells) { rows_.push_back({weight, std::move(cells)}); }
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   // The heaviest rows first, in at most `rows` lines below the heads; at least one.

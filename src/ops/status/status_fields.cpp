@@ -14,7 +14,7 @@ namespace {
 using As = Column::As;
 using In = Column::In;
 
-// What a member holds.
+// The value of a member.
 template <auto member, class Of>
 OrderedJson get(const Of& of) {
   return of.*member;

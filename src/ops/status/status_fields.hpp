@@ -45,7 +45,7 @@ struct Column {
   std::string_view part_of{};  // of kGrowth: the field that it is a part of, "1 of 10"
 };
 
-// Who sees a field of a server. A client's people are its own.
+// The people who see a field of a server. A client's people are its own.
 enum class SeenBy : std::uint8_t { kAll, kUser, kUserOfServer };
 
 // `name`: the member of the JSON; "a.b" is the member b of the member a. `value`: null where the

@@ -15,8 +15,8 @@ namespace {
 
 constexpr mode_t kFirstMode = S_IRUSR | S_IWUSR;
 
-// It names people and addresses: for its owner alone, unless the owner has let others read it. The
-// mode of somebody else's file is that user's choice.
+// The status names people and addresses: its file is for its owner alone, unless the owner has let
+// others read it. The mode of somebody else's file is that user's choice, and does not count.
 mode_t mode_of(const std::string& file) {
   struct stat found {};
   const bool replaces =

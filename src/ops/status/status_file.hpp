@@ -24,14 +24,14 @@ class StatusFile {
  public:
   // `tell` is called, on the thread of the file, when a problem begins.
   explicit StatusFile(std::function<void(const std::string& problem)> tell);
-  // As end().
+  // The destructor ends the thread as end() does.
   ~StatusFile();
   StatusFile(const StatusFile&) = delete;
   StatusFile& operator=(const StatusFile&) = delete;
 
   // In place of what waits, if the one before is still being written. Thread: the loop's.
   void write(const std::string& file, std::shared_ptr<const StatusPicture> picture);
-  // What was given last is written first; nothing is afterwards. Returns what is wrong with that,
+  // The picture that was given last is written first, and nothing afterwards. Returns its problem,
   // or nothing.
   [[nodiscard]] std::string end();
 

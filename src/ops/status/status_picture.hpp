@@ -23,7 +23,7 @@ struct RefusedParameters {
   std::string problem;
 };
 
-// What the run layer adds to the core's status.
+// The run layer's addition to the core's status.
 struct RunStatus {
   std::string time;     // when it was so (RFC 3339)
   bool running = true;  // false: it has ended

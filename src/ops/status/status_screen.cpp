@@ -144,7 +144,7 @@ ScreenTable::Cell cell_of(const FieldColumn& of, const Json& item, const Growth&
 
 // ---- topics
 
-// Of an action the base name and the part, "feedback"; empty: the name is of no action.
+// The base name and the part of an action, such as "feedback"; empty: the name is of no action.
 std::pair<std::string, std::string> action_of(const std::string& name) {
   constexpr std::string_view kAction = "/_action/";
   const std::size_t at = name.rfind(kAction);
@@ -213,7 +213,7 @@ std::string row_name(const std::string& name) {
   return own ? name.substr(0, slash) + " (parameters)" : name;
 }
 
-// Of the states of a row's parts the one that a person has to know first.
+// The state that a person has to know first comes before those of a row's other parts.
 bool comes_before(std::string_view one, std::string_view other) {
   constexpr StateWord kOrder[] = {StateWord::kOverloaded, StateWord::kDeclined, StateWord::kReady,
                                   StateWord::kKept, StateWord::kNoClient};
@@ -343,7 +343,7 @@ std::string link_lines(const Json& link, const Json& old, const Json& now, doubl
   return text + wrapped(fmt::format("{}", fmt::join(facts, ", ")), 2, size.columns);
 }
 
-// What a person has to do something about.
+// Problems that a person has to do something about.
 std::string problem_lines(const Json& now, const ScreenSize& size) {
   std::string lines;
   const auto add = [&](const std::string& text, Tone tone) {
@@ -379,7 +379,7 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
   return lines;
 }
 
-// Of a relay (src/relay/relay_status.hpp).
+// The screen of a relay (src/relay/relay_status.hpp).
 std::string relay_screen(const Json& now, const ScreenSize& size) {
   ScreenTable robots({{"ROBOT"},
                       {"FROM", true},

@@ -91,7 +91,7 @@ std::string StatusSite::open() {
   if (!problem.empty()) tell_(LogLevel::kInfo, "without a socket for ctl status: " + problem);
   every_second();
   thread_ = std::thread([this] {
-    // Of this thread alone, on Linux.
+    // Linux sets the priority of this thread alone.
     (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
     try {
       io_.run();
