@@ -13,6 +13,7 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <cerrno>
 #include <optional>
 
 #include "core/wire/login.hpp"
@@ -135,13 +136,19 @@ void Listener::Visitor::read_proxy() {
 void Listener::Visitor::await_hello() {
   if (!listener_->tls_) return line_up();
   set_deadline(listener_->options_.handshake_timeout);
+  look_for_hello();
+}
+
+void Listener::Visitor::look_for_hello() {
   TcpSocket& tcp = socket->next_layer().socket();
   tcp.async_wait(TcpSocket::wait_read, [self = shared_from_this(), &tcp](ErrorCode error) {
     if (!self->listener_) return;
     if (error) return self->fail(failure_of(error, nullptr, {}).text);
     char first = 0;
-    if (::recv(tcp.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT) <= 0)
-      return self->fail("the connection ended before TLS");
+    const ssize_t got = ::recv(tcp.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT);
+    // A late event of a closed descriptor can wake the next one with its number.
+    if (got < 0 && (errno == EAGAIN || errno == EINTR)) return self->look_for_hello();
+    if (got <= 0) return self->fail("the connection ended before TLS");
     if (!self->listener_->on_hello(*self)) return self->fail("dropped, too many handshakes");
     self->line_up();
   });

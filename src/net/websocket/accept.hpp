@@ -46,6 +46,7 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   void read_proxy();
   void line_up();
   void await_hello();
+  void look_for_hello();
   void read_forwarded();
   void on_tls(const ErrorCode& error);
   void read_request();
