@@ -251,8 +251,8 @@ void Bridge::authenticate(Authenticate&& request) {
 
 // TLS has verified the certificate before the login.
 void Bridge::judge_certificate(const Authenticate& request) {
-  if (darkness_.refuses_new() && !request.renewal) {
-    loop_.feed(Authenticated{request.connection, std::nullopt, Darkness::kReason, false});
+  if (unread_files_.refuses_new() && !request.renewal) {
+    loop_.feed(Authenticated{request.connection, std::nullopt, UnreadFiles::kReason, false});
     return;
   }
   Certified certified = network_.certified(request.connection);
@@ -298,7 +298,7 @@ void Bridge::every_second(double lag_ms) {
   parameters_.check_files();
   login_desk_.set_lacks_means(parameters_.lacks_means());
   if (parts_.certificate_login)
-    if (const auto line = darkness_.count(parameters_.lacks_means()))
+    if (const auto line = unread_files_.count(parameters_.lacks_means()))
       node_.log(line->level, line->text);
   take_status(lag_ms);
   supervisor_.every_second();

@@ -20,7 +20,6 @@
 #include "ops/status/status_file.hpp"
 #include "ops/status/status_site.hpp"
 #include "ros/gateway.hpp"
-#include "run/darkness.hpp"
 #include "run/heap.hpp"
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
@@ -29,6 +28,7 @@
 #include "run/parts.hpp"
 #include "run/signals.hpp"
 #include "run/supervisor.hpp"
+#include "run/unread_files.hpp"
 #include "run/workers.hpp"
 
 namespace connect_bridge {
@@ -102,7 +102,7 @@ class Bridge {
   std::optional<Taking> taking_;
   LinkPlaces link_places_;
   HeapTrim heap_;
-  Darkness darkness_;  // of logins by certificate; the desk has its own
+  UnreadFiles unread_files_;  // of logins by certificate; the desk has its own
   Supervisor supervisor_;
   LogLimit lags_;
   boost::asio::steady_timer seconds_;

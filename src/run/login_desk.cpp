@@ -105,7 +105,7 @@ void LoginDesk::refresh() {
     Refreshed refreshed = options_.authenticator->refresh(system_now());
     const bool lacks_means = refreshed.lacks_means || others_lack_means_;
     tell(std::move(refreshed));
-    if (auto line = darkness_.count(lacks_means)) ports_.log(std::move(*line));
+    if (auto line = unread_files_.count(lacks_means)) ports_.log(std::move(*line));
   }
   if (!options_.credential_file) return;
   if (auto credential = options_.credential_file->changed()) tell(std::move(*credential));
@@ -113,8 +113,8 @@ void LoginDesk::refresh() {
 
 void LoginDesk::judge(Waiting next) {
   Authenticate& request = next.request;
-  if (darkness_.refuses_new() && !request.renewal)
-    return refuse(request.connection, Darkness::kReason);
+  if (unread_files_.refuses_new() && !request.renewal)
+    return refuse(request.connection, UnreadFiles::kReason);
   Authenticated answer{request.connection, std::nullopt, "the login method was too slow", false};
   // The connection is already closed after the time limit: later logins must not wait for this
   // answer.

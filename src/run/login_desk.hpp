@@ -14,7 +14,7 @@
 #include "access/login/credential.hpp"
 #include "core/base/turns.hpp"
 #include "core/ports/ports.hpp"
-#include "run/darkness.hpp"
+#include "run/unread_files.hpp"
 
 namespace connect_bridge {
 
@@ -87,7 +87,7 @@ class LoginDesk {
   Turns<std::string, Waiting> strangers_{{kWaitingMax, options_.of_one_max}};
   int renewals_in_a_row_ = 0;
   std::atomic<bool> others_lack_means_ = false;
-  Darkness darkness_;  // counted by the thread that refreshes
+  UnreadFiles unread_files_;  // counted by the thread that refreshes
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

@@ -211,7 +211,7 @@ TEST(LoginDesk, WhereAFileThatDecidesCannotBeReadForLongStrangersAreRefused) {
   doorman.lacks_means = true;
   LoginDesk desk({&doorman, std::nullopt, 60s, 128, 1ms}, ears.ports());
   ASSERT_TRUE(ears.logged("new logins are refused until it is read"));
-  EXPECT_GE(doorman.refreshes, Darkness::kCountMax);
+  EXPECT_GE(doorman.refreshes, UnreadFiles::kCountMax);
   desk.ask(login(1, "anna"));
   const auto refused = ears.answer(1).value();
   EXPECT_FALSE(refused.identity);

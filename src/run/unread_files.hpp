@@ -10,7 +10,7 @@ namespace connect_bridge {
 
 // A withdrawal may stand in a file that cannot be read, because descriptors or memory are lacking.
 // Nobody knows whose it is, so open links stay.
-class Darkness {
+class UnreadFiles {
  public:
   static constexpr int kCountMax = 10;
   // The reason of a refusal.

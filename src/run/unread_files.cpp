@@ -1,11 +1,11 @@
-#include "run/darkness.hpp"
+#include "run/unread_files.hpp"
 
 #include <algorithm>
 #include <string>
 
 namespace connect_bridge {
 
-std::optional<Log> Darkness::count(bool lacks_means) {
+std::optional<Log> UnreadFiles::count(bool lacks_means) {
   in_a_row_ = lacks_means ? std::min(in_a_row_ + 1, kCountMax) : 0;
   const bool refuses = in_a_row_ == kCountMax;
   if (refuses_new_.exchange(refuses) == refuses) return std::nullopt;
