@@ -233,7 +233,10 @@ void add_audit(Rows& rows) {
 
 void add_connection(Rows& rows) {
   const auto add = row_adder(rows, "Connection");
-  add("dead_after", {0.2, 300}, "s", "A peer that was silent for this time counts as gone.",
+  add("dead_after", {0.2, 300}, "s",
+      "A peer that was silent for this time counts as gone. An idle link costs some 45 MB a day at "
+      "3 "
+      "s, 5 MB at 30 s.",
       [](Config& c) { return &c.limits.dead_after; });
   add({.key = "resume.seconds",
        .fallback = 60.0,
