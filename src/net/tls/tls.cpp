@@ -253,6 +253,12 @@ Failure failure_of(const ErrorCode& error, SSL* tls, const std::string& name) {
   if (is_tls_reason(error, SSL_R_TLSV1_ALERT_UNKNOWN_CA))
     return {Cause::kClientCertificate,
             "the other end does not trust the authority of our certificate"};
+  for (const int refused :
+       {SSL_R_SSLV3_ALERT_BAD_CERTIFICATE, SSL_R_SSLV3_ALERT_CERTIFICATE_EXPIRED,
+        SSL_R_SSLV3_ALERT_CERTIFICATE_REVOKED, SSL_R_SSLV3_ALERT_CERTIFICATE_UNKNOWN,
+        SSL_R_SSLV3_ALERT_UNSUPPORTED_CERTIFICATE})
+    if (is_tls_reason(error, refused))
+      return {Cause::kClientCertificate, "the other end refuses our certificate"};
   if (is_tls_reason(error, SSL_R_TLSV1_UNRECOGNIZED_NAME))
     return {Cause::kRobotNotAtRelay, "no '" + name + "' is connected to the relay there"};
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)

@@ -285,7 +285,7 @@ std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFac
                                    to_text(here, kTextBytes))});
   };
   compare("domain_differs", "ROS_DOMAIN_ID", "0");
-  compare("rmw_differs", "RMW_IMPLEMENTATION", "the default");
+  compare("rmw_differs", "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
   compare("discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET");
   compare("discovery_range", "ROS_LOCALHOST_ONLY", "0");
   for (const auto* process : {&side, &shell})

@@ -73,7 +73,8 @@ constexpr Finding kFindings[] = {
     {"relay_unreachable", kFault, "the relay cannot be reached",
      "start the relay; check the relay's address and the firewall before it"},
     {"relay_refuses", kFault, "the relay refuses this robot",
-     "`relay --robot NAME` at the relay prints another line: pair with it again"},
+     "`relay --robot NAME` at the relay prints another line: pair with it again, or under another "
+     "NAME if this disk is a copy"},
     {"tls_fails", kFault, "the TLS handshake fails",
      "look at the log of both sides; a proxy or firewall in between may not pass TLS on"},
     {"robot_not_at_relay", kFault, "the relay has no such robot now",
@@ -208,8 +209,8 @@ constexpr Finding kFindings[] = {
      "is the bridge in the domain (ROS_DOMAIN_ID), discovery range and RMW of the nodes?"},
 
     // ---- this machine
-    {"domain_differs", kFault, "the bridge is in another ROS_DOMAIN_ID than this shell",
-     "start both with the same one"},
+    {"domain_differs", kHint, "the bridge is in another ROS_DOMAIN_ID than this shell",
+     "to see the bridge's graph from here, set the same one in this shell"},
     {"rmw_differs", kFault, "the bridge has another RMW_IMPLEMENTATION than this shell",
      "start both with the same one"},
     {"rmw_missing", kFault,

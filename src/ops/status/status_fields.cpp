@@ -146,7 +146,7 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      SeenBy::kUserOfServer},
     {"last_failure_code", Unit::kNone,
      [](const StatusPicture& s) { return OrderedJson(word_of(s.side.last_failure.cause)); },
-     "the same as a word of [the causes](#causes); empty while a link is open"},
+     "the same as a word of [the causes](#causes); empty while a client's link is open"},
     {"listens", Unit::kNone,
      [](const StatusPicture& s) {
        return s.run.listens.empty() ? OrderedJson() : OrderedJson(s.run.listens);

@@ -317,7 +317,8 @@ std::string link_lines(const Json& link, const Json& old, const Json& now, doubl
     const Json& last = breaks.back();
     const std::string back =
         last.contains("back")
-            ? ", for " + shown_span(static_cast<std::uint64_t>(number_in(last, "seconds")))
+            ? ", for " +
+                  shown_span(static_cast<std::uint64_t>(std::max(0.0, number_in(last, "seconds"))))
             : "";
     text += wrapped(fmt::format("{}, the last at {}{}: {}", plural(breaks.size(), "break"),
                                 shown_moment(last, "lost", now), back, text_in(last, "reason")),

@@ -312,6 +312,9 @@ TEST(DoctorProcesses, WhatKeepsNodesAndBridgeApart) {
   EXPECT_THAT(differs("ROS_DOMAIN_ID", "7"), ElementsAre("domain_differs"));
   EXPECT_THAT(differs("ROS_DOMAIN_ID", "0"), IsEmpty()) << "the default";
   EXPECT_THAT(differs("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp"), ElementsAre("rmw_differs"));
+  EXPECT_THAT(differs("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"), IsEmpty()) << "the default";
+  EXPECT_FALSE(has_fault(diagnose_processes({{{"ROS_DOMAIN_ID", "7"}}, 1000}, plain)))
+      << "two graphs on one machine, as in README";
   EXPECT_THAT(differs("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
               ElementsAre("discovery_range"));
   EXPECT_THAT(differs("ROS_LOCALHOST_ONLY", "1"), ElementsAre("discovery_range"));
