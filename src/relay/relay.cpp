@@ -201,6 +201,7 @@ void Relay::on_control(const CallerPtr& caller) {
   robot->name = caller->robot;
   robot->peer = host_and_port(caller->from.address().to_string(), caller->from.port());
   robot->place = std::move(caller->place);
+  robot->place->silent = false;
   const std::vector<std::string>& offers = caller->arrival.hello().protocols;
   if (offers.size() == 2) robot->process = offers[1];
   robot->lines = std::make_shared<TlsLines>(std::move(caller->arrival.socket()), context);
@@ -311,8 +312,8 @@ void Relay::enter(const RobotPtr& robot) {
   if (found == robots_.end()) return welcome(robot);
   const RobotPtr here = found->second;
   if (!setup_.names.has(here->name, here->token, here->peer)) {
-    end(here, "its token is no longer valid");
-    return welcome(robot);
+    end(here, "its token is no longer valid");  // its twin may be welcome now
+    return enter(robot);
   }
   if (!robot->process.empty() && robot->process == here->process) {
     const RobotPtr other = std::exchange(here->twin, nullptr);

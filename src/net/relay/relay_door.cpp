@@ -212,7 +212,7 @@ void RelayDoor::tell_word() {
 
 Traffic RelayDoor::traffic() {
   Traffic all = past_;
-  if (lines_) all += traffic_of(lines_->socket().native_handle());
+  if (lines_) all += lines_->traffic();
   return all;
 }
 
@@ -233,6 +233,7 @@ void RelayDoor::look() {
 }
 
 void RelayDoor::on_silence() {
+  if (welcome_ && !asked_) return;  // the answer came when this was queued already
   fail({Cause::kRelayUnreachable, "no answer in time"}, DialFailure::kGone);
 }
 

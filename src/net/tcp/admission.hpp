@@ -109,18 +109,23 @@ class Admission {
                [&](const Entry& entry) { return entry.address == address; });
   }
 
-  // The oldest one that `may`; of whom nothing was read goes first.
+  // The oldest one that `may` gives way: of the silent ones, while these are half of all or more.
+  // Else a few that stall after their first byte would leave one place to all newcomers.
   template <class May>
   void give_way(Limit limit, May may) {
-    auto found = state_->pending.end();
-    for (auto it = state_->pending.begin(); it != state_->pending.end(); ++it) {
+    const auto none = state_->pending.end();
+    auto oldest = none, silent = none;
+    std::size_t all = 0, silent_ones = 0;
+    for (auto it = state_->pending.begin(); it != none; ++it) {
       if (!may(it->second)) continue;
-      if (found == state_->pending.end()) found = it;
+      ++all;
+      if (oldest == none) oldest = it;
       if (!it->second.place->silent) continue;
-      found = it;
-      break;
+      ++silent_ones;
+      if (silent == none) silent = it;
     }
-    if (found == state_->pending.end()) return;
+    const auto found = silent != none && 2 * silent_ones >= all ? silent : oldest;
+    if (found == none) return;
     const auto close = std::move(found->second.place->give_way);
     state_->pending.erase(found);
     if (close) close();

@@ -87,9 +87,14 @@ void TlsLines::finish() {
   if (sending_.empty()) end();
 }
 
+Traffic TlsLines::traffic() {
+  return socket_.is_open() ? traffic_of(socket_.native_handle()) : traffic_;
+}
+
 void TlsLines::end() {
   shaken_ = nullptr;
   events_ = {};
+  traffic_ = traffic();
   ErrorCode ignored;
   socket_.close(ignored);
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/base/bytes.hpp"
+#include "net/tcp/traffic.hpp"
 #include "net/tcp/transport.hpp"
 #include "net/tls/tls.hpp"
 
@@ -27,6 +28,8 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
 
   [[nodiscard]] SSL* tls();
   [[nodiscard]] TcpSocket& socket() { return socket_; }
+  // Bytes of the connection, also after its end.
+  [[nodiscard]] Traffic traffic();
   // Once. `read_before`: what of the peer's handshake was read from the socket already.
   void shake_hands(bool as_server, Bytes read_before, std::function<void(ErrorCode)> done);
   // Once, after the handshake. `line_max`: with its end; a longer one ends the connection.
@@ -60,6 +63,7 @@ class TlsLines : public std::enable_shared_from_this<TlsLines> {
   std::string line_;  // and what was read beyond it
   std::string unsent_, sending_;
   bool finishes_ = false;
+  Traffic traffic_;  // of a connection that is closed
 };
 
 }  // namespace connect_bridge
