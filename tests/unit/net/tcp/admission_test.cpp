@@ -10,7 +10,7 @@ namespace {
 
 // Four places for an address; `closed`: the numbers of those that gave way.
 struct Door {
-  Admission admission{{.connections_max = 8, .pending_max = 8, .pending_per_address_max = 4}};
+  Admission admission{{8, 8, 4, {}}};  // open ones, pending ones, those of an address
   std::vector<std::shared_ptr<Admission::Pending>> all;
   std::vector<std::size_t> closed;
 
