@@ -39,7 +39,7 @@ SideOptions options_of(const BridgeParts& parts, const Probe::Options& options) 
 // A control message that changes nothing: a peer ignores members that it does not know
 // (docs/protocol.md section 3).
 Payload make_filler() {
-  std::string text = encode(Demand{{}, 0});
+  std::string text = encode(Demand{});
   std::string noise;
   std::uint32_t state = 1;
   while (text.size() + noise.size() < kFillerBytes) {

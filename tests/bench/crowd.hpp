@@ -222,7 +222,7 @@ class Crowd {
     const auto* offer = std::get_if<Offer>(&control.value());
     if (!offer || offer->channels.empty()) return;
     peers_[i].taken = offer->channels.front().channel.value;
-    hear(i, Demand{{offer->channels.front().channel}, 1});
+    hear(i, Demand{{{offer->channels.front().channel, 1}}});
   }
 
   Side side_;

@@ -48,10 +48,12 @@ class LoadedSide {
       hear(told);
     }
     rest(std::chrono::seconds(30));
-    std::vector<ChannelId> all;
-    for (std::uint32_t n = 1; n <= std::min<std::size_t>(told_, kChannelIdsMax); ++n)
-      all.push_back({n});
-    if (!all.empty()) hear(Demand{all, 1});
+    for (std::uint32_t first = 1; first <= told_; first += kDemandChannelsMax) {
+      Demand demand;
+      for (std::uint32_t n = first; n < first + kDemandChannelsMax && n <= told_; ++n)
+        demand.channels.push_back({.channel = {n}, .number = 1});
+      hear(demand);
+    }
     rest(std::chrono::seconds(1));
   }
 

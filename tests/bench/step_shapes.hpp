@@ -21,6 +21,13 @@ inline StepShape step_of(const char* name, const Control& control) {
   return {name, true, Bytes(text.begin(), text.end())};
 }
 
+inline Demand demand_of(std::size_t count, std::uint16_t number) {
+  Demand demand;
+  for (std::uint32_t n = 1; n <= count; ++n)
+    demand.channels.push_back({.channel = {n}, .number = number});
+  return demand;
+}
+
 inline void add_channels(std::vector<StepShape>& shapes, std::uint32_t offered) {
   const auto channels = [](std::size_t count) {
     std::vector<ChannelId> all;
@@ -45,8 +52,8 @@ inline void add_channels(std::vector<StepShape>& shapes, std::uint32_t offered) 
   }
   add("an offer of topics that it offers", again);
   for (const std::uint16_t number : {std::uint16_t{0}, std::uint16_t{2}})
-    add(number == 0 ? "a demand that ends 4,096" : "a demand of 4,096",
-        Demand{channels(kChannelIdsMax), number});
+    add(number == 0 ? "a demand that ends 1,024" : "a demand of 1,024",
+        demand_of(kDemandChannelsMax, number));
   add("a withdraw of all", Withdraw{channels(std::min<std::size_t>(offered, kChannelIdsMax))});
 }
 

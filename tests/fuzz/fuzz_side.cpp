@@ -226,7 +226,8 @@ class World {
 
   static Payload demand(std::uint8_t shape) {
     if (shape & 64) return text(Withdraw{{{1U + shape % 8U}}});
-    return text(Demand{{{1U + shape % 8U}}, static_cast<std::uint16_t>((shape & 32) == 0 ? 1 : 0)});
+    return text(
+        Demand{{{{1U + shape % 8U}, static_cast<std::uint16_t>((shape & 32) == 0 ? 1 : 0)}}});
   }
 
   void change_graph(std::uint8_t shape) {

@@ -23,8 +23,8 @@ struct Around {
 
 // The last entry is a packet of frames.
 constexpr std::array<Around, 13> kAround = {{
-    {R"({"type":"demand","number":2,"channels":[1)", "]}"},
-    {R"({"type":"demand","number":0,"channels":[1)", "]}"},
+    {R"({"type":"demand","channels":[{"channel":1,"number":2})", "]}"},
+    {R"({"type":"demand","channels":[{"channel":1,"number":0})", "]}"},
     {R"({"type":"withdraw","channels":[400)", "]}"},
     {R"({"type":"offer","channels":[{"channel":900,)"
      R"("kind":"topic","name":"/n","type":"p/msg/T","origins":[]})",

@@ -102,7 +102,7 @@ async def large(attack):
         async with attack.logged_in() as web:
             begin(web)
             say(web, type="offer", channels=[topic(1, LARGE_NAMES[0], BYTES)])
-            number = (await told(web, "demand"))["number"]
+            number = (await told(web, "demand"))["channels"][0]["number"]
             ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
             for sequence in itertools.count(1):
                 first = message(1, sequence, parts[0], body_bytes=len(raw))
@@ -128,7 +128,7 @@ async def unfinished(attack):
             demands = {}
             while len(demands) < len(LARGE_NAMES):
                 demand = await told(web, "demand")
-                demands.update(dict.fromkeys(demand["channels"], demand["number"]))
+                demands.update((d["channel"], d["number"]) for d in demand["channels"])
             ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
             for channel, number in demands.items():
                 first = message(channel, 1, bytes(PART_BYTES), body_bytes=64 << 20)
@@ -154,7 +154,7 @@ async def never_reads(attack):
             begin(web, "/t/**")
             offer = await told(web, "offer", lambda o: "/t/large" in str(o))
             number = next(c["channel"] for c in offer["channels"] if c["name"] == "/t/large")
-            say(web, type="demand", channels=[number], number=1)
+            say(web, type="demand", channels=[dict(channel=number, number=1)])
             attack.done["links"] += 1
             while attack.seconds_left():
                 web.send(SIGN_OF_LIFE)
@@ -276,9 +276,9 @@ async def toggles(attack):
             numbers = itertools.count(1)
 
             async def both():
-                said = {"type": "demand", "channels": sorted(channels)}
-                say(web, number=next(numbers), **said)
-                say(web, number=0, **said)
+                for number in (next(numbers), 0):
+                    demands = [dict(channel=channel, number=number) for channel in sorted(channels)]
+                    say(web, type="demand", channels=demands)
                 attack.done["toggles"] += 1
                 await web.drain()
                 await asyncio.sleep(0.001)

@@ -18,7 +18,9 @@ VALUES_MAX = 16_384
 MEMBERS_MAX = 64  # of an object
 ADDED_MAX = 64  # origins of a channel in an offer; origins or listeners that a message adds
 REMOVED_MAX = 1024
-CHANNELS_MAX = 4096  # of a withdraw or demand
+CHANNELS_MAX = 4096  # of a withdraw
+DEMANDED_MAX = 1024  # channels of a demand
+DECODES_MAX = 16  # words
 CALLS_MAX = 8192
 ENTRIES_MAX = 4096  # patterns and types of all rules and of `deny` together
 WILDCARDS_MAX = 256  # of these, patterns with a star
@@ -185,16 +187,26 @@ def _check_accepts(message):
     member(message, "ros_time", bool, False)
 
 
-def _check_demand(message):
-    require(0 <= member(message, "number", int) < 65536, "number of a demand")
-    member(message, "resume", bool, False)
-    member(message, "live", bool, False)
-    if "after" not in message:
-        return
-    after = items(message, "after", CHANNELS_MAX)
-    require(len(after) == len(message["channels"]), "after does not have a number for each channel")
-    for sequence in after:
-        require(type(sequence) is int and 0 <= sequence < 1 << 32, "a sequence")
+def _check_demand(demand):
+    """Of one channel."""
+    number(member(demand, "channel", int))
+    require(0 <= member(demand, "number", int) < 65536, "number of a demand")
+    require(0 <= member(demand, "after", int, 0) < 1 << 32, "a sequence")
+    for flag in ("resume", "live", "lossy"):
+        member(demand, flag, bool, False)
+    if "decodes" in demand:
+        for word in items(demand, "decodes", DECODES_MAX):
+            require(type(word) is str, "decodes holds no word")
+            check_text(word)
+
+
+def _check_wheel(message):
+    number(member(message, "channel", int))
+    require(("state" in message) != ("want" in message), "state and want are not exactly one")
+    if "state" in message:
+        require(string(message, "state") in ("free", "yours", "taken", "halted"), "state")
+    else:
+        require(string(message, "want") in ("take", "leave"), "want")
 
 
 def _check_code(message):
@@ -238,12 +250,15 @@ def decode_control(text):
             _check_origin(origin)
         for origin in items(message, "removed", REMOVED_MAX):
             number(origin)
-    elif kind in ("withdraw", "demand"):
+    elif kind == "demand":
+        for demand in items(message, "channels", DEMANDED_MAX):
+            _check_demand(demand)
+    elif kind == "wheel":
+        _check_wheel(message)
+    elif kind == "withdraw":
         for channel in items(message, "channels", CHANNELS_MAX):
             number(channel)
-        if kind == "demand":
-            _check_demand(message)
-        elif "code" in message:
+        if "code" in message:
             _check_code(message)
         else:
             string(message, "reason", 512, "")

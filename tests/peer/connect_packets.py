@@ -9,7 +9,10 @@ from connect_records import ILLEGAL, MALFORMED, MESSAGE_MAX, STAMP_MAX, TOO_LARG
 SAMPLE_MAX = 64 << 20
 OPEN_MAX = 256 << 20
 MESSAGE = "<BBHIIIqQIII"
-CODECS = ("none", "lz4", "zstd", "zstd_base", "zstd_delta")
+CODECS = (
+    *("none", "lz4", "zstd", "zstd_base", "zstd_delta"),
+    *("picture_base", "picture_delta", "cloud", "planes"),  # not decoded here, and not asked for
+)
 BASE_MAX = 32768
 
 
@@ -66,7 +69,7 @@ def decode_packet(data):
             require(p <= body and (p or not body), "size of the part")
             require(raw == body if codec == 0 else raw and body, "sizes of the message")
             require(codec == 0 or body <= raw + raw // 128 + 128, "size of a compressed body")
-            require(codec < 3 or raw <= BASE_MAX, "size of a base")
+            require(codec not in (3, 4) or raw <= BASE_MAX, "size of a base")
             _stamps(stamp)
             part, at = _take_part(data, at, p)
             frame = dict(
@@ -234,6 +237,7 @@ def delta_compress(sample, base, checksum=True):
 
 
 def decompress(codec, body, size):
+    require(codec in CODECS[:3], "a codec that no demand names")
     return (
         body
         if codec == "none"

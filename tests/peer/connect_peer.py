@@ -206,8 +206,10 @@ class Peer(Renewals, Listening, Asking, Calls):
         self._demands += 1
         number = self._demands if on else 0
         self._demand_of.update(dict.fromkeys(channels, number))
-        self._reassembly.go_on(dict(zip(channels, more.get("after", ()))))
-        self.send_control(type="demand", channels=list(channels), number=number, **more)
+        if "after" in more:
+            self._reassembly.go_on(dict.fromkeys(channels, more["after"]))
+        demands = [dict(channel=channel, number=number, **more) for channel in channels]
+        self.send_control(type="demand", channels=demands)
 
     def wait_samples(self, channel, count=1):
         return self.until(
@@ -327,11 +329,16 @@ class Peer(Renewals, Listening, Asking, Calls):
             self._service_withdrawn(number)
 
     def _on_demand(self, message):
-        self.demands.append(message)
-        for number in self.offered.keys() & message["channels"]:
-            self.demanded.pop(number, None)
-            if message["number"]:
-                self.demanded[number] = message["number"]
+        for demand in message["channels"]:
+            self.demands.append(demand)
+            number = demand["channel"]
+            if number in self.offered:
+                self.demanded.pop(number, None)
+                if demand["number"]:
+                    self.demanded[number] = demand["number"]
+
+    def _on_wheel(self, message):
+        """Who steers is of no interest here."""
 
     def _on_decline(self, message):
         self.declined[message["channel"]] = message["code"], message.get("reason", "")

@@ -124,7 +124,7 @@ def test_what_is_accepted(world, peer, service):
     mine = peer(services=["/s/**"], exports=[("/o/accepted", STRING, "volatile")])
     service("/s/accepted")
     service_there = attached(mine, "/s/accepted")
-    mine.send_control(type="demand", channels=[service_there.channel], number=1)
+    mine.demand(service_there.channel)
     mine.send_control(type="forget", channel=service_there.channel, calls=[1, 2, 3])
     mine.send_control(type="decline", channel=service_there.channel, code="failed", later=[1])
     assert answer_of(mine.call(service_there, TRUE)) == (True, "number 1")

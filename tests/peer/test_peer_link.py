@@ -185,7 +185,7 @@ def test_an_importer_goes_on_behind_what_it_has(world, peer):
     new = peer(session=old.welcome["session"], side=old.side)
     channel = new.find("/t/resumed")
     assert new.offers[channel]["resume"]
-    new.demand(channel, resume=True, after=[last + 1])
+    new.demand(channel, resume=True, after=last + 1)
     samples = new.wait_samples(channel, 2)
     assert words(samples) == ["kept", "too"]
     assert [sample.sequence for sample in samples] == [last + 2, last + 3]
@@ -207,7 +207,7 @@ def test_an_exporter_that_kept_something_is_asked_for_it(world, peer):
         first_round=lambda mine: mine.offer("/o/resumed", STRING, resume=True),
     )
     channel = new.channel_of("/o/resumed")
-    assert new.demands[-1]["after"] == [1]
+    assert new.demands[-1]["after"] == 1
     # It is ahead of that by less than 2^31, but would be too far ahead of 0.
     demand = new.demanded[channel]
     frame = message(channel, 1 << 31, cdr_string("two"))

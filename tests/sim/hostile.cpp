@@ -345,9 +345,10 @@ void Hostile::send_plausible() {
     case 0:
     case 1: return send_text(offer(number, rng_.pick(names)));
     case 2: return send_text(encode(Control{Withdraw{{{number}}}}));
-    case 3:
-      return send_text(encode(
-          Control{Demand{{{number}, {number + 1}}, static_cast<std::uint16_t>(rng_.chance(600))}}));
+    case 3: {
+      const auto wanted = static_cast<std::uint16_t>(rng_.chance(600));
+      return send_text(encode(Control{Demand{{{{number}, wanted}, {{number + 1}, wanted}}}}));
+    }
     case 4: {
       Accepts accepts;
       accepts.rules.push_back({{"/**", "/*/**/*", rng_.pick(names)}, {}});

@@ -311,7 +311,7 @@ std::string HostileServices::ask_in_vain() {
   const auto it = pick(theirs_, [](const Theirs&) { return true; });
   if (it == theirs_.end()) return "";
   if (rng_.chance(500)) {
-    say(Demand{{{it->first}}, static_cast<std::uint16_t>(rng_.chance(500))});
+    say(Demand{{{{it->first}, static_cast<std::uint16_t>(rng_.chance(500))}}});
   } else {
     say(Decline{{it->first}, "whim", "because"});
   }

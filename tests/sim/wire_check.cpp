@@ -316,11 +316,11 @@ void WireCheck::on_received(const Host& host, ConnectionId id, ByteView text) {
   }
   const auto* demand = std::get_if<Demand>(&control.value());
   if (demand == nullptr) return;
-  for (const ChannelId wanted : demand->channels) {
-    const auto channel = channels.find(wanted);
+  for (const auto& wanted : demand->channels) {
+    const auto channel = channels.find(wanted.channel);
     if (channel == channels.end() || channel->second.kind == InterfaceKind::kService) continue;
-    channel->second.demanded = demand->number != 0;
-    channel->second.demand = demand->number;
+    channel->second.demanded = wanted.number != 0;
+    channel->second.demand = wanted.number;
     channel->second.demanded_since = ledger_.now();
   }
 }

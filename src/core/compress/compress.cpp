@@ -166,7 +166,11 @@ Result<Bytes> decompress(ByteView body, Codec codec, std::size_t raw_bytes) {
     case Codec::kZstd: return decompress_zstd(body, raw_bytes);
     case Codec::kNone:
     case Codec::kZstdBase:
-    case Codec::kZstdDelta: break;
+    case Codec::kZstdDelta:
+    case Codec::kPictureBase:
+    case Codec::kPictureDelta:
+    case Codec::kCloud:
+    case Codec::kPlanes: break;
   }
   return malformed("a body of this codec is not decompressed on its own");
 }

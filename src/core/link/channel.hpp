@@ -53,6 +53,8 @@ class IncomingChannel {
   virtual Result<Nothing> on_attached(const Attached&, const Now&) {
     return Error{CloseCode::kUnknownChannel, "attached to a channel that is no service"};
   }
+  // The operator would take or leave the wheel of a topic that it offers.
+  virtual void on_wheel_wanted(WheelWant, const Now&) {}
   virtual Result<Nothing> on_refuse(const Refuse&, const Now&) {
     return Error{CloseCode::kUnknownChannel, "calls of a channel that is no service are refused"};
   }
@@ -66,14 +68,6 @@ struct Incoming {
   Reassembly::Stream stream{};
 };
 
-// The demand of one message for one channel.
-struct ChannelDemand {
-  std::uint16_t number = 0;              // 0: not wanted any longer
-  bool resume = false;                   // the exporter keeps messages that a lost connection loses
-  std::optional<std::uint32_t> after{};  // the exporter goes on behind this sequence
-  bool live = false;                     // no messages from before the demand
-};
-
 // A channel on which this side sends: a topic or a service that it offers, or its requests to a
 // service of the peer. A message of the wrong kind is ignored, or is an error of the peer.
 class OutgoingChannel {
@@ -82,6 +76,8 @@ class OutgoingChannel {
 
   virtual void on_demand(const ChannelDemand&, const Now&) {}
   virtual void on_decline(const Decline&, const Now&) {}
+  // The robot says who steers this topic.
+  virtual void on_wheel(WheelState, const Now&) {}
   virtual Result<Nothing> on_attach(const Attach&, const Now&) {
     return Error{CloseCode::kIllegal, "attached to a channel that is no service"};
   }

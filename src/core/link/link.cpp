@@ -231,13 +231,11 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
 
 // A message about a channel that this side has withdrawn crossed the `withdraw` on the way.
 Result<Nothing> Link::on(Demand& demand, const Now& now) {
-  for (std::size_t i = 0; i < demand.channels.size(); ++i) {
-    OutgoingChannel* channel = outgoing(demand.channels[i]);
+  for (const auto& of_channel : demand.channels) {
+    OutgoingChannel* channel = outgoing(of_channel.channel);
     if (!channel) continue;
-    ChannelDemand of_channel{demand.number, demand.resume, {}, demand.live};
-    if (!demand.after.empty()) of_channel.after = demand.after[i];
     channel->on_demand(of_channel, now);
-    if (demand.number == 0 && !account->demands.take(now.steady))  // mutant: demands_pace
+    if (of_channel.number == 0 && !account->demands.take(now.steady))  // mutant: demands_pace
       return Error{CloseCode::kTooLarge, "topics are demanded and not demanded too often"};
   }
   return Nothing{};
@@ -280,6 +278,19 @@ Result<Nothing> Link::on(Forget& forget, const Now& now) {
   if (OutgoingChannel* channel = outgoing(forget.channel)) return channel->on_forget(forget, now);
   if (!was_opened(forget.channel))
     return Error{CloseCode::kUnknownChannel, "calls of a service that was never offered"};
+  return Nothing{};
+}
+
+// The operator exports the topic, so its channel number stands in both directions.
+Result<Nothing> Link::on(Wheel& wheel, const Now& now) {
+  if (wheel.state) {
+    if (OutgoingChannel* channel = outgoing(wheel.channel)) channel->on_wheel(*wheel.state, now);
+    return Nothing{};
+  }
+  const Incoming* const to = incoming(wheel.channel);
+  if (!to || to->service)
+    return Error{CloseCode::kUnknownChannel, "the wheel of a topic that does not exist"};
+  if (to->channel) to->channel->on_wheel_wanted(*wheel.want, now);
   return Nothing{};
 }
 

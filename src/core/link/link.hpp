@@ -257,6 +257,7 @@ class Link final : public ConnectionUser {
   Result<Nothing> on(Attached& attached, const Now& now);
   Result<Nothing> on(Refuse& refuse, const Now& now);
   Result<Nothing> on(Forget& forget, const Now& now);
+  Result<Nothing> on(Wheel& wheel, const Now& now);
   template <class Other>
   Result<Nothing> on(const Other& message, const Now& now) {
     return user_.on(*this, message, now);

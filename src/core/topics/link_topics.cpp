@@ -1,9 +1,7 @@
 #include "core/topics/link_topics.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <map>
 #include <utility>
 
 #include "core/compress/compress.hpp"
@@ -107,26 +105,16 @@ void LinkTopics::change_demand(const PeerTopic& topic, bool on) {
 void LinkTopics::send_demands() {
   // A topic may be withdrawn by now. Ends go first: a channel may be demanded again under a new
   // number. All new demands share one number, as it only compares messages of one channel.
-  // `resume`, `live` and `after` hold for all channels of their message, so there are up to six
-  // messages.
-  for (const ChannelId number : ends_)
+  Demand demand;
+  for (const ChannelId number : std::exchange(ends_, {})) {
     if (const auto topic = topics_.find(number); topic != topics_.end()) topic->second.end_demand();
-  if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});
-  if (wants_.empty()) return;
-  if (++demands_ == 0) ++demands_;
-  std::map<std::array<bool, 3>, Demand> demands;
-  for (const ChannelId number : std::exchange(wants_, {})) {
-    const auto topic = topics_.find(number);
-    if (topic == topics_.end()) continue;
-    const auto begun = topic->second.begin_demand(demands_);
-    Demand& demand = demands[{begun.resume, begun.after.has_value(), begun.live}];
-    demand.number = demands_;
-    demand.resume = begun.resume;
-    demand.live = begun.live;
-    demand.channels.push_back(number);
-    if (begun.after) demand.after.push_back(*begun.after);
+    demand.channels.push_back({.channel = number});
   }
-  for (const auto& [how, demand] : demands) link_.send(demand);
+  if (!wants_.empty() && ++demands_ == 0) ++demands_;
+  for (const ChannelId number : std::exchange(wants_, {}))
+    if (const auto topic = topics_.find(number); topic != topics_.end())
+      demand.channels.push_back(topic->second.begin_demand(demands_));
+  if (!demand.channels.empty()) link_.send(demand);
 }
 
 void LinkTopics::add_status(LinkStatus& status) const {

@@ -199,7 +199,8 @@ ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
   demand_ = number;
   deltas_.clear();
   resume_ = may_resume();
-  ChannelDemand begun{number, resume_, {}, drives(treatment(), key_)};
+  ChannelDemand begun{
+      .channel = number_, .number = number, .resume = resume_, .live = drives(treatment(), key_)};
   const auto arrived = link_.arrived.extract(key_);
   if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
     begun.after = last_sequence_ = arrived.mapped().sequence;
@@ -232,6 +233,8 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
     dropped_.add(wanted ? DropReason::kMemory : DropReason::kNoDemand);
     return Nothing{};
   }
+  if (!may_answer(Decodes{}, message.codec))
+    return malformed("a message has a codec that its demand does not name");
   const auto useful = resolve(message, now);
   if (!useful) return useful.error();
   if (!useful.value()) return Nothing{};

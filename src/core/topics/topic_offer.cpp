@@ -82,7 +82,7 @@ void TopicOffer::configure_queue() {
 void TopicOffer::withdraw(const Ending& why) {
   offer_.close(why);
   queue_ = nullptr;
-  demand_ = 0;
+  demand_ = {};
   drop_held(DropReason::kWithdrawn);
 }
 
@@ -117,9 +117,8 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   // Another number for a demanded channel changes nothing (docs/protocol.md, "demand"): a peer that
   // repeats its demand cannot make this side begin again.
   if (demanded() == (demand.number != 0)) return;
-  demand_ = demand.number;  // mutant: demand_ends
+  demand_ = demand.number != 0 ? demand : ChannelDemand{};  // mutant: demand_ends
   resume_ = demand.resume && may_resume();
-  live_ = demand.live;
   demanded_at_ = now.system;
   if (demanded()) offer_.on_taken();
   offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
@@ -178,12 +177,12 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
   });
   drop(DropReason::kTooLarge, too_large);
   // These messages answer the new demand: under the old number the peer would drop them.
-  for (auto& message : kept.messages) message.demand = demand_;
+  for (auto& message : kept.messages) message.demand = demand_.number;
   link_.sending().go_on(number(), std::move(kept), now, link_.life.kept_until(now));
 }
 
 bool TopicOffer::is_live() const {
-  return (demanded() && live_) || drives(treatment(), topic_.key());
+  return (demanded() && demand_.live) || drives(treatment(), topic_.key());
 }
 
 bool TopicOffer::holds(OriginId origin) const {
@@ -267,7 +266,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
     return lose(sample, DropReason::kNoDemand);  // withdrawn while a worker compressed
   raw_bytes_ += sample.raw.size();
   OutMessage message = message_of(sample, codec, body);
-  message.demand = demand_;
+  message.demand = demand_.number;
   // A message is kept to be sent again only if every step promises it: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   if (keep() == Keep::kAll) message.state.reset();

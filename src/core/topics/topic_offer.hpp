@@ -96,7 +96,11 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool is_declined() const { return offer_.is_declined(); }
   [[nodiscard]] bool is_open() const { return offer_.is_open(); }
   [[nodiscard]] Link& link() const { return link_; }
-  [[nodiscard]] bool demanded() const { return demand_ != 0; }
+  [[nodiscard]] bool demanded() const { return demand_.number != 0; }
+  // The forms of a message that the peer decodes, and whether they need not be exact; none without
+  // a demand.
+  [[nodiscard]] const Decodes& decodes() const { return demand_.decodes; }
+  [[nodiscard]] bool may_be_lossy() const { return demand_.lossy; }
   // True for a peer that drives, by its own demand or our rule: messages published before the
   // demand do not go to it.
   [[nodiscard]] bool is_live() const;
@@ -131,9 +135,8 @@ class TopicOffer final : public OutgoingChannel {
   const bool parameter_events_;    // each origin, and each message, has its own right
   ChannelQueue* queue_ = nullptr;  // the queue of the channel; null without a channel
   std::string type_hash_;          // as offered
-  std::uint16_t demand_ = 0;       // the number that the peer gave the demand; 0: none
+  ChannelDemand demand_;           // the peer's; number 0: none
   bool resume_ = false;            // the demand requests messages that a lost connection loses
-  bool live_ = false;              // the demand excludes messages published before it
   Stamp demanded_at_ = 0;          // time of the last change of the demand
   bool told_late_ = false;
   KeepDecision keep_;

@@ -6,9 +6,20 @@
 
 namespace connect_bridge {
 
-// A message of the last two kinds becomes the base of its origin. The body of a kZstdDelta refers
-// to the previous base (docs/protocol.md section 6).
-enum class Codec : std::uint8_t { kNone = 0, kLz4 = 1, kZstd = 2, kZstdBase = 3, kZstdDelta = 4 };
+// A message of kZstdBase or kZstdDelta becomes the base of its origin. The body of a kZstdDelta
+// refers to the previous base, and kPictureDelta to the previous picture (docs/protocol.md section
+// 6). Those from kPictureBase on are sent only where the demand names them (Decodes).
+enum class Codec : std::uint8_t {
+  kNone = 0,
+  kLz4 = 1,
+  kZstd = 2,
+  kZstdBase = 3,
+  kZstdDelta = 4,
+  kPictureBase = 5,
+  kPictureDelta = 6,
+  kCloud = 7,
+  kPlanes = 8
+};
 
 // Largest base (raw), and the limit for all bases of a link. Each base counts kBaseOverheadBytes
 // more (docs/protocol.md section 12).

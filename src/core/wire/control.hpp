@@ -13,6 +13,7 @@
 #include "core/base/priority.hpp"
 #include "core/base/qos.hpp"
 #include "core/base/result.hpp"
+#include "core/wire/codec.hpp"
 
 namespace connect_bridge {
 
@@ -26,18 +27,20 @@ inline constexpr std::size_t kOfferChannelsMax = 256;     // channels in one off
 inline constexpr std::size_t kChannelOriginsMax = 1024;   // origins of one channel
 // Origins and listeners that one message adds. Those of usual names make about 16 KiB.
 inline constexpr std::size_t kAddedMax = 64;
-inline constexpr std::size_t kRemovedMax = 1024;        // and removes
-inline constexpr std::size_t kChannelIdsMax = 4096;     // channels in one withdraw or demand
-inline constexpr std::size_t kAcceptRulesMax = 1024;    // rules in one accepts
-inline constexpr std::size_t kAcceptEntriesMax = 4096;  // patterns and types of one accepts
-inline constexpr std::size_t kWildcardsMax = 256;       // patterns with a star of one accepts
-inline constexpr std::size_t kWildcardBytesMax = 4096;  // of these, each from its first star on
-inline constexpr std::size_t kNameBytesMax = 255;       // a name, pattern, type, hash or node
-inline constexpr std::size_t kListenersMax = 1024;      // listeners of a link
-inline constexpr std::size_t kCallIdsMax = 8192;        // calls in one message
-inline constexpr std::size_t kAskedMax = 64;            // names in one question
-inline constexpr std::size_t kCodeBytesMax = 32;        // of a decline, refuse, withdraw or answer
-inline constexpr std::size_t kReasonBytesMax = 512;     // the sentence with it
+inline constexpr std::size_t kRemovedMax = 1024;         // and removes
+inline constexpr std::size_t kChannelIdsMax = 4096;      // channels in one withdraw
+inline constexpr std::size_t kDemandChannelsMax = 1024;  // channels in one demand
+inline constexpr std::size_t kDecodesMax = 16;           // words of one `decodes`
+inline constexpr std::size_t kAcceptRulesMax = 1024;     // rules in one accepts
+inline constexpr std::size_t kAcceptEntriesMax = 4096;   // patterns and types of one accepts
+inline constexpr std::size_t kWildcardsMax = 256;        // patterns with a star of one accepts
+inline constexpr std::size_t kWildcardBytesMax = 4096;   // of these, each from its first star on
+inline constexpr std::size_t kNameBytesMax = 255;        // a name, pattern, type, hash or node
+inline constexpr std::size_t kListenersMax = 1024;       // listeners of a link
+inline constexpr std::size_t kCallIdsMax = 8192;         // calls in one message
+inline constexpr std::size_t kAskedMax = 64;             // names in one question
+inline constexpr std::size_t kCodeBytesMax = 32;         // of a decline, refuse, withdraw or answer
+inline constexpr std::size_t kReasonBytesMax = 512;      // the sentence with it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol version. Decline it with "unsupported".
@@ -87,16 +90,44 @@ struct Withdraw {
   std::string code = {};
   std::string reason = {};
 };
-// "demand": the importer wants (or no longer wants) the messages of these channels.
-struct Demand {
-  std::vector<ChannelId> channels;
-  std::uint16_t number = 0;  // carried by their messages from now on; 0: not wanted any longer
+// The bodies that an importer decodes beside those of codecs 0 to 4.
+struct Decodes {
+  bool vp8 = false;     // Codec::kPictureBase, Codec::kPictureDelta
+  bool cloud = false;   // Codec::kCloud
+  bool planes = false;  // Codec::kPlanes
+
+  friend bool operator==(const Decodes&, const Decodes&) = default;
+};
+// May messages of this codec answer a demand with these `decodes`?
+[[nodiscard]] constexpr bool may_answer(const Decodes& decodes, Codec codec) {
+  switch (codec) {
+    case Codec::kNone:
+    case Codec::kLz4:
+    case Codec::kZstd:
+    case Codec::kZstdBase:
+    case Codec::kZstdDelta: return true;
+    case Codec::kPictureBase:
+    case Codec::kPictureDelta: return decodes.vp8;
+    case Codec::kCloud: return decodes.cloud;
+    case Codec::kPlanes: return decodes.planes;
+  }
+  return false;
+}
+// The importer wants, or no longer wants, the messages of one channel.
+struct ChannelDemand {
+  ChannelId channel;
+  std::uint16_t number = 0;  // carried by its messages from now on; 0: not wanted any longer
   // The exporter keeps messages that a lost connection loses, and sends them again on the next one.
   bool resume = false;
-  // For each channel, the last sequence that arrived on the previous connection: the channel goes
-  // on after that. Empty: none goes on.
-  std::vector<std::uint32_t> after = {};
+  // The last sequence that arrived on the previous connection: the channel goes on behind it.
+  std::optional<std::uint32_t> after = {};
   bool live = false;  // no messages from before the demand
+  Decodes decodes = {};
+  bool lossy = false;  // forms that are not exact may come, too
+};
+// "demand": the demands of these channels, in order.
+struct Demand {
+  std::vector<ChannelDemand> channels;
 };
 // "accepts": the interfaces that this side would import, so that the peer offers only those. One
 // entry per rule.
@@ -187,6 +218,16 @@ struct Answered {
   std::vector<std::string> codes;
 };
 
+// "wheel": who steers the topic of this channel. The robot imports it and sends `state`; the
+// operator exports it and sends `want`. Exactly one of the two is there.
+enum class WheelState : std::uint8_t { kFree, kYours, kTaken, kHalted };
+enum class WheelWant : std::uint8_t { kTake, kLeave };
+struct Wheel {
+  ChannelId channel;
+  std::optional<WheelState> state = {};
+  std::optional<WheelWant> want = {};
+};
+
 // "renew": the client logs in again on the open connection, before its login expires.
 struct Renew {
   std::string method;
@@ -197,8 +238,9 @@ struct Renewed {
   bool accepted = false;
 };
 
-using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
-                             Attached, Refuse, Forget, Renew, Renewed, Listeners, Ask, Answered>;
+using Control =
+    std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach, Attached,
+                 Refuse, Forget, Renew, Renewed, Listeners, Ask, Answered, Wheel>;
 
 // The size of all lists of an `accepts` together.
 struct AcceptsSize {

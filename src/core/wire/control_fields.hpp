@@ -8,6 +8,8 @@
 //   cleaned    text for people: invalid characters are replaced; optional for a reader
 //   list       values, with a limit of their number
 //   word       an enumerator; optional for a reader
+//   optional_word  an enumerator that may be absent
+//   flags      members that are true, as a list of their words; optional, unknown words are ignored
 //   duration   absent if it is forever
 //   check      a condition that only the reader checks
 #pragma once
@@ -38,7 +40,7 @@ concept Is = std::same_as<std::remove_const_t<T>, Message>;
 // The "type" of each message, in the order of Control.
 inline constexpr auto kControlTypes = std::to_array<std::string_view>(
     {"offer", "origins", "withdraw", "demand", "accepts", "decline", "attach", "attached", "refuse",
-     "forget", "renew", "renewed", "listeners", "ask", "answer"});
+     "forget", "renew", "renewed", "listeners", "ask", "answer", "wheel"});
 static_assert(kControlTypes.size() == std::variant_size_v<Control>);
 
 void fields(auto& io, Is<Qos> auto& qos) {
@@ -106,14 +108,26 @@ void fields(auto& io, Is<Withdraw> auto& withdraw) {
   io.cleaned("reason", withdraw.reason, kReasonBytesMax);
 }
 
-void fields(auto& io, Is<Demand> auto& demand) {
-  io.list("channels", demand.channels, kChannelIdsMax);
+void fields(auto& io, Is<ChannelDemand> auto& demand) {
+  io.member("channel", demand.channel);
   io.member("number", demand.number);
   io.member("resume", demand.resume, Presence::kOptional);
+  io.member("after", demand.after, Presence::kOptional);
   io.member("live", demand.live, Presence::kOptional);
-  if (io.list("after", demand.after, kChannelIdsMax, Presence::kOptional))
-    io.check(demand.after.size() == demand.channels.size(), "after",
-             "does not have a number for each channel");
+  io.flags("decodes", demand.decodes, kDecodesWords, kDecodesMax);
+  io.member("lossy", demand.lossy, Presence::kOptional);
+}
+
+void fields(auto& io, Is<Demand> auto& demand) {
+  io.list("channels", demand.channels, kDemandChannelsMax);
+}
+
+void fields(auto& io, Is<Wheel> auto& wheel) {
+  io.member("channel", wheel.channel);
+  io.optional_word("state", wheel.state, kWheelStateWords);
+  io.optional_word("want", wheel.want, kWheelWantWords);
+  io.check(wheel.state.has_value() != wheel.want.has_value(), "state",
+           "and \"want\" are not exactly one");
 }
 
 void fields(auto& io, Is<AcceptedNames> auto& names) {

@@ -76,6 +76,24 @@ class ControlReader {
     value = known.value_or(value);
   }
 
+  template <class Enum, std::size_t N>
+  void optional_word(std::string_view name, std::optional<Enum>& value,
+                     const std::array<Word<Enum>, N>& words) {
+    const ControlValue* found = find(name, Presence::kOptional);
+    if (found == nullptr) return;
+    if (found->type == Type::kText) value = value_of(words, found->text);
+    check(value.has_value(), name, "is not one of its words");
+  }
+
+  template <class Flags, std::size_t N>
+  void flags(std::string_view name, Flags& value, const std::array<Word<bool Flags::*>, N>& words,
+             std::size_t items_max) {
+    std::vector<std::string> entries;
+    list(name, entries, items_max, Presence::kOptional);
+    for (const auto& entry : entries)
+      if (const auto flag = value_of(words, entry)) value.** flag = true;
+  }
+
   void duration(std::string_view name, Duration& value) {
     const ControlValue* found = find(name, Presence::kOptional);
     if (found == nullptr) return;

@@ -69,6 +69,21 @@ class ControlWriter {
     member_of(name) = word_of(words, value);
   }
 
+  template <class Enum, std::size_t N>
+  void optional_word(std::string_view name, std::optional<Enum> value,
+                     const std::array<Word<Enum>, N>& words) {
+    if (value) word(name, *value, words);
+  }
+
+  template <class Flags, std::size_t N>
+  void flags(std::string_view name, const Flags& value,
+             const std::array<Word<bool Flags::*>, N>& words, std::size_t) {
+    OrderedJson::array_t entries;
+    for (const auto& [flag, word] : words)
+      if (value.*flag) entries.emplace_back(word);
+    if (!entries.empty()) member_of(name) = std::move(entries);
+  }
+
   void duration(std::string_view name, Duration value) {
     if (value >= Duration::zero() && value <= kDurationMax) member_of(name) = value.count();
   }

@@ -65,7 +65,7 @@ std::optional<ByteView> take_part(ByteView& rest, std::size_t header, std::uint3
 Outcome read_message(ByteView& rest) {
   MessageFrame frame;
   const auto codec = rest[1];
-  if (codec > static_cast<std::uint8_t>(Codec::kZstdDelta)) {
+  if (codec > static_cast<std::uint8_t>(Codec::kPlanes)) {
     return malformed("a message frame has the unknown codec " + std::to_string(codec));
   }
   frame.codec = static_cast<Codec>(codec);

@@ -46,6 +46,22 @@ inline constexpr std::array<Word<Liveliness>, 2> kLivelinessWords{{
     {Liveliness::kManualByTopic, "manual_by_topic"},
 }};
 
+inline constexpr std::array<Word<WheelState>, 4> kWheelStateWords{{
+    {WheelState::kFree, "free"},
+    {WheelState::kYours, "yours"},
+    {WheelState::kTaken, "taken"},
+    {WheelState::kHalted, "halted"},
+}};
+inline constexpr std::array<Word<WheelWant>, 2> kWheelWantWords{{
+    {WheelWant::kTake, "take"},
+    {WheelWant::kLeave, "leave"},
+}};
+inline constexpr std::array<Word<bool Decodes::*>, 3> kDecodesWords{{
+    {&Decodes::vp8, "vp8"},
+    {&Decodes::cloud, "cloud"},
+    {&Decodes::planes, "planes"},
+}};
+
 template <class Words, class Enum>
 [[nodiscard]] constexpr std::string_view word_of(const Words& words, Enum value) {
   for (const auto& entry : words) {

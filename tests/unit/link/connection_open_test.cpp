@@ -112,7 +112,7 @@ TEST(ConnectionOpen, AnAckOfMoreThanWasSentEndsTheLink) {
 TEST(ConnectionOpen, OnlyBinaryPacketsOfStateOpenCount) {
   auto script = open_client();
   EXPECT_EQ(script.link.received_bytes(), 0U);  // not the welcome
-  EXPECT_EQ(script.text(R"({"type":"demand","channels":[1],"number":1})"), "control");
+  EXPECT_EQ(script.text(R"({"type":"demand","channels":[{"channel":1,"number":1}]})"), "control");
   EXPECT_EQ(script.link.received_bytes(), 0U);
   script.expect(1);
   script.binary(message(1, 1, 56));

@@ -99,7 +99,7 @@ TEST(Handshake, EveryStateTakesItsOwnPacketsOnly) {
 }
 
 TEST(Handshake, TextIsLegalInStateOpenOnly) {
-  const std::string demand = R"({"type":"demand","channels":[1],"number":1})";
+  const std::string demand = R"({"type":"demand","channels":[{"channel":1,"number":1}]})";
   EXPECT_EQ(Script(true).text(demand), "failed 4009");
   EXPECT_EQ(await_login().text(demand), "failed 4009");
   EXPECT_EQ(authenticating().text(demand), "failed 4009");

@@ -31,6 +31,9 @@ struct Receives final : IncomingChannel {
   void on_withdraw(const Withdraw& why, const Now&) override {
     words += link.expects(why.channels.front()) ? "withdrawn too early" : "withdrawn";
   }
+  void on_wheel_wanted(WheelWant want, const Now&) override {
+    words += want == WheelWant::kTake ? "take" : "leave";
+  }
   Result<Nothing> on_origins(const OriginsChanged& change, const Now&) override {
     words += "origins of " + std::to_string(change.channel.value);
     return Nothing{};
@@ -47,6 +50,9 @@ struct Sends final : OutgoingChannel {
     if (demand.after) words += " after " + std::to_string(*demand.after);
   }
   void on_decline(const Decline&, const Now&) override { words += "declined"; }
+  void on_wheel(WheelState state, const Now&) override {
+    words += state == WheelState::kHalted ? "halted" : "another state";
+  }
   Result<Nothing> on_attach(const Attach& attach, const Now&) override {
     words += "attach " + std::to_string(attach.requests.value);
     return Nothing{};
@@ -156,7 +162,7 @@ TEST(Link, WhatCrossesOurWithdrawIsNoErrorOfThePeer) {
   Numbered s;
   const ChannelId number = s.link.open_channel(s.mouth);
   s.link.withdraw(number);
-  EXPECT_EQ(s.hear(Demand{{number}, 1}), "");
+  EXPECT_EQ(s.hear(Demand{{{number, 1}}}), "");
   EXPECT_EQ(s.hear(Decline{number, "qos", "why"}), "");
   EXPECT_EQ(s.hear(Forget{number, {}}), "");
   EXPECT_EQ(s.hear(Attach{number, {8}}), "");
@@ -209,17 +215,17 @@ TEST(Link, OffersThatComeAndGoAndDemandsThatEndAreLimited) {
   for (std::uint32_t i = 1; i <= 100; ++i) {
     s.link.expect({i}, requests);
     EXPECT_EQ(s.withdraw(i), "");
-    EXPECT_EQ(s.hear(Demand{{topic}, 1}), "");
+    EXPECT_EQ(s.hear(Demand{{{topic, 1}}}), "");
   }
   for (int i = 0; i < Account::kBurst; ++i) {
     s.link.expect_offered({5}, InterfaceKind::kTopic);
     EXPECT_EQ(s.withdraw(5), "");
-    EXPECT_EQ(s.hear(Demand{{topic}, 0}), "");
+    EXPECT_EQ(s.hear(Demand{{{topic, 0}}}), "");
   }
   s.link.expect_offered({5}, InterfaceKind::kTopic);
   EXPECT_EQ(s.withdraw(5), "too_large");
-  EXPECT_EQ(s.hear(Demand{{topic}, 0}), "too_large");
-  EXPECT_EQ(s.hear(Demand{{topic}, 0}, 1000), "");
+  EXPECT_EQ(s.hear(Demand{{{topic, 0}}}), "too_large");
+  EXPECT_EQ(s.hear(Demand{{{topic, 0}}}, 1000), "");
 }
 
 TEST(Link, ALostConnectionTakesItsChannelsButNeitherNumbersNorWhatWasAdmitted) {
@@ -274,14 +280,34 @@ TEST(Link, WhatIsRememberedOfATopicTakesMemoryOfTheLink) {
   EXPECT_EQ(other.messages, 0U);
 }
 
-TEST(Link, EachChannelOfADemandGoesOnBehindItsOwnSequence) {
+TEST(Link, EachChannelOfADemandHasItsOwnFlags) {
   Numbered s;
   Sends other;
   const ChannelId one = s.link.open_channel(s.mouth);
   const ChannelId two = s.link.open_channel(other);
-  EXPECT_EQ(s.hear(Demand{{one, {99}, two}, 4, true, {7, 8, 9}}), "");
+  EXPECT_EQ(s.hear(Demand{{{one, 4, true, 7}, {{99}, 4, true, 8}, {two, 0}}}), "");
   EXPECT_EQ(s.mouth.words, "demand 4 after 7");
-  EXPECT_EQ(other.words, "demand 4 after 9");
+  EXPECT_EQ(other.words, "demand 0");
+}
+
+// The channel is the operator's in both directions: the robot imports the topic.
+TEST(Link, TheWheelOfATopicIsItsChannelsAffair) {
+  Numbered s;
+  Receives robots(s.link);
+  const ChannelId steered = s.link.open_channel(s.mouth);
+  s.link.expect_offered({5}, InterfaceKind::kTopic);
+  EXPECT_EQ(s.hear(Wheel{{5}, {}, WheelWant::kTake}), "");  // declined here
+  s.link.take_offered({5}, robots);
+  EXPECT_EQ(s.hear(Wheel{steered, WheelState::kHalted}), "");
+  EXPECT_EQ(s.hear(Wheel{{5}, {}, WheelWant::kTake}), "");
+  EXPECT_EQ(s.hear(Wheel{{5}, {}, WheelWant::kLeave}), "");
+  EXPECT_EQ(s.mouth.words, "halted");
+  EXPECT_EQ(robots.words, "takeleave");
+  // A state may cross our withdraw; a wish comes only for a topic that the peer offers.
+  EXPECT_EQ(s.hear(Wheel{{99}, WheelState::kFree}), "");
+  s.link.expect_offered({6}, InterfaceKind::kService);
+  EXPECT_EQ(s.hear(Wheel{{6}, {}, WheelWant::kTake}), kUnknown);
+  EXPECT_EQ(s.hear(Wheel{{7}, {}, WheelWant::kTake}), kUnknown);
 }
 
 }  // namespace

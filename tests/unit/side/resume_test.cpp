@@ -24,7 +24,7 @@ struct Exporting : Script {
       : Script(std::move(options)) {
     graph({topic("/a").pub(1, q)});
     session = join(1);
-    say(1, Demand{{{1}}, 1, true});
+    say(1, Demand{{{{1}, 1, true}}});
     take(2, 1, "a");
     EXPECT_EQ(said(1), "1.1 a\n");
     acknowledge(1);
@@ -64,7 +64,7 @@ TEST(SideResume, WhatABreakLosesComesLaterAndOnce) {
   s.come_back();
   s.take(2, 1, "e");
   EXPECT_EQ(s.said(2), "");  // not demanded yet
-  s.say(2, Demand{{{2}}, 1, true, {2}});
+  s.say(2, Demand{{{{2}, 1, true, 2}}});
   s.take(2, 1, "f");
   EXPECT_EQ(all_said(s, 2), "2.1 c\n2.1 d\n2.1 e\n2.1 f\n");
   EXPECT_EQ(s.status().links.at(0).topics.at(0).messages, 6U);
@@ -79,7 +79,7 @@ TEST(SideResume, NumbersRiseAlsoWhereNothingIsLeft) {
   s.pass(59'900);
   s.come_back();
   s.pass(200);  // what was kept is over
-  s.say(2, Demand{{{2}}, 1, true, {7}});
+  s.say(2, Demand{{{{2}, 1, true, 7}}});
   s.take(3, 1, "b");
   EXPECT_EQ(next_sequence(s, 2), 8U);
 }
@@ -126,7 +126,7 @@ TEST(SideResume, ANewSessionResumesNothing) {
     s.be_welcomed(1);
     s.say(1, Accepts{{{{"/**"}, {}}}, {}});
     s.said(1);
-    s.say(1, Demand{{{1}}, 1, true});
+    s.say(1, Demand{{{{1}, 1, true}}});
     s.take(2, 1, "b");
     s.lose(1);
     s.pass(500);
@@ -140,7 +140,7 @@ TEST(SideResume, ANewSessionResumesNothing) {
     s.be_welcomed(3, 0, Script::peer_id(kept ? 77 : 78));
     s.say(3, Accepts{{{{"/**"}, {}}}, {}});
     all_said(s, 3);
-    s.say(3, Demand{{{3}}, 1, true, {0}});
+    s.say(3, Demand{{{{3}, 1, true, 0}}});
     EXPECT_EQ(all_said(s, 3), kept ? "3.1 b\n" : "");
   }
 }
@@ -150,7 +150,7 @@ TEST(SideResume, BestEffortIsNotKept) {
   s.lose(1);
   s.take(2, 1, "b");
   s.come_back();
-  s.say(2, Demand{{{2}}, 1, true, {1}});
+  s.say(2, Demand{{{{2}, 1, true, 1}}});
   s.take(3, 1, "c");
   EXPECT_EQ(s.said(2), "2.1 c\n");
 }
@@ -159,7 +159,7 @@ TEST(SideResume, BestEffortIsNotKept) {
 TEST(SideResume, WhatCannotBeKeptIsCounted) {
   Exporting s;
   s.join(3);
-  s.say(3, Demand{{{1}}, 1, true});
+  s.say(3, Demand{{{{1}, 1, true}}});
   s.lose(1);
   s.graph({topic("/a").pub(1, qos()).pub(2, best_effort())});
   EXPECT_EQ(s.did().substr(0, 26), "unsubscribe 2\nsubscribe 3 ");
@@ -210,7 +210,7 @@ TEST(SideResume, OtherRulesLeaveWhatIsKept) {
   EXPECT_EQ(s.did(), "");
   s.take(2, 1, "c");
   s.come_back();
-  s.say(2, Demand{{{2}}, 1, true, {1}});
+  s.say(2, Demand{{{{2}, 1, true, 1}}});
   EXPECT_EQ(all_said(s, 2), "2.1 b\n2.1 c\n");
 }
 
@@ -222,7 +222,7 @@ TEST(SideResume, AChangeOfAnotherIdentityLeavesWhatIsKept) {
   s.login(3, {}, Identity{"bert", {}, 0, "token:3"});
   s.give(IdentitiesChanged{{{"token:3", Identity{"bert", {"crew"}, 0, "token:3"}}}});
   s.come_back();
-  s.say(2, Demand{{{2}}, 1, true, {1}});
+  s.say(2, Demand{{{{2}, 1, true, 1}}});
   EXPECT_EQ(s.said(2), "2.1 b\n");
 }
 
@@ -244,7 +244,7 @@ TEST(SideResume, APublisherThatEndedMeanwhileIsStillHeard) {
   s.graph({});
   s.pass(20'000);
   s.come_back();
-  s.say(2, Demand{{{2}}, 1, true, {1}});
+  s.say(2, Demand{{{{2}, 1, true, 1}}});
   EXPECT_EQ(s.said(2), "2.1 b\n");
   s.acknowledge(2);
   s.pass(1000);

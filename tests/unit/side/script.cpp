@@ -83,7 +83,7 @@ void Script::say_text(std::uint32_t connection, const std::string& text) {
 }
 
 void Script::demand(std::uint32_t connection, std::uint32_t channel, bool on) {
-  say(connection, Demand{{{channel}}, static_cast<std::uint16_t>(on ? 1 : 0)});
+  say(connection, Demand{{{{channel}, static_cast<std::uint16_t>(on ? 1 : 0)}}});
 }
 
 void Script::message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
@@ -209,9 +209,9 @@ std::string Script::said(std::uint32_t connection) {
   std::string lines;
   while (const auto packet = side.next_packet({connection}, flow_test::now_ms(at))) {
     const std::string line = line_of(*packet);
-    if (const auto demand = demand_of(*packet); demand && demand->number)
-      for (const ChannelId channel : demand->channels)
-        demands_[{connection, channel}] = demand->number;
+    if (const auto demand = demand_of(*packet))
+      for (const auto& of : demand->channels)
+        if (of.number) demands_[{connection, of.channel}] = of.number;
     if (!packet->text) sent_bytes_[connection] += packet->size();
     if (!line.empty()) lines += line + "\n";
   }

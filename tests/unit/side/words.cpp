@@ -127,6 +127,22 @@ std::string word_of(const Audit& line) {
   return line.reason.empty() ? word : word + ": " + line.reason;
 }
 
+// A line for each run of channels that are demanded alike.
+std::string word_of_demands(const std::vector<ChannelDemand>& channels) {
+  std::string lines;
+  std::string before;
+  for (const auto& demand : channels) {
+    std::string how = demand.number ? " on" : " off";
+    if (demand.resume) how += " resume";
+    if (demand.live) how += " live";
+    if (demand.after) how += " after " + std::to_string(*demand.after);
+    if (how != before) lines += before + (lines.empty() ? "demand" : "\ndemand");
+    lines += " " + std::to_string(demand.channel.value);
+    before = how;
+  }
+  return lines + before;
+}
+
 std::string word_of(const Control& control) {
   const auto ids = [](const auto& list) { return list_of(list, [](auto i) { return i.value; }); };
   const auto origins = [](const std::vector<OriginOffer>& list) {
@@ -147,13 +163,9 @@ std::string word_of(const Control& control) {
           [&](const Withdraw& m) {
             return "withdraw " + ids(m.channels) + (m.code.empty() ? "" : " " + m.code);
           },
-          [&](const Demand& m) {
-            std::string line = "demand " + ids(m.channels) + (m.number ? " on" : " off");
-            if (m.resume) line += " resume";
-            if (m.live) line += " live";
-            if (!m.after.empty()) line += " after";
-            for (const std::uint32_t sequence : m.after) line += " " + std::to_string(sequence);
-            return line;
+          [&](const Demand& m) { return word_of_demands(m.channels); },
+          [&](const Wheel& m) {
+            return "wheel " + std::to_string(m.channel.value) + (m.state ? " state" : " want");
           },
           [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
           [&](const Listeners& m) {
@@ -225,7 +237,9 @@ std::string line_of(const Packet& packet) {
     if (!frame.value()) return line;
     std::string word;
     if (const auto* m = std::get_if<MessageFrame>(&*frame.value())) {
-      const char* codecs[] = {"", " lz4", " zstd", " base", " delta"};
+      const char* codecs[] = {"",       " lz4",          " zstd",          " base",
+                              " delta", " picture base", " picture delta", " cloud",
+                              " planes"};
       word = std::to_string(m->channel.value) + "." + std::to_string(m->subject.value) +
              (m->codec == Codec::kNone ? " " + text_of(m->part)
                                        : codecs[static_cast<std::size_t>(m->codec)]);

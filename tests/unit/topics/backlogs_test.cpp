@@ -24,12 +24,16 @@ struct Keeping {
   explicit Keeping(const Rule& treated = everything()) : s({treated}) {
     s.see(topic("/a").pub(1));
     EXPECT_TRUE(open());
-    demand({1, true});
+    demand(demand_of(1, true));
   }
 
   bool open() {
     offer.emplace(s.context, s.subject, peer.link);
     return offer->open().has_value();
+  }
+  static ChannelDemand demand_of(std::uint16_t number, bool resume,
+                                 std::optional<std::uint32_t> after = {}) {
+    return {.channel = {1}, .number = number, .resume = resume, .after = after};
   }
   void demand(const ChannelDemand& demand, std::int64_t at = 0) {
     offer->on_demand(demand, ms(at));
@@ -98,7 +102,7 @@ TEST(Backlogs, WhatMayNotHaveArrivedAndWhatIsPublishedMeanwhileComesInItsOrder) 
   EXPECT_TRUE(s.subject.contains(s.id()));
   EXPECT_EQ(s.kept().queued, 5U);
   EXPECT_TRUE(s.come_back(100));
-  EXPECT_TRUE(s.go_on({1, true, 1}, 100));  // the first has arrived
+  EXPECT_TRUE(s.go_on(s.demand_of(1, true, 1), 100));  // the first has arrived
   EXPECT_EQ(s.said(100), "2.1 b\n2.1 c\n2.1 d\n2.1 e\n");
   EXPECT_TRUE(s.subject.empty());
   EXPECT_EQ(s.past().messages, 1U);
@@ -111,12 +115,12 @@ TEST(Backlogs, WhatHasNotArrivedWhenTheLinkIsLostAgainIsKeptAgain) {
   s.lose(0, {reliable_sample("b")});
   s.publish("c");
   EXPECT_TRUE(s.come_back());
-  EXPECT_TRUE(s.go_on({1, true, 0}));
+  EXPECT_TRUE(s.go_on(s.demand_of(1, true, 0)));
   s.peer.said();  // the first is under way
   s.lose();
   EXPECT_EQ(s.kept().queued, 3U);
   EXPECT_TRUE(s.come_back(100));
-  EXPECT_TRUE(s.go_on({1, true, 1}, 100));
+  EXPECT_TRUE(s.go_on(s.demand_of(1, true, 1), 100));
   EXPECT_EQ(s.said(100), "3.1 b\n3.1 c\n");
 }
 
@@ -138,14 +142,14 @@ TEST(Backlogs, APeerThatDoesNotSayWhatArrivedGetsNothingAgain) {
   s.lose();
   s.publish("b");
   EXPECT_TRUE(s.come_back());
-  EXPECT_FALSE(s.go_on({1, true, {}}));
+  EXPECT_FALSE(s.go_on(s.demand_of(1, true)));
   EXPECT_EQ(s.said(), "");
   EXPECT_TRUE(s.subject.empty());
   EXPECT_EQ(s.past().dropped.of(DropReason::kNoDemand), 2U);
 }
 
 TEST(Backlogs, APeerThatWantsNothingKeptOrNothingAtAllGetsNothingAgain) {
-  for (const ChannelDemand& demanded : {ChannelDemand{1, false, 0}, ChannelDemand{}}) {
+  for (const ChannelDemand& demanded : {Keeping::demand_of(1, false, 0), ChannelDemand{}}) {
     Keeping s;
     s.send("a");
     s.lose();
@@ -154,7 +158,7 @@ TEST(Backlogs, APeerThatWantsNothingKeptOrNothingAtAllGetsNothingAgain) {
     EXPECT_EQ(s.said(), "");
     EXPECT_FALSE(s.subject.contains(s.id()));
     EXPECT_EQ(s.past().dropped.of(DropReason::kNoDemand), 1U);
-    EXPECT_FALSE(s.go_on({2, true, 0}));  // nor does a later demand find it
+    EXPECT_FALSE(s.go_on(s.demand_of(2, true, 0)));  // nor does a later demand find it
   }
 }
 
@@ -210,7 +214,7 @@ TEST(Backlogs, UnderOtherRulesNothingGoesOn) {
   EXPECT_EQ(s.kept().queued, 0U);
   EXPECT_EQ(s.past().dropped.of(DropReason::kWithdrawn), 1U);
   EXPECT_EQ(s.past().dropped.total(), 1U);
-  EXPECT_FALSE(s.go_on({1, true, 0}));
+  EXPECT_FALSE(s.go_on(s.demand_of(1, true, 0)));
   EXPECT_EQ(s.said(), "");
 }
 
@@ -236,7 +240,7 @@ TEST(Backlogs, OfAnotherDefinitionOfTheTypeNothingGoesOn) {
     Keeping s;
     s.s.see(of_type("RIHS01_1"));
     ASSERT_TRUE(s.open());
-    s.demand({1, true});
+    s.demand(s.demand_of(1, true));
     s.send("a");
     s.lose();
     s.s.see(of_type(changes ? "RIHS01_2" : "RIHS01_1"));
@@ -328,7 +332,7 @@ TEST(Backlogs, OneLineSaysWhatABreakHasLost) {
   other.on_graph(ms(0));
   TopicOffer its_offer(s.s.context, other, s.peer.link);
   ASSERT_TRUE(its_offer.open());
-  its_offer.on_demand({1, true}, ms(0));
+  its_offer.on_demand(Keeping::demand_of(1, true), ms(0));
   Backlogs its(s.s.context, other.what(), {s.s.context.timers, &other});
   its.begin(its_offer, s.id(), {reliable_sample("x"), reliable_sample("y")}, ms(0));
   s.lose(0, {reliable_sample("z")});
@@ -337,7 +341,7 @@ TEST(Backlogs, OneLineSaysWhatABreakHasLost) {
   s.s.did();
   EXPECT_EQ(s.s.logged, "");
   EXPECT_TRUE(s.come_back());
-  EXPECT_TRUE(s.go_on({1, true, 0}));
+  EXPECT_TRUE(s.go_on(s.demand_of(1, true, 0)));
   s.s.did();
   EXPECT_EQ(s.s.logged,
             "after the break of the link with /peer at 10.0.0.1 1 messages come late, "

@@ -95,7 +95,7 @@ TEST(EarlySamples, OfATransientLocalTopicGoToWhoDrives) {
   s.subject.on_taken({{}, gid(1), flow_test::at_ms(-5), sample("yesterday"), 1}, ms(10));
   s.take(1, "early", 20);
   driven.said();
-  driven.link.outgoing({1})->on_demand({1, false, {}, true}, ms(30));
+  driven.link.outgoing({1})->on_demand({.channel = {1}, .number = 1, .live = true}, ms(30));
   EXPECT_EQ(driven.said(), "1.1 early\n");
 }
 
@@ -112,7 +112,7 @@ TEST(EarlySamples, WhoDrivesDoesNotGetWhatComesMuchLaterThanItWasSaid) {
   other.said();
   s.subject.on_taken({{}, gid(2), flow_test::at_ms(1000), sample("long ago"), 1}, ms(5000));
   driven.said();
-  driven.link.outgoing({1})->on_demand({1, false, {}, true}, ms(5030));
+  driven.link.outgoing({1})->on_demand({.channel = {1}, .number = 1, .live = true}, ms(5030));
   EXPECT_EQ(driven.said(), "");
   EXPECT_EQ(other.said(), "1.2 long ago\n");
 }
@@ -125,7 +125,7 @@ TEST(EarlySamples, WhoDrivesGetsTheFirstCommandOfANewPublisher) {
   s.offer(driven);
   s.offer(other);
   s.demand(other);
-  driven.link.outgoing({1})->on_demand({1, false, {}, true}, ms(100));
+  driven.link.outgoing({1})->on_demand({.channel = {1}, .number = 1, .live = true}, ms(100));
   s.see(topic("/a").pub(1, latched(3)).pub(2, latched(1)).pub(3, latched(1)), 200);
   driven.said();
   s.subject.on_taken({{}, gid(3), flow_test::at_ms(50), sample("yesterday"), 1}, ms(200));

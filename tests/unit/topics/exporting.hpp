@@ -20,7 +20,7 @@ struct Exporting : Actions {
   // Whether there was anything to offer.
   bool offer(OneLink& peer) { return subject.offer_to(peer.link, ms(0)).has_value(); }
   static void demand(OneLink& peer, bool on = true, std::int64_t at = 0) {
-    peer.link.outgoing({1})->on_demand({static_cast<std::uint16_t>(on ? 1 : 0)}, ms(at));
+    peer.link.outgoing({1})->on_demand({{1}, static_cast<std::uint16_t>(on ? 1 : 0)}, ms(at));
   }
   void take(std::uint8_t publisher, const std::string& text, std::int64_t at = 0) {
     subject.on_taken({{}, gid(publisher), flow_test::at_ms(at + 1), sample(text), {}}, ms(at));

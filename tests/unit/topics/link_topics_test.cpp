@@ -175,7 +175,7 @@ TEST(LinkTopics, WhatIsKeptAndWhatGoesOnIsDemandedApart) {
   while (const auto packet = s.one.link.connection()->next_packet(ms(0))) {
     const auto demand = demand_of(*packet);
     if (!demand) continue;
-    EXPECT_EQ(demand->number, 1U);
+    for (const auto& channel : demand->channels) EXPECT_EQ(channel.number, 1U);
     words += line_of(*packet) + "\n";
   }
   EXPECT_EQ(words, "demand 1 on live\ndemand 3 4 on resume\ndemand 2 on resume after 7\n");
@@ -192,7 +192,8 @@ TEST(LinkTopics, DemandsAreCountedPastZero) {
     s.peer.send_demands();
     std::uint16_t number = 0;
     while (const auto packet = s.one.link.connection()->next_packet(ms(0)))
-      if (const auto demand = demand_of(*packet); demand && demand->number) number = demand->number;
+      if (const auto demand = demand_of(*packet); demand && demand->channels.front().number)
+        number = demand->channels.front().number;
     s.peer.change_demand(offered, false);
     s.peer.send_demands();
     s.peer.change_demand(offered, true);

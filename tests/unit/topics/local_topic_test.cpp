@@ -63,7 +63,7 @@ TEST(LocalTopic, AsksForNothingThatIsKeptOfWhatDrivesByARuleHereOrThere) {
     s.see(topic("/a").pub(1, latched(3)));
     s.offer(peer);
     s.offer(other);
-    peer.link.outgoing({1})->on_demand({1, false, {}, !here}, ms(0));
+    peer.link.outgoing({1})->on_demand({.channel = {1}, .number = 1, .live = !here}, ms(0));
     EXPECT_EQ(s.did(), "subscribe 1 /a reliable volatile 100\n");
     if (here) continue;
     // Another peer wants what is kept: this one does not get it for all that.

@@ -257,7 +257,7 @@ TEST_F(RightsEnd, NothingIsSubscribedForAListenerThatIsReviewedLater) {
 TEST_F(RightsEnd, NothingIsSubscribedWhenWhatIsKeptEnds) {
   for (const bool by_rules : {true, false}) {
     TwoPeers s(volatile_override(), latched());
-    s.say(1, Demand{{{1}}, 1, true});
+    s.say(1, Demand{{{{1}, 1, true}}});
     s.demand(2, 1);
     EXPECT_EQ(s.did(), "subscribe 2 /a reliable volatile 100\n");
     s.lose(1);

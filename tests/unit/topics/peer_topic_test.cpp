@@ -179,6 +179,25 @@ TEST(PeerTopic, WhatRefersToTheLastOneIsRead) {
   EXPECT_EQ(s.did(), "publish 1 large\npublish 1 " + kBase + "\n");
 }
 
+TEST(PeerTopic, AFormThatTheDemandDoesNotNameIsRefused) {
+  OfferedScript s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  for (const Codec codec :
+       {Codec::kPictureBase, Codec::kPictureDelta, Codec::kCloud, Codec::kPlanes}) {
+    auto message = s.message("a picture");
+    message.codec = codec;
+    const auto refused = s.channel_1().on_message(message, ms(0));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, CloseCode::kMalformed);
+    message.demand = 9;  // an earlier demand may have named it
+    EXPECT_TRUE(s.channel_1().on_message(message, ms(0)));
+  }
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 4U);
+}
+
 TEST(PeerTopic, ABaseGoesWithItsOriginAndItsDemand) {
   OfferedScript s;
   s.listen();

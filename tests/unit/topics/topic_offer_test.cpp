@@ -114,12 +114,26 @@ TEST(TopicOffer, TakesNothingWithoutDemand) {
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
 
+TEST(TopicOffer, FormsThatThePeerDecodesHoldForTheDemand) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  const Decodes decodes{.vp8 = true, .planes = true};
+  s.offer.on_demand({.channel = {1}, .number = 3, .decodes = decodes, .lossy = true}, ms(0));
+  EXPECT_EQ(s.offer.decodes(), decodes);
+  EXPECT_TRUE(s.offer.may_be_lossy());
+  s.offer.on_demand({.channel = {1}, .number = 4}, ms(0));  // it is demanded already
+  EXPECT_EQ(s.offer.decodes(), decodes);
+  s.offer.on_demand({.channel = {1}, .decodes = decodes, .lossy = true}, ms(0));
+  EXPECT_EQ(s.offer.decodes(), Decodes{});
+  EXPECT_FALSE(s.offer.may_be_lossy());
+}
+
 TEST(TopicOffer, TheNewestThatItsRateForbidsLeavesLater) {
   Rule limited = everything();
   limited.treatment.max_rate = 1;
   Offering s(limited);
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand({1}, ms(0));
+  s.offer.on_demand({{1}, 1}, ms(0));
   EXPECT_TRUE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(0)));
   EXPECT_FALSE(s.offer.admit(sized(11), TopicOffer::Age::kNew, ms(10)));
   EXPECT_EQ(s.dropped(DropReason::kRate), 0U);
@@ -163,7 +177,7 @@ TEST(TopicOffer, OfWhatDrivesNothingGoesThatCameBeforeTheConnection) {
     Offering s(driving);
     ASSERT_TRUE(s.offer.open());
     s.peer.link.life.opened(ms(100));
-    s.offer.on_demand({1}, ms(150));
+    s.offer.on_demand({{1}, 1}, ms(150));
     OutSample before = sized(10);
     before.taken = ms(90).steady;
     OutSample after = sized(10);
@@ -177,7 +191,7 @@ TEST(TopicOffer, OfWhatDrivesNothingGoesThatCameBeforeTheConnection) {
 TEST(TopicOffer, WhatWaitsForTooLongIsToldOnceWithItsCure) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand({1}, ms(0));
+  s.offer.on_demand({{1}, 1}, ms(0));
   for (int at = 0; at < 5000; at += 100)
     s.offer.send(sized(1000), Codec::kNone, bytes(1000), ms(at));
   s.did();
@@ -197,7 +211,7 @@ TEST(TopicOffer, WhatARateHoldsCountsAsQueuedAndIsLostWithTheLink) {
   limited.treatment.max_rate = 1;
   Offering s(limited);
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand({1}, ms(0));
+  s.offer.on_demand({{1}, 1}, ms(0));
   EXPECT_TRUE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(0)));
   EXPECT_FALSE(s.offer.admit(sized(11), TopicOffer::Age::kNew, ms(10)));
   LinkStatus status;
@@ -214,7 +228,7 @@ TEST(TopicOffer, EachPublisherHasItsRate) {
   Offering s(limited);
   s.see(topic("/a").pub(1).pub(2));
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand({1}, ms(0));
+  s.offer.on_demand({{1}, 1}, ms(0));
   EXPECT_TRUE(s.offer.admit(sized(10, 1), TopicOffer::Age::kNew, ms(0)));
   EXPECT_TRUE(s.offer.admit(sized(10, 2), TopicOffer::Age::kNew, ms(1)));
   EXPECT_FALSE(s.offer.admit(sized(10, 1), TopicOffer::Age::kNew, ms(2)));
@@ -224,7 +238,7 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   Offering s;
   s.peer.link.connection()->set_peer_message_bytes_max(100);
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand({1}, ms(0));
+  s.offer.on_demand({{1}, 1}, ms(0));
   EXPECT_FALSE(s.offer.admit(sized(101), TopicOffer::Age::kNew, ms(0)));
   EXPECT_FALSE(s.offer.admit(sized(102), TopicOffer::Age::kNew, ms(0)));
   EXPECT_FALSE(s.offer.admit(sized(103), TopicOffer::Age::kKept, ms(0)));
@@ -245,7 +259,7 @@ TEST(TopicOffer, OfWhatIsTooLargeAnIdentityHasOneLine) {
     link.connection()->set_peer_message_bytes_max(100);
     TopicOffer again(s.context, s.subject, link);
     ASSERT_TRUE(again.open());
-    again.on_demand({1}, ms(0));
+    again.on_demand({{1}, 1}, ms(0));
     EXPECT_FALSE(again.admit(sized(101), TopicOffer::Age::kNew, ms(0)));
   };
   for (OneLink* peer : {&first, &first, &second, &other}) drop_one(peer->link);

@@ -30,7 +30,7 @@ struct Offered {
     for (OneLink* peer : peers) {
       TopicOffer& offer = subject.add(s.subject, peer->link);
       EXPECT_TRUE(offer.open());
-      offer.on_demand({1}, ms(0));
+      offer.on_demand({{1}, 1}, ms(0));
     }
     s.did();
   }

@@ -104,6 +104,26 @@ TEST(Control, OfAMemberThatIsThereTwiceTheLastOneCounts) {
       std::vector<ChannelId>{{2}});
 }
 
+TEST(Control, FormsThatADemandNamesAndALaterVersionKnowsAreLeftOut) {
+  const auto demand = read<Demand>(R"({"type":"demand","channels":[
+      {"channel":1,"number":1,"decodes":["h264","planes","VP8","planes"]},
+      {"channel":2,"number":1,"decodes":["vp8","cloud"],"lossy":true},
+      {"channel":3,"number":1,"decodes":[]}]})");
+  const Decodes planes{.planes = true};
+  EXPECT_EQ(demand.channels.at(0).decodes, planes);
+  EXPECT_FALSE(demand.channels.at(0).lossy);
+  const Decodes both{.vp8 = true, .cloud = true};
+  EXPECT_EQ(demand.channels.at(1).decodes, both);
+  EXPECT_TRUE(demand.channels.at(1).lossy);
+  EXPECT_EQ(demand.channels.at(2).decodes, Decodes{});
+  EXPECT_TRUE(may_answer(planes, Codec::kPlanes));
+  EXPECT_FALSE(may_answer(planes, Codec::kCloud));
+  EXPECT_TRUE(may_answer(both, Codec::kPictureBase) && may_answer(both, Codec::kPictureDelta));
+  EXPECT_TRUE(may_answer(both, Codec::kCloud));
+  EXPECT_FALSE(may_answer(both, Codec::kPlanes));
+  EXPECT_TRUE(may_answer({}, Codec::kNone) && may_answer({}, Codec::kZstdDelta));
+}
+
 TEST(Control, EscapesAreReadAndNumbersMustBePlain) {
   EXPECT_EQ(
       read<Decline>(R"({"type":"decl\u0069ne","channel":1,"code":"qos","reason":"\u00e9\"\\"})")

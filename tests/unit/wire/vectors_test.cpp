@@ -11,7 +11,9 @@
 namespace connect_bridge {
 namespace {
 
-constexpr const char* kCodecWords[] = {"none", "lz4", "zstd", "zstd_base", "zstd_delta"};
+constexpr const char* kCodecWords[] = {"none",          "lz4",        "zstd",
+                                       "zstd_base",     "zstd_delta", "picture_base",
+                                       "picture_delta", "cloud",      "planes"};
 
 Json json_of(const MessageFrame& frame) {
   return {{"type", "message"},
