@@ -1,6 +1,5 @@
 #include "core/topics/backlog.hpp"
 
-#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -25,24 +24,36 @@ bool is_replaced(const OutMessage& message) {
 
 }  // namespace
 
-void LinkBacklog::keep_bound() {
-  while (bytes() > bytes_max_ || (bytes() > 0 && memory_.room() == 0)) {  // mutant: kept_bound
-    // The topic with the most bytes gives way, and may lose the new message itself. Each turn makes
-    // that topic smaller, so the loop ends.
-    const auto most = std::max_element(topics_.begin(), topics_.end(), [](auto* a, auto* b) {
-      return a->bytes_.amount() < b->bytes_.amount();
-    });
-    (*most)->drop_oldest(DropReason::kResumeBound);
-  }
+void BacklogBound::keep(const Budget& memory) {
+  // The topic with the most bytes may lose the new message itself. Each turn makes that topic
+  // smaller, so the loop ends.
+  while (bytes_ > bytes_max_ || (bytes_ > 0 && memory.room() == 0))  // mutant: kept_bound
+    by_bytes_.rbegin()->second->drop_oldest(DropReason::kResumeBound);
 }
 
 Backlog::Backlog(LinkBacklog& all, Link& link, Options options)
-    : all_(all), link_(link), options_(std::move(options)), bytes_(all.bytes_.hold(0)) {
-  all_.topics_.push_back(this);
+    : all_(all),
+      link_(link),
+      options_(std::move(options)),
+      number_(++all.bound_->backlogs_),
+      bytes_(all.bytes_.hold(0)) {
+  ++all_.topics_;
+  all_.bound_->by_bytes_.emplace(place(), this);
 }
 
 Backlog::~Backlog() {
-  std::erase(all_.topics_, this);
+  resize(0);
+  all_.bound_->by_bytes_.erase(place());
+  --all_.topics_;
+}
+
+void Backlog::resize(std::uint64_t bytes) {
+  BacklogBound& bound = *all_.bound_;
+  auto own = bound.by_bytes_.extract(place());
+  bound.bytes_ = bound.bytes_ - bytes_.amount() + bytes;
+  bytes_.resize(bytes);
+  own.key() = place();
+  bound.by_bytes_.insert(std::move(own));
 }
 
 bool Backlog::admit(const OutSample& sample, const Now& now) {
@@ -64,11 +75,11 @@ void Backlog::add(OutMessage message) {
       take_out(older->second);
     }
   }
-  bytes_.resize(bytes_.amount() + kept_bytes_of(message));
+  resize(bytes_.amount() + kept_bytes_of(message));
   ++by_origin_[message.subject.origin()];
   const auto own = messages_.emplace_hint(messages_.end(), ++arrivals_, std::move(message));
   if (is_replaced(own->second)) states_[*state_of(own->second)] = own;
-  all_.keep_bound();
+  all_.bound_->keep(all_.memory_);
 }
 
 std::deque<OutMessage> Backlog::take(std::uint32_t after) {
@@ -83,7 +94,7 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   for (; rest != messages_.end(); ++rest) taken.push_back(std::move(rest->second));
   states_.clear();
   messages_.clear();
-  bytes_.resize(0);
+  resize(0);
   by_origin_.clear();
   all_.resumed_ += taken.size();
   return taken;
@@ -109,7 +120,7 @@ void Backlog::take_out(Messages::iterator message) {
   if (--own->second == 0) by_origin_.erase(own);
   if (is_replaced(message->second)) states_.erase(*state_of(message->second));
   messages_.erase(message);
-  bytes_.resize(bytes_.amount() - bytes);
+  resize(bytes_.amount() - bytes);
 }
 
 }  // namespace connect_bridge

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <string>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 #include "core/base/budget.hpp"
 #include "core/base/timers.hpp"
@@ -21,17 +21,41 @@ namespace connect_bridge {
 
 class Backlog;
 
-// The backlogs of all topics of one link. A limit in bytes bounds them, and the room of `memory`,
-// the link's budget. Beyond it the topic with the most bytes drops its oldest message, so a camera
-// does not displace the messages of a small topic.
+// The bound of the backlogs of all lost links of one identity: with many links it keeps no more
+// than with one. Beyond the bound the topic with the most bytes drops its oldest message, so a
+// camera does not displace the messages of a small topic.
+class BacklogBound {
+ public:
+  // `account`: of the identity; it is compared only.
+  BacklogBound(const Account* account, std::uint64_t bytes_max)
+      : account_(account), bytes_max_(bytes_max) {}
+
+  [[nodiscard]] bool is_of(const Link& link) const { return link.account.get() == account_; }
+
+ private:
+  friend class Backlog;
+  // Drops messages until the bound holds, and until `memory` has room.
+  void keep(const Budget& memory);
+
+  const Account* account_;
+  std::uint64_t bytes_max_;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t backlogs_ = 0;  // ever made
+  // By bytes, then by age.
+  std::map<std::pair<std::uint64_t, std::uint64_t>, Backlog*> by_bytes_;
+};
+
+// The backlogs of all topics of one link, which its identity's bound and the room of `memory`, the
+// link's budget, limit.
 class LinkBacklog {
  public:
-  LinkBacklog(std::uint64_t bytes_max, Budget& memory)
-      : bytes_max_(bytes_max), memory_(memory), bytes_(&memory) {}
+  LinkBacklog(std::shared_ptr<BacklogBound> bound, Budget& memory)
+      : bound_(std::move(bound)), memory_(memory), bytes_(&memory) {}
   LinkBacklog(const LinkBacklog&) = delete;
   LinkBacklog& operator=(const LinkBacklog&) = delete;
 
-  [[nodiscard]] bool empty() const { return topics_.empty(); }
+  [[nodiscard]] bool empty() const { return topics_ == 0; }
+  [[nodiscard]] const std::shared_ptr<BacklogBound>& bound() const { return bound_; }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_.used(); }
   // Messages that were resumed, and messages that were lost, since the link was lost.
   [[nodiscard]] std::uint64_t resumed() const { return resumed_; }
@@ -39,14 +63,13 @@ class LinkBacklog {
 
  private:
   friend class Backlog;
-  void keep_bound();
 
-  std::uint64_t bytes_max_;
+  std::shared_ptr<BacklogBound> bound_;
   Budget& memory_;
   Budget bytes_;  // of all topics
   std::uint64_t resumed_ = 0;
   std::uint64_t lost_ = 0;
-  std::vector<Backlog*> topics_;  // in the order in which they were added
+  std::size_t topics_ = 0;
 };
 
 // The backlog of one topic, in the order in which it will be sent. Single-threaded.
@@ -91,17 +114,22 @@ class Backlog {
   [[nodiscard]] Link& link() const { return link_; }
 
  private:
-  friend class LinkBacklog;
+  friend class BacklogBound;
   // Keyed by arrival: a message taken out of the middle moves no other one.
   using Messages = std::map<std::uint64_t, OutMessage>;
   using State = std::pair<std::uint32_t, std::uint64_t>;  // subject, state
 
   void drop_oldest(DropReason reason);
   void take_out(Messages::iterator message);
+  void resize(std::uint64_t bytes);
+  [[nodiscard]] std::pair<std::uint64_t, std::uint64_t> place() const {
+    return {bytes_.amount(), number_};
+  }
 
   LinkBacklog& all_;
   Link& link_;
   Options options_;
+  std::uint64_t number_;  // in the bound
   Messages messages_;
   std::uint64_t arrivals_ = 0;
   // Messages with a state that were not begun. Without this map each sample would search all.

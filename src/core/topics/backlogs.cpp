@@ -30,6 +30,17 @@ void keep(Backlog& backlog, const OutSample& sample) {
   backlog.add(std::move(message));
 }
 
+// The lost links of one identity share a bound.
+LinkBacklog& backlog_of(ExportContext& context, Link& lost) {
+  if (const auto own = context.kept.find(lost.id); own != context.kept.end()) return own->second;
+  std::shared_ptr<BacklogBound> bound;
+  for (const auto& [id, kept] : context.kept)
+    if (kept.bound()->is_of(lost)) bound = kept.bound();
+  if (!bound)
+    bound = std::make_shared<BacklogBound>(lost.account.get(), context.options.resume_bytes_max);
+  return context.kept.try_emplace(lost.id, std::move(bound), lost.memory).first->second;
+}
+
 }  // namespace
 
 bool Backlogs::hold(OriginId origin) const {
@@ -53,8 +64,7 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
   auto unarrived = offer.take_unarrived();
   auto options = offer.backlog_options(unarrived.last_sequence);
   options.ends = timer_for(lost, now);
-  LinkBacklog& all =
-      context_.kept.try_emplace(link, context_.options.resume_bytes_max, lost.memory).first->second;
+  LinkBacklog& all = backlog_of(context_, lost);
   Backlog& backlog = backlogs_.try_emplace(link, all, lost, std::move(options)).first->second;
   // The order of the channel: messages in the link's queue are older than samples that a worker
   // still compresses.

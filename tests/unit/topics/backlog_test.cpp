@@ -39,7 +39,8 @@ OutSample sample_of(std::size_t bytes) {
 
 struct Kept {
   explicit Kept(std::uint64_t bytes_max = kNoBound, std::uint64_t memory_max = Budget::kNoLimit)
-      : memory(memory_max), all(bytes_max, memory) {}
+      : memory(memory_max),
+        all(std::make_shared<BacklogBound>(peer.link.account.get(), bytes_max), memory) {}
 
   void add(std::uint32_t sequence, std::uint32_t origin = 1) {
     subject.add(kept_message(sequence, origin));
@@ -100,6 +101,20 @@ TEST(Backlog, BeyondTheBoundTheTopicWithMostDropsItsOldest) {
   EXPECT_EQ(s.all.bytes(), bytes_of(4));
   EXPECT_EQ(list_of(camera.take(0), [](const OutMessage& m) { return m.sequence; }), "2 3");
   EXPECT_EQ(s.take(0), "1 2");
+}
+
+// An identity with many lost links keeps no more than with one.
+TEST(Backlog, TheLinksOfAnIdentityHaveOneBound) {
+  Kept s(bytes_of(4));
+  LinkBacklog of_another{s.all.bound(), s.memory};
+  Backlog other{of_another, s.peer.link, backlog_options()};
+  for (const std::uint32_t sequence : {1, 2, 3}) other.add(kept_message(sequence));
+  s.add(1);
+  s.add(2);
+  EXPECT_EQ(other.dropped().of(DropReason::kResumeBound), 1U);
+  EXPECT_EQ(of_another.lost(), 1U);
+  EXPECT_EQ(s.all.lost(), 0U);
+  EXPECT_EQ(of_another.bytes() + s.all.bytes(), bytes_of(4));
 }
 
 TEST(Backlog, ABoundWithoutRoomForOneMessageKeepsNone) {
