@@ -250,9 +250,19 @@ void add_connection(Rows& rows) {
        .range = NumberRange{0, kGiB},
        .changeable = true,
        .unit = "bytes",
-       .help = "How many bytes of them it stores for one peer. Beyond that the topic with the most "
-               "bytes loses its oldest message."},
+       .help = "How many bytes of them it stores for all links of one identity. Beyond that the "
+               "topic with the most bytes loses its oldest message."},
       [](Config& c) { return &c.limits.resume_bytes_max; });
+  add({.key = "bytes_per_second",
+       .range = NumberRange{0, 1e12},
+       .changeable = true,
+       .unit = "bytes/s",
+       .help =
+           "Highest rate at which this side sends on all links together, in bytes of IP packets, "
+           "as a provider bills them. Logins, refused visitors and a relay's connection count. "
+           "Identities have equal shares. Urgent messages count and are never held back. 0: no "
+           "limit; below 1000 means 1000."},
+      [](Config& c) { return &c.limits.bytes_per_second_max; });
   add({.key = "link.bytes_per_second",
        .range = NumberRange{0, 1e12},
        .changeable = true,

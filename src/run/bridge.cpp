@@ -112,7 +112,8 @@ std::string Bridge::open_audit_log() {
 // Only keys that may change at run time differ from the previous configuration.
 void Bridge::apply(const Config& now) {
   loop_.feed(PolicyChanged{now.policy});
-  loop_.feed(LimitsChanged{now.limits.outbox.bytes_per_second_max, now.limits.resume_for,
+  loop_.feed(LimitsChanged{now.limits.bytes_per_second_max,
+                           now.limits.outbox.bytes_per_second_max, now.limits.resume_for,
                            now.limits.resume_bytes_max});
   node_.set_log_level(now.log_level);
 }
@@ -295,6 +296,8 @@ void Bridge::every_second(double lag_ms) {
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();
   network_.every_second(loop_.now());
+  if (parameters_.config().limits.bytes_per_second_max > 0)
+    loop_.feed(TrafficCounted{network_.traffic().sent});
   parameters_.check_files();
   login_desk_.set_lacks_means(parameters_.lacks_means());
   if (parts_.certificate_login)

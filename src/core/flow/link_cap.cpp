@@ -15,6 +15,13 @@ std::size_t pieces(std::size_t bytes, std::size_t size) {
   return bytes / size + 1;
 }
 
+// A clock's type cannot hold any price.
+template <class Period>
+Duration at_most_debt(const std::chrono::duration<double, Period>& price) {
+  return std::chrono::duration_cast<Duration>(
+      std::min<std::chrono::duration<double>>(price, LinkCap::kDebtMax));
+}
+
 }  // namespace
 
 std::uint64_t LinkCap::cost(std::size_t bytes) {
@@ -35,12 +42,20 @@ void LinkCap::received(std::size_t bytes, TimePoint now) {
   charge(kSegmentHeader * pieces(bytes, kSegmentsPerAck * kSegmentBytes), now);
 }
 
+void LinkCap::set_rate(double bytes_per_second, TimePoint now) {
+  if (bytes_per_second == rate_) return;
+  if (bytes_per_second == 0)
+    paid_ = {};
+  else if (rate_ != 0 && holds(now))
+    paid_ = now + at_most_debt((paid_ - now) * (rate_ / bytes_per_second));
+  rate_ = bytes_per_second;
+}
+
 void LinkCap::charge(std::uint64_t bytes, TimePoint now) {
+  sent_ += bytes;
   if (rate_ == 0) return;
   const std::chrono::duration<double> price(static_cast<double>(bytes) / rate_);
-  // Bounded first: a clock's type cannot hold any price.
-  const auto took = std::chrono::duration_cast<Duration>(
-      std::min<std::chrono::duration<double>>(price, kDebtMax));
+  const Duration took = at_most_debt(price);
   // A pause saves up no more than kBurst; urgent data may run into debt, which is forgotten beyond
   // kDebtMax, or a flood of it would silence all else long after its end.
   paid_ = std::min(std::max(paid_, now - kBurst) + took, now + kDebtMax);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "core/base/time.hpp"
 
@@ -22,6 +23,11 @@ class LinkCap {
 
   // Bytes per second; 0: no limit.
   [[nodiscard]] double rate() const { return rate_; }
+  // Another limit from now on; 0: none. The bytes that are not paid for yet stay due. Unlike the
+  // constructor's, the limit may be below kRateMin: it may be a share of a larger one.
+  void set_rate(double bytes_per_second, TimePoint now);
+  // Bytes that were sent since the last call, also without a limit.
+  std::uint64_t take_sent() { return std::exchange(sent_, 0); }
   // A path's rate, but not more than the limit; 0: not known.
   [[nodiscard]] double within(double path_rate) const {
     if (rate_ == 0 || path_rate == 0) return std::max(rate_, path_rate);
@@ -52,6 +58,7 @@ class LinkCap {
 
   double rate_ = 0;
   TimePoint paid_{};  // when all that was sent is paid for
+  std::uint64_t sent_ = 0;
 };
 
 }  // namespace connect_bridge

@@ -132,10 +132,15 @@ class Outbox {
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
   // Estimated bytes per second that path and cap let pass; 0: not known.
   [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
-  // In place of OutboxOptions::bytes_per_second_max.
-  void set_cap(std::uint64_t bytes_per_second) {
-    const LinkCap cap(bytes_per_second);
-    if (cap.rate() != cap_.rate()) cap_ = cap;
+  // In place of OutboxOptions::bytes_per_second_max; 0: no limit.
+  void set_cap(double bytes_per_second, const Now& now) {
+    cap_.set_rate(bytes_per_second, now.steady);
+  }
+  // Bytes of IP packets that were sent since the last call (LinkCap).
+  std::uint64_t take_sent() { return cap_.take_sent(); }
+  // Something waits, and a higher cap would let it leave now.
+  [[nodiscard]] bool waits_for_cap(const Now& now) const {
+    return !schedule_.empty() && cap_.holds(now.steady);
   }
   // A packet has arrived: its acknowledgements count against the cap.
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }

@@ -97,13 +97,6 @@ void Link::withdraw(ChannelId number, const Ending& why) {
   send(why.code.empty() ? Withdraw{{number}} : Withdraw{{number}, why.code, why.reason});
 }
 
-void Link::limit(const LimitsChanged& limits) {
-  life.set_resume_for(limits.resume_for);
-  if (!connection_) return;
-  connection_->outbox().set_cap(limits.link_bytes_per_second_max);
-  mark();
-}
-
 // ---- status
 
 void Link::note_break(const std::string& reason, const Now& now) {

@@ -135,8 +135,6 @@ class Link final : public ConnectionUser {
   void on_time(const Now& now);
   // The time at which on_time() must be called, also for the link's life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
-  // New limits, valid from now on.
-  void limit(const LimitsChanged& limits);
   // Marks the link when it may have work to do: it has failed, has something to send, or its
   // deadline has changed. The functions here that send or fail call this themselves.
   void mark() const {

@@ -29,6 +29,7 @@ Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs&
       user_(user),
       accounts_(options.account),
       turns_(options.dead_after / kReadsToDead),
+      side_cap_(options.bytes_per_second_max),
       strangers_(options, outputs),
       dialer_({options.retry_min, options.retry_max}),
       last_failure_(outputs),
@@ -215,7 +216,10 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   carrying_.emplace(connection->id(), &link);
   link.opened(std::move(connection), now);
   // The limit may have changed during the login.
-  link.sending().set_cap(options_.outbox.bytes_per_second_max);
+  if (side_cap_.limits())
+    divide_cap(now);
+  else
+    cap(link, 0, now);
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection()->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
   const std::string& name = link.login.identity().name;
@@ -338,6 +342,32 @@ void Links::end(Link& link, const Now& now) {
   link.life.died(user_.resumes(link), now);
 }
 
+// ---- what the side may send
+
+void Links::on(const LimitsChanged& input, const Now& now) {
+  for (auto& [id, link] : links_) link.life.set_resume_for(input.resume_for);
+  side_cap_.set(input.bytes_per_second_max);
+  divide_cap(now);
+}
+
+void Links::cap(Link& link, double share, const Now& now) {
+  link.sending().set_cap(LinkCap(options_.outbox.bytes_per_second_max).within(share), now);
+  link.mark();
+}
+
+void Links::divide_cap(const Now& now) {
+  std::vector<Link*> open;
+  std::vector<SideCap::Use> uses;
+  for (auto& [connection, link] : carrying_) {
+    open.push_back(link);
+    uses.push_back(
+        {link->account.get(), link->sending().take_sent(), link->sending().waits_for_cap(now)});
+  }
+  const auto shares = side_cap_.divide(uses, now.steady);
+  for (std::size_t i = 0; i < open.size(); ++i)
+    cap(*open[i], side_cap_.limits() ? shares[i] : 0, now);
+}
+
 // ---- time
 
 void Links::dial_later(DialFailure failure, const Now& now) {
@@ -363,6 +393,8 @@ void Links::on_time(const Now& now) {
   while (const auto failed = strangers_.failed()) look_at(*strangers_.find(*failed), now);
   while (const auto due = due_.take_due(now.steady)) on_time(links_.at(*due), now);
   accounts_.appearing().on_time(turns_, now);
+  const auto period_ends = side_cap_.deadline();
+  if (period_ends && *period_ends <= now.steady) divide_cap(now);
 }
 
 void Links::on_time(Link& link, const Now& now) {
@@ -396,6 +428,7 @@ std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const 
     const Outputs::Paying paying(outputs_, link->account->time);
     if (sends_later(*link->connection(), *link->account->time, now)) return std::nullopt;
     auto packet = link->connection()->next_packet(now, repairs);
+    if (packet) side_cap_.sent(now.steady);
     wait(*link);  // packets that are held back leave at their time
     return packet;
   }

@@ -18,6 +18,7 @@
 #include "core/link/loop_turns.hpp"
 #include "core/link/options.hpp"
 #include "core/link/renewal.hpp"
+#include "core/link/side_cap.hpp"
 #include "core/link/strangers.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
@@ -41,8 +42,9 @@ class Links {
   void on(Authenticated& input, const Now& now);
   void on(IdentitiesChanged& input, const Now& now);
   void on(CredentialChanged& input, const Now& now);
-  void on(const LimitsChanged& input) {
-    for (auto& [id, link] : links_) link.limit(input);
+  void on(const LimitsChanged& input, const Now& now);
+  void on(const TrafficCounted& input, const Now& now) {
+    side_cap_.counted(input.sent_bytes, now.steady);
   }
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
@@ -64,8 +66,9 @@ class Links {
   // next_packet() gives the packet.
   std::optional<ConnectionId> take_ready() { return due_.take_ready(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const {
-    const auto first = earliest(accounts_.appearing().deadline(),
-                                earliest(strangers_.deadline(), due_.deadline()));
+    const auto first =
+        earliest(accounts_.appearing().deadline(),
+                 earliest(strangers_.deadline(), earliest(side_cap_.deadline(), due_.deadline())));
     return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
   }
 
@@ -112,6 +115,9 @@ class Links {
   void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);
   void end(Link& link, const Now& now);  // the link is dead
   void close_failed(Link& link, const Now& now);
+  // Sets the link's highest rate: its own limit or its share of the side's.
+  void cap(Link& link, double share, const Now& now);
+  void divide_cap(const Now& now);
   // True: the link's packets wait for arrived packets of identities that have used less of the
   // loop's time. The connection is ready again soon.
   [[nodiscard]] bool sends_later(const Connection& connection, const LoopTime& payer,
@@ -140,6 +146,7 @@ class Links {
   // unauthenticated.
   std::map<ConnectionId, Link*> carrying_;
   LoopTurns turns_;
+  SideCap side_cap_;
   const Payer of_strangers_ = std::make_shared<LoopTime>();
   Strangers strangers_;
   Dialer dialer_;

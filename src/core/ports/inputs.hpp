@@ -236,23 +236,29 @@ struct PolicyChanged {
 };
 // The limits change for links that exist, too.
 struct LimitsChanged {
+  std::uint64_t bytes_per_second_max = 0;       // LinkOptions::bytes_per_second_max
   std::uint64_t link_bytes_per_second_max = 0;  // OutboxOptions::bytes_per_second_max
   // The time for breaks that begin from now on. At zero nothing resumes any more after the break
   // under way.
   Duration resume_for{};
   std::uint64_t resume_bytes_max = 0;  // of a link that is lost from now on
 };
+// Once a second: how many bytes of IP packets this process has sent since its start.
+struct TrafficCounted {
+  std::uint64_t sent_bytes = 0;
+};
 // Close everything orderly; the actions end with Stopped when all connections have been closed.
 struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
-                           MirrorFailed, TypeDiffers, PublishFailed, QosIncompatible, RequestTaken,
-                           CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
-                           ServiceMirrorFailed, ServiceTypeDiffers, ServiceClientFailed,
-                           ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed,
-                           NetworkChanged, Authenticated, IdentitiesChanged, CredentialChanged,
-                           JobDone, PolicyChanged, LimitsChanged, StopRequested, TimePassed>;
+using Input =
+    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                 MirrorFailed, TypeDiffers, PublishFailed, QosIncompatible, RequestTaken,
+                 CallersGone, ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
+                 ServiceTypeDiffers, ServiceClientFailed, ConnectionOpened, DialFailed,
+                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
+                 CredentialChanged, JobDone, PolicyChanged, LimitsChanged, TrafficCounted,
+                 StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

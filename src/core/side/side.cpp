@@ -147,11 +147,12 @@ void Side::on(PolicyChanged& input, const Now& now) {
   recheck_rights(now);
 }
 
-void Side::on(LimitsChanged& input, const Now&) {
+void Side::on(LimitsChanged& input, const Now& now) {
+  options_.bytes_per_second_max = input.bytes_per_second_max;
   options_.outbox.bytes_per_second_max = input.link_bytes_per_second_max;
   options_.resume_for = input.resume_for;
   options_.resume_bytes_max = input.resume_bytes_max;
-  links_.on(input);
+  links_.on(input, now);
 }
 
 Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {

@@ -89,6 +89,7 @@ class Side final : private LinkUser {
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
   void on(LimitsChanged& input, const Now& now);
+  void on(TrafficCounted& input, const Now& now) { links_.on(input, now); }
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
   // Inputs about connections and logins.

@@ -124,9 +124,9 @@ TEST(LinkCap, IsSetWhileItSends) {
   Outbox outbox(free);
   outbox.add_channel({1}, {});
   fill(outbox, {1}, 200, 10'000, 0);
-  outbox.set_cap(kCap);
+  outbox.set_cap(kCap, now_ms(0));
   EXPECT_LT(pulled(outbox, 1, 1001), kCap + kCap / 4);
-  outbox.set_cap(0);
+  outbox.set_cap(0, now_ms(1001));
   EXPECT_GT(pulled(outbox, 1001, 1010), 3 * kCap);
 }
 
@@ -137,7 +137,7 @@ TEST(LinkCap, ThatIsSetAgainOwesWhatItOwed) {
   fill(outbox, {1}, 200, 10'000, 0);
   std::uint64_t cost = 0;
   for (std::int64_t ms = 1; ms < 1001; ++ms) {
-    outbox.set_cap(kCap);
+    outbox.set_cap(kCap, now_ms(ms));
     cost += pulled(outbox, ms, ms + 1);
   }
   EXPECT_LT(cost, kCap + kCap / 4);

@@ -126,7 +126,7 @@ TEST(Links, ALimitThatChangesDuringALoginHolds) {
   Carried s;
   s.connect(1);
   s.options.outbox.bytes_per_second_max = 50'000;  // as the side does
-  s.links.on(LimitsChanged{50'000, {}, 0});
+  s.links.on(LimitsChanged{0, 50'000, {}, 0}, now_ms(0));
   s.packet(1, hello());
   s.packet(1, login());
   s.judge(1, "anna");
