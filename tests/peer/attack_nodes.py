@@ -4,16 +4,18 @@ sends, or publish what it demands, until the standard input ends. They do not at
 process and a priority of their own. Run by attack_scene.py."""
 
 import contextlib
+import itertools
 import os
 import pathlib
 import select
 import sys
+import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(HERE), str(HERE.parent / "e2e"), str(HERE.parents[1] / "tools")]
 
-from attack_peers import LARGE_NAMES, LATCHED  # noqa: E402
+from attack_peers import LARGE_NAMES, LATCHED, LOST_NAMES  # noqa: E402
 from graph import Graph  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from std_msgs.msg import String, UInt8MultiArray  # noqa: E402
@@ -33,8 +35,10 @@ def graph(domain, name):
 def until_the_end(period=None):
     """Yields each `period`, or never; ends with the standard input."""
     print("ready", flush=True)
-    while not select.select([sys.stdin], [], [], period)[0]:
-        yield
+    for turn in itertools.count():
+        if select.select([sys.stdin], [], [], period)[0]:
+            return
+        yield turn
 
 
 def listen(domain, names):
@@ -62,6 +66,15 @@ def never_reads(domain):
             publisher.publish(large)
 
 
+def lost(domain):
+    """A node that starts, listens to what is offered, and ends, twice a second."""
+    for turn in until_the_end(0.25):
+        with graph(domain, f"comes_and_goes{turn}") as robot:
+            for name in LOST_NAMES:
+                robot.tester.create_subscription(String, name, lambda _: None, 1, raw=True)
+            time.sleep(0.25)
+
+
 def toggles(domain):
     """Latched topics."""
     with graph(domain, "latched") as robot:
@@ -78,6 +91,7 @@ NODES = {
     "large": unfinished,
     "unfinished": unfinished,
     "never_reads": never_reads,
+    "lost": lost,
     "toggles": toggles,
 }
 

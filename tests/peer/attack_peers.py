@@ -17,6 +17,8 @@ MBIT = 125_000  # bytes
 LARGE_NAMES = [f"/o/large{n}" for n in range(1, 5)]
 PART_BYTES = 1_000_000
 LATCHED = 64  # topics of a node
+LOST_NAMES = [f"/o/lost{n}" for n in range(8)]
+LOST_EACH = 256  # publishers of each
 SIGN_OF_LIFE = encode_packet([dict(type="time_request", t1=1)])
 
 
@@ -256,6 +258,38 @@ async def mirrors(attack):
                 web.send(SIGN_OF_LIFE)
                 await asyncio.sleep(0.3)
                 if time.monotonic() > goes:
+                    raise EOFError
+
+            await until_over(attack, web, live)
+
+    await attack.many(attack.links, offer)
+
+
+async def lost(attack):
+    """All links offer the same publishers, and are lost: one after the other, then all together."""
+    turns = itertools.count()
+    ages = random.Random(1)
+
+    async def offer():
+        turn = next(turns) // attack.links
+        own = [[origin(n, bytes(8)) for n in range(k, k + LOST_EACH, 4)] for k in range(1, 5)]
+        async with attack.logged_in() as web:
+            begin(web)
+            for number, name in enumerate(LOST_NAMES, 1):
+                say(web, type="offer", channels=[dict(topic(number, name), origins=own[0])])
+                for added in own[1:]:
+                    say(web, type="origins", channel=number, added=added, removed=[])
+                await web.drain()
+            attack.done["publishers"] += LOST_EACH * len(LOST_NAMES)
+            now = time.monotonic()
+            each, together = now + ages.uniform(0.3, 2.0), now + 1.0 - now % 1.0
+            goes = together if turn % 2 else each
+
+            async def live():
+                web.send(SIGN_OF_LIFE)
+                await asyncio.sleep(max(0.0, min(0.3, goes - time.monotonic())))
+                if time.monotonic() >= goes:
+                    attack.done["lost"] += 1
                     raise EOFError
 
             await until_over(attack, web, live)

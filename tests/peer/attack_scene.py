@@ -39,12 +39,13 @@ ATTACKS = (
     "texts",
     "listeners",
     "mirrors",
+    "lost",
     "toggles",
     "frames",
 )
 # Their links have to live on: else the server ends them before they do what they are to do.
-LEGAL = ("large", "never_reads", "texts", "listeners", "mirrors", "frames")
-WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "toggles")  # attack_nodes.py
+LEGAL = ("large", "never_reads", "texts", "listeners", "mirrors", "lost", "frames")
+WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "lost", "toggles")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LATE_SECONDS = 30.0  # what has not arrived so long after the attack is lost

@@ -32,6 +32,7 @@ ATTACKS = {
     "texts": peers.texts,
     "listeners": peers.listeners,
     "mirrors": peers.mirrors,
+    "lost": peers.lost,
     "toggles": peers.toggles,
     "frames": peers.frames,
 }
