@@ -1,7 +1,9 @@
-"""What a package has besides the programs: manual pages, completion, bill of materials."""
+"""What a package has besides the programs: manual pages, completions, bill of materials; and the
+page of findings."""
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 
@@ -28,6 +30,58 @@ def test_every_parameter_has_a_manual_entry_and_is_completed(tmp_path):
         assert key in {word.strip("'") for word in completed}
     for program in ("server", "client", "ctl", "relay"):
         assert (tmp_path / f"connect_bridge-{program}.1").stat().st_size > 500
+
+
+# What each shell offers for the last of these words, one offer a line.
+OFFERS = {
+    "bash": """compopt() { :; }
+. {made}/connect_bridge.bash
+COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
+_connect_bridge
+printf '%s\\n' "${COMPREPLY[@]}"
+""",
+    "zsh": """compadd() { print -rl -- "$@" }
+_files() { }
+words=("$@") CURRENT=$#
+. {made}/_connect_bridge | grep -- "^$words[$CURRENT]"
+""",
+    "fish": """source {made}/connect_bridge.fish
+complete -C "$argv"
+""",
+}
+
+
+@pytest.mark.parametrize("shell", OFFERS)
+def test_a_shell_completes_words_options_and_parameters(shell, tmp_path):
+    if shutil.which(shell) is None:
+        pytest.skip(f"NOT TESTED: no {shell}")
+    made_by("manuals.py", tmp_path)
+    script = tmp_path / "offers"
+    script.write_text(OFFERS[shell].replace("{made}", str(tmp_path)), encoding="utf-8")
+    rest = {"bash": ["--norc"], "zsh": ["-f"], "fish": ["--no-config"]}[shell]
+
+    def offers(line):
+        words = ["connect_bridge", *line.split()]
+        done = subprocess.run([shell, *rest, script, *words], env=dict(os.environ, HOME=tmp_path),
+                              capture_output=True, text=True, timeout=30, cwd=tmp_path)
+        assert done.stderr == ""
+        return {word.removesuffix(":=") for word in done.stdout.split()}
+
+    assert offers("serv") == {"server"}
+    assert offers("server --pa") == {"--pair", "--params-file"}
+    assert offers("client --dr") == set()  # it refuses this word
+    assert offers("ctl expl") == {"explain"}
+    assert offers("ctl check --ro") == {"--role"}
+    assert offers("server --ros-args -p tls.p") == {"tls.pin", "tls.private_key"}
+    assert offers("client --ros-args -p rule.") > {"rule.<name>.max_age"}
+
+
+def test_the_page_of_findings_is_what_the_doctor_knows(tmp_path):
+    made_by("findings.py", tmp_path / "findings.md")
+    page = (tmp_path / "findings.md").read_text(encoding="utf-8")
+    assert page.count("\n## ") > 80
+    assert page == (ROOT / "docs" / "findings.md").read_text(encoding="utf-8"), \
+        "tools/setup/findings.py build docs/findings.md"
 
 
 def test_the_bill_names_what_is_linked_and_what_is_compiled_in(tmp_path):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Manual pages and a completion for bash, from what the built programs say of themselves.
+"""Manual pages and completions for bash, zsh and fish, from what the built programs say.
 
 Usage: manuals.py <build folder> <target folder>. From `--help` of each program, that of each
 subcommand of ctl, and the table of `ctl config-doc`.
@@ -7,6 +7,7 @@ subcommand of ctl, and the table of `ctl config-doc`.
 
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 
@@ -52,7 +53,9 @@ def subcommands(text):
 
 
 def options(text):
-    return sorted(set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", text)))
+    """Those of the usage and of the list of options: other lines speak of other programs."""
+    lines = [line for line in text.splitlines() if re.match(r"Usage:| +or:| +-", line)]
+    return sorted(set(re.findall(r"(?<![\w-])-(?:-[a-z][a-z-]*|p\b)", "\n".join(lines))))
 
 
 def rows():
@@ -82,12 +85,13 @@ def parameter_page(table):
     page("connect_bridge.yaml", 5, "connect_bridge.yaml", "parameters of a ROS 2 bridge", body)
 
 
-def completion(keys, helps, of_ctl):
-    def words(items):
-        return " ".join(items)
+def words(items):
+    return " ".join(items)
 
+
+def bash_completion(keys, helps, of_ctl):
     of = "".join(f"    {name}) words='{words(opts)}' ;;\n" for name, opts in of_ctl.items())
-    text = f"""# bash completion for connect_bridge
+    return f"""# bash completion for connect_bridge
 _connect_bridge() {{
   local word=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}} words=
   compopt +o nospace
@@ -103,8 +107,8 @@ _connect_bridge() {{
       return ;;
   esac
   case ${{COMP_WORDS[1]}} in
-    server) words='--ros-args --params-file -p {words(helps['server'])}' ;;
-    client) words='--ros-args --params-file -p {words(helps['client'])}' ;;
+    server) words='{words(helps['server'])}' ;;
+    client) words='{words(helps['client'])}' ;;
     ctl)
       if [ "$COMP_CWORD" = 2 ]; then
         COMPREPLY=($(compgen -W '{words(of_ctl)} {words(helps['ctl'])}' -- "$word"))
@@ -118,7 +122,61 @@ _connect_bridge() {{
 }}
 complete -o filenames -F _connect_bridge connect_bridge
 """
-    (target / "connect_bridge.bash").write_text(text, encoding="utf-8")
+
+
+def zsh_completion(keys, helps, of_ctl):
+    of = "".join(f"        {name}) compadd -- {words(opts)} ;;\n" for name, opts in of_ctl.items())
+    return f"""#compdef connect_bridge
+_connect_bridge() {{
+  local before=${{words[CURRENT-1]}}
+  if (( CURRENT == 2 )); then compadd -- server client ctl --help --version; return; fi
+  case ${{words[2]}}:$before in
+    *:--params-file | *:--file) _files; return ;;
+    server:-p | client:-p) compadd -S ':=' -- {shlex.join(keys)}; return ;;
+  esac
+  case ${{words[2]}} in
+    server) compadd -- {words(helps['server'])} ;;
+    client) compadd -- {words(helps['client'])} ;;
+    ctl)
+      if (( CURRENT == 3 )); then compadd -- {words(of_ctl)} {words(helps['ctl'])}; return; fi
+      case ${{words[3]}} in
+{of}      esac ;;
+  esac
+  _files
+}}
+_connect_bridge "$@"
+"""
+
+
+def fish_completion(keys, helps, of_ctl):
+    seen = "__fish_seen_subcommand_from"
+
+    def line(condition, rest):
+        return f"complete -c connect_bridge -n '{condition}' {rest}\n"
+
+    def options_of(condition, names):
+        kinds = {True: "-l", False: "-s"}  # long, short
+        return "".join(
+            line(condition, f"{kinds[name.startswith('--')]} {name.lstrip('-')}") for name in names)
+
+    text = "# fish completion for connect_bridge\n"
+    text += line("__fish_use_subcommand", "-f -a 'server client ctl --help --version'")
+    escaped = re.sub(r"([<>])", r"\\\1", words(f"{key}:=" for key in keys))
+    for side in ("server", "client"):
+        text += options_of(f"{seen} {side}", helps[side])
+        text += line(f"{seen} {side}; and string match -q -- -p (commandline -opc)[-1]",
+                     f"-f -a '{escaped}'")
+    text += line(f"{seen} ctl; and not {seen} {words(of_ctl)}", f"-f -a '{words(of_ctl)}'")
+    for name, names in of_ctl.items():
+        text += options_of(f"{seen} ctl; and {seen} {name}", names)
+    return text
+
+
+COMPLETIONS = {  # of which shell: the file, in its own folder, by the name that the shell expects
+    "connect_bridge.bash": bash_completion,
+    "_connect_bridge": zsh_completion,
+    "connect_bridge.fish": fish_completion,
+}
 
 
 target.mkdir(parents=True, exist_ok=True)
@@ -141,7 +199,9 @@ page("connect_bridge", 1, "connect_bridge", "start a program of a ROS 2 bridge i
      "the nodes of this machine.\n")
 table = list(rows())
 parameter_page(table)
-completion([cells[0] for _, cells in table], helps, of_ctl)
+for file, made in COMPLETIONS.items():
+    text = made([cells[0] for _, cells in table], helps, of_ctl)
+    (target / file).write_text(text, encoding="utf-8")
 print(f"[manuals] {target}: {len(NAMES) + 2} pages, {len(table)} parameters, "
       f"{len(of_ctl)} subcommands of ctl")
 sys.exit(0 if table and of_ctl else 1)

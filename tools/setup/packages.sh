@@ -19,7 +19,7 @@ if ! ros_is_sourced; then
 fi
 if [ "$what" = all ]; then
   packages+=(
-    libgtest-dev libgmock-dev                                   # tests
+    libgtest-dev libgmock-dev zsh fish                          # tests
     clang clang-format libclang-rt-14-dev                       # second compiler, sanitizers, libFuzzer, format
   )
 fi
