@@ -91,17 +91,24 @@ int run(RelaySetup setup, const StatusOptions& status_at) {
   return 0;
 }
 
-int start(const std::string& name, bool only_checks) {
+// `is_own`: it is the relay's own file.
+int start(const std::string& name, bool is_own, bool only_checks) {
   std::ifstream file(name);
   std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) return refuse({name + " cannot be read"});
+  if (!file || !(text << file.rdbuf()))
+    return refuse({is_own && !std::filesystem::exists(name)
+                       ? "no relay is set up here yet: 'relay --robot NAME@HOST:443' makes " +
+                             name +
+                             ", and prints the registration command of the first robot. HOST is "
+                             "this machine's name or address, as robots and clients reach it"
+                       : name + " cannot be read"});
   Surroundings around;
   around.unreadable = &why_not_readable;
   around.distrusted = &who_else_may_change;
   const RelayFile read = read_relay_file(text.str(), around);
   if (!read.config) return refuse(read.problems);
   const std::string others = read.config->auth.strict_modes ? who_else_may_have_changed(name) : "";
-  if (!others.empty()) return refuse({"this file decides which robots come here: " + others});
+  if (!others.empty()) return refuse({"this file decides which robots may connect: " + others});
   const AuthOptions login{read.config->auth, std::nullopt, kLineGroup};
   AuthSetup robots = make_authenticator(login, system_now());
   if (!robots.authenticator) return refuse(robots.problems);
@@ -154,7 +161,8 @@ int print_robot_line(const std::string& file, const std::string& robot) {
 int main(int argc, char** argv) {
   CLI::App app{
       "relay: joins robots (server with listen.relay.url) and operators (client with a url like "
-      "wss://robot7@relay.example/), on a machine that both can dial. It sees who, when and how "
+      "wss://robot7@relay.example/), on a machine that both can connect to. It sees who, when and "
+      "how "
       "much, and none of the content. Manual: docs/reach.md"};
   app.set_version_flag("--version", connect_bridge::version_text(), "Print the version");
   std::string file;
@@ -165,7 +173,7 @@ int main(int argc, char** argv) {
   app.add_option(
       "--robot", robot,
       "Add a robot, with the address of this relay, as robot7@relay.example:443, and print "
-      "the line that its server is started with");
+      "its registration command, with which its server is started");
   app.add_flag("--check", only_checks, "Only say what is wrong with the file");
   try {
     app.parse(argc, argv);
@@ -176,8 +184,9 @@ int main(int argc, char** argv) {
   connect_bridge::raise_descriptors();  // two for each pair
   try {
     if (!robot.empty()) return connect_bridge::print_robot_line(file, robot);
-    if (file.empty()) file = connect_bridge::relay_folder() + "/relay.yaml";
-    return connect_bridge::start(file, only_checks);
+    const bool is_own = file.empty();
+    if (is_own) file = connect_bridge::relay_folder() + "/relay.yaml";
+    return connect_bridge::start(file, is_own, only_checks);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "relay: %s\n", error.what());
     return connect_bridge::kExitWrong;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "config/key_search.hpp"
+#include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
 
 namespace connect_bridge {
@@ -104,24 +105,35 @@ std::string who_text(const Rule& rule) {
   return who.empty() ? "" : ", if logged in as " + joined(who, "or");
 }
 
+// "all topics", or the patterns behind `before`.
+std::string names_text(const Names& patterns, std::string_view before, std::string_view all) {
+  if (patterns == Names{"/**"}) return fmt::format("all {}", all);
+  if (patterns == texts(default_rule().opens[Direction::kImport][OpenedBy::kTopics]))
+    return fmt::format("all {}, hidden ones too", all);
+  return fmt::format("{}{}", before, joined(patterns, "and"));
+}
+
 void add_rights(const Rule& rule, Names& parts) {
   const std::string types =
       rule.types.empty() ? "" : fmt::format(" ({} only)", joined(rule.types, "or"));
   const std::string who = who_text(rule);
-  const auto add = [&](Direction direction, OpenedBy kind, std::string_view what) {
+  const auto add = [&](Direction direction, OpenedBy kind, std::string_view may,
+                       std::string_view before, std::string_view all) {
     const std::vector<Pattern>& patterns = rule.opens[direction][kind];
     if (patterns.empty()) return;
-    parts.push_back(fmt::format("the peer {} {}{}{}", what, joined(texts(patterns), "and"),
+    parts.push_back(fmt::format("the peer may {} {}{}{}", may,
+                                names_text(texts(patterns), before, all),
                                 kind == OpenedBy::kParameters ? "" : types, who));
   };
-  add(Direction::kImport, OpenedBy::kTopics, "may publish to");
-  add(Direction::kExport, OpenedBy::kTopics, "may receive");
-  add(Direction::kExport, OpenedBy::kServices, "may call");
-  add(Direction::kImport, OpenedBy::kServices, "may offer the services");
-  add(Direction::kExport, OpenedBy::kActions, "may use the actions");
-  add(Direction::kImport, OpenedBy::kActions, "may offer the actions");
-  add(Direction::kExport, OpenedBy::kParameters, "may read and set parameters of the nodes");
-  add(Direction::kImport, OpenedBy::kParameters, "may offer parameters of the nodes");
+  add(Direction::kImport, OpenedBy::kTopics, "publish to", "", "topics");
+  add(Direction::kExport, OpenedBy::kTopics, "receive", "", "topics");
+  add(Direction::kExport, OpenedBy::kServices, "call", "", "services");
+  add(Direction::kImport, OpenedBy::kServices, "offer", "the services ", "services");
+  add(Direction::kExport, OpenedBy::kActions, "use", "the actions ", "actions");
+  add(Direction::kImport, OpenedBy::kActions, "offer", "the actions ", "actions");
+  add(Direction::kExport, OpenedBy::kParameters, "read and set parameters of", "the nodes ",
+      "nodes");
+  add(Direction::kImport, OpenedBy::kParameters, "offer parameters of", "the nodes ", "nodes");
   if (!rule.deny.empty()) {
     parts.push_back(
         fmt::format("never {}{}, whatever rules allow", joined(texts(rule.deny), "or"), who));

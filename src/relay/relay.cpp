@@ -61,9 +61,6 @@ Relay::Relay(asio::io_context& io, RelaySetup setup, Log log)
       desk_(io, setup_.names.hand_over()),
       callers_({0, kCallersMax, kCallersOfAddress, {}}),
       paces_(setup_.address_calls_at_once, setup_.address_call_period),
-      robot_paces_(kVisitorsAtOnce, kVisitorPeriod),
-      client_paces_(kClientsAtOnce, kMeteredPeriod),
-      other_paces_(kOthersAtOnce, kMeteredPeriod),
       pace_(kHandshakes, kHandshakePeriod) {}
 
 std::string Relay::open() {
@@ -230,22 +227,23 @@ void Relay::on_shaken(const RobotPtr& robot, const ErrorCode& error) {
 void Relay::on_line(const RobotPtr& robot, std::string_view line) {
   constexpr std::string_view kLogin = "login ", kClients = "clients ";
   if (strangers_.count(robot) == 0) {
-    if (!robot->lines_pace.take(steady_now()))  // mutant: lines_of_a_robot
-      return end(robot, "it sends more lines than it may");
+    // An answer is no line of its own accord: else many copies would end the robot that is here.
     if (line == "pong" && robot->twin) return on_twins(robot);
+    if (!robot->lines_pace.take(steady_now()))  // mutant: lines_of_a_robot
+      return end(robot, "it sent more lines than allowed");
     if (line.starts_with(kClients)) return on_word(robot, line.substr(kClients.size()));
-    if (line != "ping") return end(robot, "it says what it must not");
+    if (line != "ping") return end(robot, "it sent a line that is not allowed");
     limit(robot, kRelaySilence);
     return robot->lines->say("pong");
   }
   if (!line.starts_with(kLogin) || !robot->token.empty())
-    return end(robot, "it says what it must not");
+    return end(robot, "it sent a line that is not allowed");
   on_login(robot, line.substr(kLogin.size()));
 }
 
 void Relay::on_word(const RobotPtr& robot, std::string_view word) {
   Digest digits{};
-  if (!from_hex(word, digits)) return end(robot, "it says what it must not");
+  if (!from_hex(word, digits)) return end(robot, "it sent a line that is not allowed");
   robot->clients_key = key_of(word);
 }
 
@@ -285,9 +283,7 @@ void Relay::on_given(const std::string& name, std::unique_ptr<Authenticator> rob
       refuse_login(robot);
       continue;
     }
-    if (given)
-      log_(LogLevel::kInfo,
-           name + " belongs to who has used its registration command, from " + robot->peer);
+    if (given) log_(LogLevel::kInfo, name + " is now registered to the robot at " + robot->peer);
     robot->asks_name = false;
     enter(robot);
   }
@@ -317,15 +313,17 @@ void Relay::enter(const RobotPtr& robot) {
   }
   if (!robot->process.empty() && robot->process == here->process) {
     const RobotPtr other = std::exchange(here->twin, nullptr);
+    robot->twin_refused = here->twin_refused;
     end(here, "it is connected again");
     welcome(robot);
     if (strangers_.contains(other)) enter(other);
     return;
   }
-  limit(robot, kHelloTime);
+  limit(robot, kGivingTime);
   const RobotPtr before = std::exchange(here->twin, robot);
   if (before) return end(before, "it is connected again");  // a ping is on its way
-  call_after(here->answer, setup_.twin_answer, with(here, [](Relay& self, const RobotPtr& it) {
+  const auto time = here->twin_refused ? setup_.known_twin_answer : setup_.twin_answer;
+  call_after(here->answer, time, with(here, [](Relay& self, const RobotPtr& it) {
                self.end(it, "it does not answer, and is connected again");
              }));
   here->lines->say("ping");
@@ -359,13 +357,13 @@ void Relay::welcome(const RobotPtr& robot) {
   for (const CallerPtr& caller : calling_)
     if (!caller->ticket.empty() && caller->robot == robot->name) robot->lines->say(caller->call);
   limit(robot, kRelaySilence);
-  log_(LogLevel::kInfo, robot->name + " is here, from " + robot->peer);
+  log_(LogLevel::kInfo, robot->name + " is connected, from " + robot->peer);
 }
 
 void Relay::limit(const RobotPtr& robot, std::chrono::seconds time) {
   call_after(robot->limit, time, with(robot, [](Relay& self, const RobotPtr& it) {
                if (self.strangers_.contains(it)) self.count(RelayRefusal::kTooLate);
-               self.end(it, "it is silent");
+               self.end(it, "it sent nothing for too long");
              }));
 }
 
@@ -379,7 +377,7 @@ void Relay::end(RobotPtr robot, const std::string& why) {
   if (found == robots_.end() || found->second != robot) return;
   robots_.erase(found);
   forget_use(robot->name);
-  log_(LogLevel::kInfo, robot->name + " is gone: " + to_text(why, why.size()));
+  log_(LogLevel::kInfo, robot->name + " is disconnected: " + to_text(why, why.size()));
   const RobotPtr next = std::exchange(robot->twin, nullptr);
   if (!strangers_.contains(next)) return;
   setup_.names.has(next->name, next->token, next->peer) ? welcome(next) : refuse_login(next);
@@ -419,6 +417,7 @@ void Relay::on_visitor(const CallerPtr& caller) {
   caller->network = network_of(caller->from.address(), 7);
   if (!paces_.take(caller->network, 1, now)) return refuse(caller, RelayRefusal::kVisitorsOfSource);
   const RobotPtr robot = found->second;
+  auto kind = VisitorPaces::Kind::kAny;
   if (!robot->clients_key.empty()) {
     const std::vector<std::string>& offers = caller->arrival.hello().protocols;
     const auto is_word = [&](const std::string& offer) {
@@ -427,13 +426,11 @@ void Relay::on_visitor(const CallerPtr& caller) {
     caller->is_client = !offers.empty() && offers.front() == kClientProtocol &&
                         offers.size() <= 1 + kClientWordsMax &&
                         std::any_of(offers.begin() + 1, offers.end(), is_word);
-    const bool may = caller->is_client
-                         ? client_paces_.take(robot->name + ' ' + caller->network, 1, now)
-                         : other_paces_.take(robot->name, 1, now);
-    if (!may) return refuse(caller, RelayRefusal::kVisitorsOfRobot);  // mutant: others_of_robot
+    kind = caller->is_client ? VisitorPaces::Kind::kClient : VisitorPaces::Kind::kOther;
   }
   const std::string ticket = random_token();
-  if (ticket.empty() || !robot_paces_.take(caller->robot, 1, now))  // mutant: visitors_of_robot
+  if (ticket.empty() ||
+      !visitor_paces_.take(robot->name, caller->network, kind, now))  // mutant: visitors_of_robot
     return refuse(caller, RelayRefusal::kVisitorsOfRobot);
   make_room_at(caller->robot);
   // A caller that waits for a robot takes no place of callers that have sent nothing.

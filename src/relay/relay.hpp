@@ -29,6 +29,7 @@
 #include "relay/relay_arrival.hpp"
 #include "relay/relay_status.hpp"
 #include "relay/robot_names.hpp"
+#include "relay/visitor_paces.hpp"
 
 namespace connect_bridge {
 
@@ -45,6 +46,7 @@ struct RelaySetup {
   int address_calls_at_once = 30;
   Duration address_call_period = std::chrono::milliseconds(100);
   std::chrono::milliseconds twin_answer = kTwinAnswer;
+  std::chrono::milliseconds known_twin_answer = kKnownTwinAnswer;
 };
 
 // Joins each visitor to the robot that it asks for. Of the bytes that it passes on it reads only
@@ -103,7 +105,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     // Has the same token, and waits: whether this one answers a ping decides who stays.
     std::shared_ptr<Robot> twin;
     asio::steady_timer answer;
-    std::optional<TimePoint> twin_refused;  // the last time
+    std::optional<TimePoint> twin_refused;  // the last time, also in a connection before
   };
   using RobotPtr = std::shared_ptr<Robot>;
 
@@ -165,12 +167,9 @@ class Relay : public std::enable_shared_from_this<Relay> {
   std::unordered_set<std::string> giving_;  // the names that the desk gives
   std::vector<std::string> to_judge_;       // robots
   std::shared_ptr<TcpDoors> doors_;
-  Admission callers_;         // without a robot yet, by network
-  AddressPaces paces_;        // of control handshakes and visitors, by address
-  AddressPaces robot_paces_;  // of visitors, by robot: each costs it a connection
-  // The paces of visitors to robots that have sent their clients' word. Clients with the word count
-  // by robot and network, all others by robot.
-  AddressPaces client_paces_, other_paces_;
+  Admission callers_;   // without a robot yet, by network
+  AddressPaces paces_;  // of control handshakes and visitors, by address
+  VisitorPaces visitor_paces_;
   Pace pace_;  // of control handshakes
   std::unordered_set<CallerPtr> calling_;
   std::unordered_set<RobotPtr> strangers_;  // without a login yet

@@ -37,12 +37,13 @@ std::string relay_folder() {
 
 std::string line_to_print(const std::string& robot, const std::string& line, bool terminal,
                           const std::string& folder, std::string& problem) {
-  const std::string text = "\nTo pair a client with " + robot +
-                           ", start there within 24 hours (this works once; then the name is that "
-                           "robot's):\n\n  ros2 run connect_bridge server --pair --via '" +
-                           line + "'\n\n";
-  return secret_to_print(text, "The line for " + robot, terminal, folder + "/" + robot + ".line",
-                         problem);
+  const std::string text =
+      "\nTo register " + robot +
+      " here, run this on the robot within 24 hours. It works once, and " +
+      "the name then belongs to that robot:\n\n  ros2 run connect_bridge server --pair --via '" +
+      line + "'\n\n";
+  return secret_to_print(text, "The registration command of " + robot, terminal,
+                         folder + "/" + robot + ".line", problem);
 }
 
 std::string make_relay_files(const std::string& folder, const Url& url) {
@@ -77,7 +78,7 @@ std::string add_robot(const std::string& relay_file, const Url& url, Stamp now,
   entry.identity = url.robot;
   entry.groups = {kLineGroup};
   entry.expires = date_text(now + kLineLife);
-  entry.comment = "the code of a line, works once";
+  entry.comment = "the code of a registration command, works once";
   entry.digest = sha256(view_of(line.code));
   if (problem.empty()) problem = append_token_entry(read.config->auth.token_file, entry);
   return problem.empty() ? to_relay_line(line) : std::string{};
@@ -87,7 +88,7 @@ std::string hand_over(const std::string& token_file, const std::string& robot, c
                       const Digest& code, Stamp now) {
   TokenEntry entry;
   entry.identity = robot;
-  entry.comment = "by its line, " + date_text(now);
+  entry.comment = "by its registration command, " + date_text(now);
   entry.digest = token;
   return replace_token_entries(token_file, entry, code);
 }

@@ -133,3 +133,12 @@ def test_ctl_says_what_was_meant():
     told = run("ctl", "doctor", "robot:9090")
     assert told.returncode == 2
     assert told.stderr == "robot:9090: no such file; did you mean wss://robot:9090?\n"
+
+
+def test_a_relay_without_files_names_its_first_command(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    own = run("relay")
+    assert own.returncode == 2
+    assert f"'relay --robot NAME@HOST:443' makes {tmp_path}/.connect_relay/relay.yaml" in own.stderr
+    given = run("relay", tmp_path / "relay.yaml")
+    assert (given.returncode, "--robot" in given.stderr) == (2, False)

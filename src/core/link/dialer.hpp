@@ -70,7 +70,7 @@ class Dialer {
     const bool by_server = refused || failure == DialFailure::kPutOff;
     if (by_server || answers_ > kAnswersSoon) {
       const Duration long_wait = options_.refused_retry * (1 << (refused ? refusals_ : 0));
-      wait = std::max(wait, by_server ? long_wait + up_to(long_wait / 2) : long_wait);
+      wait = std::max(wait, long_wait + up_to(long_wait / 2));
     }
     if (failure == DialFailure::kOtherKey)
       wait = options_.other_key_retry + up_to(options_.other_key_retry / 2);

@@ -146,24 +146,26 @@ void RelayDoor::on_tls(const ErrorCode& error) {
     return fail({other_key.cause, "TLS: " + other_key.text}, DialFailure::kOtherKey);
   if (!selected(tls, kRelayProtocol))
     return fail({Cause::kNotThisProgram, "what answers there is no relay"}, DialFailure::kAnswered);
-  const std::string token = options_.token ? options_.token() : "";
-  if (token.empty())
+  token_ = options_.token ? options_.token() : "";
+  if (token_.empty())
     return fail({Cause::kTokenMissing, "listen.relay.token_file has no token now"},
                 DialFailure::kPutOff);
+  lines_pace_ = Pace(kRelayLinesAtOnce, kRelayLinePeriod);
   lines_->open(kRelayLineMax,
                {if_alive(this, &RelayDoor::on_line), if_alive(this, &RelayDoor::on_ended)});
-  lines_->say("login " + token + (options_.code.empty() ? "" : " " + options_.code));
+  lines_->say("login " + token_ + (options_.code.empty() ? "" : " " + options_.code));
 }
 
 void RelayDoor::on_line(std::string_view line) {
   if (!lines_pace_.take(steady_now()))  // mutant: lines_of_a_relay
-    return fail({Cause::kMalformed, "it sends more lines than it may"}, DialFailure::kPutOff);
+    return fail({Cause::kMalformed, "it sent more lines than allowed"},
+                leaves_.take(steady_now()) ? DialFailure::kGone : DialFailure::kPutOff);
   const std::string_view word = next_word(line);
   if (word == "refused" && line == "twin" && !welcome_) {
     fail({Cause::kRelayRefuses,
           "another machine has the same token and is connected there (a copied disk?): that one "
-          "stays, this one waits a minute. Give this one a name, a token and keys of its own: end "
-          "its pairing, then 'relay --robot' there and 'server --pair --via' here"},
+          "stays, this one waits a minute. Give this one a name, a token and keys of its own: "
+          "end its pairing, then 'relay --robot' there and 'server --pair --via' here"},
          DialFailure::kPutOff);
     return after(next_, kTwinWait, &RelayDoor::dial);
   }
@@ -171,10 +173,9 @@ void RelayDoor::on_line(std::string_view line) {
     return fail(
         {Cause::kRelayRefuses,
          std::string{
-             "it refuses the token of listen.relay.token_file for this name, or the line was "
-             "used already or is too old: 'relay --robot' prints another one there"} +
-             (options_.code.empty() ? ""
-                                    : "; a start without --pair has what was before this line")},
+             "it refuses the token of listen.relay.token_file for this name, or the registration "
+             "command was used already or is too old: 'relay --robot' prints another one there"} +
+             (options_.code.empty() ? "" : "; a start without --pair uses its former place")},
         DialFailure::kRefused);
   }
   if (word == "welcome" && !welcome_) {
@@ -186,10 +187,14 @@ void RelayDoor::on_line(std::string_view line) {
     told_.clear();
     place_.connected_since = system_now();
     limit_.cancel();
-    events_.log(LogLevel::kInfo, "reached through the relay: " + options_.url.text("ws"));
+    ErrorCode ignored;
+    tried_ = lines_->socket().remote_endpoint(ignored).address();
+    route_ = route_to(*tried_);
+    events_.log(LogLevel::kInfo, "connected to the relay " + options_.url.text("ws") +
+                                     ": clients can connect there");
     if (!std::exchange(was_welcome_, true) && options_.keep)
       if (const std::string wrong = options_.keep(); !wrong.empty())
-        events_.log(LogLevel::kError, "this place is not kept for the next start: " + wrong);
+        events_.log(LogLevel::kError, "the relay is not stored for the next start: " + wrong);
     return after(next_, kRelayPing, &RelayDoor::ping);
   }
   if (word == "pong" && welcome_) {
@@ -199,7 +204,7 @@ void RelayDoor::on_line(std::string_view line) {
   // Somebody else has come with this token: whether this one is still there decides who stays.
   if (word == "ping" && welcome_) return lines_->say("pong");
   if (word == "visitor" && welcome_) return on_visitor(line);
-  fail({Cause::kMalformed, "it says what it must not"}, DialFailure::kPutOff);
+  fail({Cause::kMalformed, "it sent a line that is not allowed"}, DialFailure::kPutOff);
 }
 
 void RelayDoor::tell_word() {
@@ -242,19 +247,30 @@ void RelayDoor::on_routes_changed() {
   if (welcome_) {
     const std::string address = lost_address(lines_->socket());
     if (!address.empty())
-      fail({Cause::kAddressGone, "the address " + address + " of this machine is gone"},
-           DialFailure::kGone);
-  } else if (dialer_.deadline() && tried_) {
-    // Most changes concern others: containers that come and go, addresses that are renewed.
-    if (const std::string before = std::exchange(route_, route_to(*tried_)); before == route_)
-      return;
+      return fail({Cause::kAddressGone, "the address " + address + " of this machine is gone"},
+                  DialFailure::kGone);
+    // From Wi-Fi to LTE, say, while the interface of the Wi-Fi keeps its address for a while.
+    if (takes_another_route()) look();
+  } else if (dialer_.deadline() && tried_ && takes_another_route()) {
     dialer_.hurry(steady_now());
     wait();
   }
 }
 
+bool RelayDoor::takes_another_route() {
+  const std::string before = std::exchange(route_, route_to(*tried_));
+  return before != route_;
+}
+
 void RelayDoor::on_ended(const Failure& why) {
   fail(why, welcome_ ? DialFailure::kGone : DialFailure::kAnswered);
+}
+
+void RelayDoor::check_token() {
+  const bool waits = events_.log && dialer_.deadline();
+  if (!waits || !token_refused_ || !options_.token || options_.token() == token_) return;
+  dialer_.forget_refusal(steady_now());
+  wait();
 }
 
 void RelayDoor::fail(const Failure& why, DialFailure failure) {
@@ -271,6 +287,7 @@ void RelayDoor::fail(const Failure& why, DialFailure failure) {
   const bool was_welcome = std::exchange(welcome_, false);
   place_.connected_since = 0;
   place_.failure = why;
+  token_refused_ = why.cause == Cause::kRelayRefuses || why.cause == Cause::kTokenMissing;
   const std::string text = "the relay " + options_.url.text("ws") + ": " + why.text;
   if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");
   told_ = text;
@@ -296,7 +313,7 @@ void RelayDoor::on_visitor(std::string_view words) {
   const char* const end = words.data() + words.size();
   const auto number = std::from_chars(words.data(), end, made->source.port);
   if (!from_hex(ticket, digits) || wrong || number.ec != std::errc{} || number.ptr != end)
-    return fail({Cause::kMalformed, "it says what it must not"}, DialFailure::kPutOff);
+    return fail({Cause::kMalformed, "it sent a line that is not allowed"}, DialFailure::kPutOff);
   if (tickets_.size() >= kTicketsMax || !visitors_.take(steady_now()))
     return events_.log(LogLevel::kDebug, "a visitor at the relay is left out: there are too many");
   made->hello = hellos_.make(options_.url.robot, ticket);

@@ -62,6 +62,8 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   [[nodiscard]] const PlaceAtRelay& place() const { return place_; }
   // The server's key may have changed: the relay has to know how to tell its clients from others.
   void tell_word();
+  // Ends the wait after a refused login once the token is another one. Reads a file meanwhile.
+  void check_token();
   // Bytes of the control connections, and of visitors that were not handed over.
   [[nodiscard]] Traffic traffic();
 
@@ -87,6 +89,8 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   void forget(TicketPtr ticket);
   void ping();
   void on_routes_changed();
+  // Since it was asked last. Most changes concern others: containers, addresses that are renewed.
+  bool takes_another_route();
   void on_ended(const Failure& why);
   // Dials again, after a while.
   void fail(const Failure& why, DialFailure failure);
@@ -108,10 +112,14 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   Random random_;
   const std::string process_;               // tells it from another one with its token
   std::optional<asio::ip::address> tried_;  // the relay's, as it was dialed last
-  std::string route_;                       // to it, at the last failure; empty: not known
+  std::string route_;                       // to it, as last seen; empty: not known
+  std::string token_;                       // the last that was sent
+  bool token_refused_ = false;
   TicketHellos hellos_;
   Pace visitors_;
   Pace lines_pace_{kRelayLinesAtOnce, kRelayLinePeriod};
+  // A process that stood still reads many lines at once: so the first times are no fault.
+  Pace leaves_{2, std::chrono::minutes(1)};
   Pace looks_{kRobotLinesAtOnce / 3, 2 * kRobotLinePeriod};
   bool welcome_ = false;
   bool was_welcome_ = false;  // ever

@@ -28,6 +28,8 @@ inline constexpr std::chrono::seconds kRelaySilence{60};
 // Two robots with one token: so long the one that is here has to answer a ping, and so long the
 // other one waits.
 inline constexpr std::chrono::milliseconds kTwinAnswer{2000};
+// The same after an answer to a copy's login: a slow path must not give the name to the copy.
+inline constexpr std::chrono::milliseconds kKnownTwinAnswer{8000};
 inline constexpr std::chrono::seconds kTwinWait{60};
 inline constexpr std::chrono::seconds kTicketTime{5};
 inline constexpr std::chrono::seconds kHelloTime{5};  // and as long for the login after it
@@ -42,11 +44,15 @@ inline constexpr Duration kRelayLinePeriod = std::chrono::milliseconds(15);
 // Visitors of one robot: the relay refuses more, and the robot dials for no more.
 inline constexpr int kVisitorsAtOnce = 100;
 inline constexpr Duration kVisitorPeriod = std::chrono::milliseconds(20);
-// Visitors of a robot that has told its word: those of one address who show it, and all others
-// together. Each costs the robot some 2 kB, and so neither more than 9 MB a day.
-inline constexpr int kClientsAtOnce = 60;
+// Visitors of a robot that has told its word. Each costs the robot some 2 kB: those who show the
+// word at most 173 MB a day, all others 9 MB. Of each network fewer, so that none keeps others out.
+inline constexpr int kClientsAtOnce = 300;
+inline constexpr Duration kClientsPeriod = std::chrono::seconds(1);
+inline constexpr int kClientsOfNetworkAtOnce = 60;
 inline constexpr int kOthersAtOnce = 10;
 inline constexpr Duration kMeteredPeriod = std::chrono::seconds(20);
+inline constexpr int kOthersOfNetworkAtOnce = 4;
+inline constexpr Duration kOthersOfNetworkPeriod = std::chrono::minutes(1);
 
 // A list of protocols as TLS has it (RFC 7301): each with its length before it.
 [[nodiscard]] inline std::string protocol_list(const std::vector<std::string>& names) {

@@ -111,7 +111,7 @@ Failure certificate_failure(long result, const std::string& name) {
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
       return {Cause::kCertificateName, "the server's certificate is not for '" + name +
-                                           "' (dial a name that is in it, or set tls.pin)"};
+                                           "' (connect to a name that is in it, or set tls.pin)"};
     case X509_V_ERR_CERT_HAS_EXPIRED:
       return {Cause::kCertificateExpired, "the server's certificate has expired"};
     case X509_V_ERR_CERT_NOT_YET_VALID:

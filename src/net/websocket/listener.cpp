@@ -91,6 +91,7 @@ std::vector<std::string> Listener::addresses() const {
 }
 
 void Listener::check_files() {
+  if (relay_) relay_->check_token();
   const auto news = tls_ ? tls_->check() : std::nullopt;
   if (!news) return;
   log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);

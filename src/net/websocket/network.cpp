@@ -263,7 +263,7 @@ void Network::dial(ConnectionId connection, const DialOptions& options) {
       state->on_dialled(connection, options, std::move(socket), std::move(failure));
     }
   });
-  if (state_->stopped) return dialing->cancel({Cause::kGoingAway, "this side stops"});
+  if (state_->stopped) return dialing->cancel({Cause::kGoingAway, "this side is stopping"});
   if (!problem.empty()) dialing->cancel({Cause::kCertificateFiles, problem});
 }
 
@@ -316,7 +316,7 @@ void Network::stop() {
   state_->routes.reset();
   if (state_->listener) state_->listener->close();
   for (const auto& entry : state_->dials)
-    entry.second->cancel({Cause::kGoingAway, "this side stops"});
+    entry.second->cancel({Cause::kGoingAway, "this side is stopping"});
   for (const auto& entry : state_->connections) {
     entry.second->close(static_cast<std::uint16_t>(CloseCode::kGoingAway), "the peer is stopping");
   }

@@ -354,6 +354,12 @@ TEST(ConfigExplain, Client) {
   EXPECT_THAT(text, HasSubstr("environment variable CONNECT_BRIDGE_TOKEN"));
   EXPECT_THAT(text, HasSubstr("the peer's /x is /r1/x"));
   EXPECT_THAT(text, HasSubstr("all that the peer allows, but from here topics only"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("  default: the peer may publish to all topics, hidden ones too; the peer may "
+                "receive all topics; the peer may offer all services, hidden ones too; the "
+                "peer may offer all actions; the peer may offer parameters of all nodes; "
+                "never /rosout, whatever rules allow\n"));
   EXPECT_THAT(text, Not(HasSubstr("hush")));
 }
 

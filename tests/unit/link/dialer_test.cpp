@@ -120,6 +120,19 @@ TEST(Dialer, WhatIsAnsweredByOthersForLongIsDialedRarely) {
   EXPECT_LE(wait_of(dialer, random, Wait::kAnswered), milliseconds(500));
 }
 
+// A proxy that says 502 to a whole fleet hears it spread.
+TEST(Dialer, DialersThatAreAnsweredByOthersComeSpread) {
+  Random random(1);
+  std::set<Duration> waits;
+  for (int i = 0; i < 100; ++i) {
+    Dialer dialer(kOptions);
+    for (int answers = 0; answers < Dialer::kAnswersSoon; ++answers)
+      wait_of(dialer, random, Wait::kAnswered);
+    waits.insert(wait_of(dialer, random, Wait::kAnswered));
+  }
+  EXPECT_GT(waits.size(), 90U);
+}
+
 TEST(Dialer, ALongRetryIsNotShortenedByARefusal) {
   Random random(1);
   Dialer dialer({std::chrono::seconds(20), std::chrono::seconds(60)});

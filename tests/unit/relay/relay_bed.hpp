@@ -85,6 +85,7 @@ struct AtRelay {
     setup.proxies = std::move(proxies);
     setup.address_call_period = 800s;
     setup.twin_answer = 300ms;
+    setup.known_twin_answer = 60s;
     relay = std::make_shared<Relay>(loop.io, std::move(setup),
                                     [this](LogLevel level, const std::string& text) {
                                       if (level == LogLevel::kWarn) warnings.push_back(text);

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "unit/net/tcp/own_network.hpp"
 #include "unit/relay/relay_bed.hpp"
 
 namespace connect_bridge::test {
@@ -179,11 +180,88 @@ TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
                           [&](LogLevel, const std::string& text) { logs.push_back(text); }});
     ASSERT_EQ(door->open(), "");
     EXPECT_TRUE(loop.until([&] {
-      return !logs.empty() && logs.back().find("more lines than it may") != std::string::npos;
+      return !logs.empty() && logs.back().find("more lines than allowed") != std::string::npos;
     })) << line;
     door->close();
     loop.run_for(1ms);
   }
+}
+
+// One that stands still reads at once what a relay has announced meanwhile: that is no fault.
+TEST(RelayDoor, ComesBackSoonAfterTooManyLinesButNotForEver) {
+  Loop loop;
+  TalkingRelay relay(loop, "pong", 2 * kRelayLinesAtOnce);
+  RelayOptions options;
+  options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
+  options.tls.ca_file = relay_authority().ca;
+  options.token = [] { return std::string{"robot7-token"}; };
+  const auto door = std::make_shared<RelayDoor>(
+      loop.io, options, SocketOptions{},
+      RelayDoor::Events{[](TcpSocket, const Source&) {}, [](LogLevel, const std::string&) {}});
+  ASSERT_EQ(door->open(), "");
+  EXPECT_TRUE(loop.until([&] { return relay.accepted == 3; }, 4s));
+  loop.run_for(1500ms);
+  EXPECT_EQ(relay.accepted, 3);
+  door->close();
+  loop.run_for(1ms);
+}
+
+// A wait after a refusal takes up to a minute.
+TEST(RelayDoor, AnotherTokenIsShownAtOnce) {
+  for (const std::string refused : {"wrong", ""}) {
+    AtRelay at;
+    std::string token = refused;
+    std::vector<std::string> logs;
+    RelayOptions options;
+    options.url = {true, "127.0.0.1", at.port(), "/", "robot7"};
+    options.tls.ca_file = relay_authority().ca;
+    options.token = [&] { return token; };
+    const auto door = std::make_shared<RelayDoor>(
+        at.loop.io, options, SocketOptions{},
+        RelayDoor::Events{[](TcpSocket, const Source&) {},
+                          [&](LogLevel, const std::string& text) { logs.push_back(text); }});
+    ASSERT_EQ(door->open(), "");
+    ASSERT_TRUE(at.loop.until([&] { return !logs.empty(); }));
+    door->check_token();  // still the same
+    at.loop.run_for(1500ms);
+    EXPECT_EQ(at.relay->status().accepted, 1U);
+    token = "robot7-token";
+    door->check_token();
+    EXPECT_TRUE(at.loop.until([&] { return door->place().connected_since > 0; }, 1500ms));
+    door->close();
+    at.loop.run_for(1ms);
+  }
+}
+
+// From Wi-Fi to LTE, while the interface of the Wi-Fi keeps its address.
+TEST(RelayDoor, AsksWhetherTheRelayIsThereWhenTheRouteHasChanged) {
+  const bool allowed = in_own_network([] {
+    set_up("lo");
+    AtRelay at;
+    CountingWay way(at);
+    std::vector<std::string> logs;
+    RelayOptions options;
+    options.url = {true, "127.0.0.1", way.port(), "/", "robot7"};
+    options.tls.ca_file = relay_authority().ca;
+    options.token = [] { return std::string{"robot7-token"}; };
+    const auto door = std::make_shared<RelayDoor>(
+        at.loop.io, options, SocketOptions{},
+        RelayDoor::Events{[](TcpSocket, const Source&) {},
+                          [&](LogLevel, const std::string& text) { logs.push_back(text); }});
+    ASSERT_EQ(door->open(), "");
+    ASSERT_TRUE(at.loop.until([&] { return door->place().connected_since > 0; }));
+    at.loop.run_for(50ms);
+    const std::size_t said = way.said;
+    give_address("lo:1", "10.0.0.1");  // as when a container starts
+    at.loop.run_for(1500ms);
+    EXPECT_EQ(way.said, said);
+    set_up("lo", false);
+    EXPECT_TRUE(at.loop.until([&] { return door->place().connected_since == 0; }, 4s));
+    EXPECT_THAT(door->place().failure.text, testing::HasSubstr("no answer in time"));
+    door->close();
+    at.loop.run_for(1ms);
+  });
+  if (!allowed) GTEST_SKIP() << "this machine does not allow network namespaces";
 }
 
 // It names the address of who dials directly.

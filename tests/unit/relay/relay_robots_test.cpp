@@ -68,6 +68,42 @@ TEST(Relay, TheSameProcessComesBackAtOnce) {
   EXPECT_THAT(copy.said, ElementsAre("refused twin"));
 }
 
+// The path of the one that is here may be slow, and the process that answered may have dialled
+// again.
+TEST(Relay, ACopyThatWasRefusedWaitsLongerForAnAnswer) {
+  AtRelay at;
+  HandRobot robot(at, "robot7", "robot7-token", "", "one");
+  ASSERT_TRUE(robot.hears(1));
+  HandRobot first(at, "robot7", "robot7-token", "", "two");
+  ASSERT_TRUE(robot.hears(2));
+  robot.lines->say("pong");
+  ASSERT_TRUE(first.hears(1));
+  HandRobot again(at, "robot7", "robot7-token", "", "one");
+  ASSERT_TRUE(again.hears(1));
+  HandRobot copy(at, "robot7", "robot7-token", "", "two");
+  ASSERT_TRUE(again.hears(2));
+  at.loop.run_for(600ms);  // twice as long as an unknown copy waits
+  EXPECT_THAT(copy.said, testing::IsEmpty());
+  again.lines->say("pong");
+  ASSERT_TRUE(copy.hears(1));
+  EXPECT_THAT(copy.said, ElementsAre("refused twin"));
+  EXPECT_FALSE(again.ended);
+}
+
+TEST(Relay, ARobotThatAnswersManyCopiesStays) {
+  AtRelay at(100);
+  HandRobot robot(at, "robot7", "robot7-token");
+  ASSERT_TRUE(robot.hears(1));
+  for (std::size_t i = 0; i < kRobotLinesAtOnce + 5; ++i) {
+    HandRobot copy(at, "robot7", "robot7-token");
+    ASSERT_TRUE(robot.hears(i + 2));
+    robot.lines->say("pong");
+    ASSERT_TRUE(copy.hears(1));
+    ASSERT_THAT(copy.said, ElementsAre("refused twin")) << i;
+  }
+  EXPECT_FALSE(robot.ended);
+}
+
 TEST(Relay, TheLastOfThoseWhoComeBackIsTheRobotIfTheOneBeforeIsDead) {
   AtRelay at;
   HandRobot dead(at, "robot7", "robot7-token");

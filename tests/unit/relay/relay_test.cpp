@@ -254,7 +254,7 @@ struct Both {
     dial.tls.ca_file = relay_authority().ca;
   }
   [[nodiscard]] bool reached() const {
-    return !server.logs.empty() && server.logs.back().starts_with("reached through the relay");
+    return !server.logs.empty() && server.logs.back().starts_with("connected to the relay");
   }
 
   Side server, client;
@@ -310,7 +310,8 @@ TEST(Relay, AClientShowsThatItKnowsTheRobot) {
   others.clear();
   // What strangers cost is counted: at least a ClientHello of each.
   EXPECT_TRUE(at.loop.until([&] {
-    return both.server.network.traffic().received > before.received + (kOthersAtOnce - 1) * 100;
+    return both.server.network.traffic().received >
+           before.received + (kOthersOfNetworkAtOnce - 1) * 100;
   }));
 }
 

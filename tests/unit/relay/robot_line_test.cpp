@@ -83,7 +83,8 @@ TEST(RobotLine, IsShownOnATerminalAndElseKeptForItsOwnerAlone) {
   EXPECT_FALSE(std::filesystem::exists(file));
   const std::string logged = line_to_print("robot7", "wss+relay://r#code", false, folder, problem);
   EXPECT_EQ(problem, "");
-  EXPECT_THAT(logged, testing::HasSubstr("The line for robot7 is in '" + file + "'"));
+  EXPECT_THAT(logged,
+              testing::HasSubstr("The registration command of robot7 is in '" + file + "'"));
   EXPECT_EQ(logged.find("code"), std::string::npos);
   EXPECT_EQ(test::content(file), shown);
   using std::filesystem::perms;
