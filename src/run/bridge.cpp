@@ -92,7 +92,7 @@ std::string Bridge::open() {
   if (problem.empty()) problem = server ? listen() : network_.dial_problem(parts_.dial);
   if (problem.empty()) note(AuditEvent::kStarted);
   if (const std::string none = gateway_.open_diagnostics(); !none.empty())
-    node_.log(LogLevel::kWarn, "nothing is told on /diagnostics: " + none);
+    node_.log(LogLevel::kWarn, "nothing is published on /diagnostics: " + none);
   return problem;
 }
 
@@ -142,7 +142,8 @@ std::string Bridge::listen() {
     const std::string scheme = parts_.listen.tls ? "wss://" : "ws://";
     std::string urls;
     for (const std::string& address : network_.listen_addresses())
-      urls += (urls.empty() ? "" : ", ") + scheme + address + "/";
+      urls += (urls.empty() ? "" : ", ") + scheme + address + "/" +
+              (address.starts_with("[::]:") ? " (all addresses of this machine)" : "");
     node_.log(LogLevel::kInfo, "listening on " + urls);
   }
   return problem;

@@ -19,7 +19,7 @@ from harness.programs import Program, build_dir, ros_environment
 LINE = re.compile(r"ros2 run connect_bridge client (?:--robot )?'(wss\+pair://\S+)'")
 # Of a program whose output is no terminal.
 SHOWN = re.compile(r"The invitation is in '(.+)', since")
-LINE_SHOWN = re.compile(r"The line for .+ is in '(.+)', since")
+LINE_SHOWN = re.compile(r"The registration command of .+ is in '(.+)', since")
 RELAY_LINE = re.compile(r"--via '(wss\+relay://\S+)'")
 
 

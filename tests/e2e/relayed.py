@@ -97,7 +97,7 @@ def joined(make_pair, relay):
             {**pair.client.parameters, **relay.client(port=client_by), **both}
         )
         if start:
-            pair.server.start().wait_for("reached through the relay")
+            pair.server.start().wait_for("connected to the relay")
             pair.client.start().wait_linked()
         return pair
 

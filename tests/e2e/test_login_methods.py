@@ -85,7 +85,7 @@ def test_a_jwt_logs_in_is_renewed_and_expires(sides, tmp_path, make_graph):
     collector = operator.collector(String, "/t/jwt")
     connect(publisher, collector, String(data="in"))
     write(file, second)
-    anna.wait_for("logged in again at .*; the link goes on", 6)
+    anna.wait_for("renewed the login at .*; the link stays open", 6)
     anna.wait_for("the login of anna has expired", 25)
     assert anna.text().count("link open") == 1, "the first one did not end it"
     anna.wait_for("login refused")

@@ -149,7 +149,7 @@ def test_a_relay_that_joins_with_another_robot_gets_nothing(joined, make_side, r
     liar = Liar(relay.port)
     liar.instead = port
     pair = joined(start=False, client_by=liar.port)
-    pair.server.start().wait_for("reached through the relay")
+    pair.server.start().wait_for("connected to the relay")
     pair.client.start().wait_for("the server's certificate is from an unknown authority")
     assert "link open" not in other.text()
 
@@ -190,7 +190,7 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         assert token not in words and token not in server.text() + relay.text()
         client.stop()
         server.stop()
-        world.run("server", "robot").wait_for("reached through the relay")
+        world.run("server", "robot").wait_for("connected to the relay")
         world.run("client", "operator").wait_for("link open with ")
         world.crosses("/second")
     finally:

@@ -97,7 +97,7 @@ def test_a_new_token_before_the_old_one_expires_leaves_no_gap(world):
         publisher.publish(String(data=str(sent)))
         sent += 1
         time.sleep(0.02)
-    anna.wait_for("logged in again at .*; the link goes on")
+    anna.wait_for("renewed the login at .*; the link stays open")
     world.server.wait_for("has renewed its login as anna")
     numbers = [int(m.data) for m in collector.messages]
     got = [n for n in numbers if n >= 0]

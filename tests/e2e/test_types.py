@@ -98,7 +98,7 @@ def test_what_one_side_lacks_is_carried(lacking, role):
     until(lambda: goal.feedback, "feedback")
     assert list(goal.result().result.sequence) == [0, 1, 1, 2, 3, 5]
 
-    told = "is not installed here: its messages are carried unchecked"
+    told = "is not installed here: its messages are forwarded unchecked"
     for type_name in ("msg/Blob", "srv/Echo", "action/Fibonacci"):
         assert len(lines_with(here, f"the type {PACKAGE}/{type_name} {told}")) == 1, here.text()
     assert len(lines_with(here, told)) == 3

@@ -52,23 +52,21 @@ void check_words(Arguments& read, Role role) {
   const auto add = [&](const char* problem) { read.problems.emplace_back(problem); };
   if (role == Role::kClient) {
     if (client_is_robot && read.invitation.empty())
-      add("--robot goes with the invitation that 'server --pair --drive' prints; who has paired "
-          "with it starts without arguments");
+      add("--robot needs the invitation that 'server --pair --drive' prints; a robot that has "
+          "paired starts without arguments");
     if (!read.via.empty())
-      add("--via is for the end that listens: a client dials the relay that its invitation names");
+      add("--via is for the end that listens: a client finds the relay in its invitation");
     if (read.operates && !client_is_robot)
-      add("--operate is said at the robot: behind 'client --robot', or behind 'server --pair' "
-          "there");
+      add("--operate belongs to the robot's end: after 'client --robot' or 'server --pair' there");
     return;
   }
-  if (client_is_robot && !read.pairs)
-    add("--drive makes an invitation for a robot: give --pair, too");
+  if (client_is_robot && !read.pairs) add("--drive makes an invitation for a robot: add --pair");
   if (client_is_robot && read.operates)
-    add("--operate is said at the robot, by its owner: behind 'client --robot' there");
+    add("--operate belongs to the robot's end, and to its owner: after 'client --robot' there");
   if (read.operates && !client_is_robot && !read.pairs)
-    add("--operate says what a client that pairs may do: give --pair, too");
+    add("--operate gives rights to a client that pairs: add --pair");
   if (!read.via.empty() && (!read.pairs || !read.host.empty()))
-    add("--via names the relay that clients dial: give --pair without a host");
+    add("--via names the relay that clients connect to: give --pair without a host");
 }
 
 }  // namespace

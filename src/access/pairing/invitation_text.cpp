@@ -16,16 +16,17 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   if (colon == std::string::npos && !by_relay) invitation.url.insert(slash, listening);
   const bool drives = invitation.invites_robot;
   std::string text = std::string{"\nTo pair a "} + (drives ? "robot" : "client") +
-                     ", start there within " + std::to_string(kPairingTime.count()) +
-                     " minutes (this works once):\n\n  ros2 run connect_bridge client " +
+                     ", run this on its machine within " + std::to_string(kPairingTime.count()) +
+                     " minutes. It works once:\n\n  ros2 run connect_bridge client " +
                      (drives ? "--robot '" : "'") + to_text(invitation) + "'\n\n";
   if (drives)
     text +=
-        "Behind --robot, --operate lets this end also publish, call services, send goals and "
-        "set parameters there: as much as a shell on the robot.\n\n";
+        "Add --operate after --robot, and this end may also publish, call services, send goals "
+        "and set parameters there: as much as a shell on the robot.\n\n";
   if (!by_relay && colon != std::string::npos && authority.substr(colon) != listening)
-    text += "It dials " + authority + ", and this server listens on port " + std::to_string(port) +
-            ": a router or proxy must lead from there to here.\n\n";
+    text += "The " + std::string{drives ? "robot" : "client"} + " connects to " + authority +
+            ", and this server listens on port " + std::to_string(port) +
+            ": a router or proxy must forward from there to here.\n\n";
   return text;
 }
 

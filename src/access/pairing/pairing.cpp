@@ -32,7 +32,8 @@ std::string host_name() {
 }
 
 std::string news_of(const PairingFolder& folder) {
-  return "using the pairing in " + folder.parameter_file();
+  return (folder.has("params.yaml") ? "using the pairing in " : "creating the pairing in ") +
+         folder.parameter_file();
 }
 
 // ---- both
@@ -169,7 +170,7 @@ std::string go_to_running(const PairingFolder& folder, bool by_relay, Start& sta
   return {};
 }
 
-// Adds the relay of a registration command. By default the server is then reached through the relay
+// Adds the relay of a registration command. By default the server is then connected to the relay
 // alone.
 void add_relay(const std::string& text, const PairingFolder& folder, Start& start,
                std::string& problem) {

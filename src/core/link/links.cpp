@@ -417,7 +417,8 @@ void Links::stop(const Now& now) {
   strangers_.close_all(CloseCode::kGoingAway, kPeerStops);
   for (auto& [id, link] : links_) {
     if (!link.connection()) continue;
-    audit(outputs_, link, AuditEvent::kLinkLost, "this side stops", name_of(CloseCode::kGoingAway));
+    audit(outputs_, link, AuditEvent::kLinkLost, "this side is stopping",
+          name_of(CloseCode::kGoingAway));
     close(link.connection()->id(), CloseCode::kGoingAway, kPeerStops);
     lose(link, Loss::kEnd, now);
   }

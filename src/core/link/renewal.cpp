@@ -40,10 +40,10 @@ void Renewal::ask(Link& link) {
 void Renewal::on_renewed(Link& link, bool accepted) {
   if (!link.login.end_renewal()) return;
   if (accepted) {
-    outputs_.log(LogLevel::kInfo, "logged in again at " + link.label() + "; the link goes on");
+    outputs_.log(LogLevel::kInfo, "renewed the login at " + link.label() + "; the link stays open");
   } else {
     outputs_.log(LogLevel::kWarn, link.label() +
-                                      " refuses the new credential: the link goes on until the "
+                                      " refuses the new credential: the link stays open until the "
                                       "former one expires or is withdrawn");
   }
   if (std::exchange(again_, false)) ask(link);

@@ -195,8 +195,8 @@ std::string advice(Cause cause) {
   switch (cause) {
     case Cause::kLoginRefused:
     case Cause::kRevoked:
-      return "; the server's log says why. Dialing again after 5 s, and more rarely up to "
-             "once a minute; where the credential is in a file, a new one there is used at once";
+      return "; the server's log says why. The next try follows after 5 s, later ones up to "
+             "a minute apart; where the credential is in a file, a new one there is used at once";
     case Cause::kVersion: return "; one of the two sides needs another version of ROS2 Connect";
     case Cause::kExpired:
       return "; another credential is needed: where it is in a file, a new one there is used at "
@@ -218,7 +218,7 @@ bool is_replaced(const Link& link, const Peer& peer) {
 std::string past_of(const Link& link, const Peer& peer, bool resumes) {
   if (is_replaced(link, peer)) return "; it was started again";
   if (link.life.connects() == 0) return "";
-  if (link.login.session() == peer.session) return "; it goes on after a break";
+  if (link.login.session() == peer.session) return "; it resumes after a break";
   if (link.life.outlasted()) return "; the break was longer than resume.seconds";
   if (resumes) return "; the server has not kept what was under way";
   return "; it starts again, nothing had to be kept";

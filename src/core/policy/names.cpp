@@ -78,7 +78,7 @@ Result<NameMap> PeerNames::of(const std::string& identity) const {
   if (const auto own = words_->find(identity); own != words_->end())
     return NameMap("/" + own->second, remap_);
   if (!is_prefix_word(identity))
-    return refused("\"" + identity + "\" is no name for ROS: identity_names: [\"" + identity +
+    return refused("\"" + identity + "\" is not a valid ROS name: identity_names: [\"" + identity +
                    ":=" + prefix_word_of(identity) + "\"] gives it one");
   const auto taken = std::find_if(words_->begin(), words_->end(),
                                   [&](const auto& other) { return other.second == identity; });

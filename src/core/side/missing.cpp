@@ -185,7 +185,7 @@ void Missing::tell(const Link& link, OfLink& of_link, const Now& now) const {
   }
   const bool one = names.size() == 1;
   std::string line = std::to_string(names.size()) + (one ? " name" : " names") +
-                     " that nodes here use " + (one ? "does" : "do") + " not cross the link to " +
+                     " that nodes here use " + (one ? "is" : "are") + " not forwarded to " +
                      link.label() + ": ";
   for (std::size_t i = 0; i < names.size() && i < kNamesInLine; ++i)
     line += (i == 0 ? "" : "; ") + shown_in_line(*names[i]);

@@ -92,7 +92,7 @@ std::vector<std::string> types_taken(const Accepts& accepts, const std::string& 
 
 std::optional<Why> why_answered(const std::string& code, InterfaceKind kind) {
   if (code == "not_permitted")
-    return Why{MissingReason::kNotGiven, "", "the peer's rules do not let this side have it"};
+    return Why{MissingReason::kNotGiven, "", "the peer's rules do not export it to this side"};
   if (code == "other_type")
     return Why{MissingReason::kOtherType, "", "it has another type at the peer"};
   if (code == "type_unknown")
@@ -195,8 +195,10 @@ void Search::export_lonely(const Wish& wish) {
   if (!link_.accepts->takes({wish.kind, *wire_name, wish.type})) {
     const auto types = types_taken(link_.accepts->told(), *wire_name);
     if (types.empty() || std::find(types.begin(), types.end(), wish.type) != types.end())
-      return add(lonely_, wish, {MissingReason::kNotTaken, "", "the peer's rules do not take it"});
-    return add(wish, {MissingReason::kNotTaken, "", "the peer takes it only as " + joined(types)});
+      return add(lonely_, wish,
+                 {MissingReason::kNotTaken, "", "the peer's rules do not import it"});
+    return add(wish,
+               {MissingReason::kNotTaken, "", "the peer imports it only as " + joined(types)});
   }
   if (topic && topic->lack) add(wish, {MissingReason::kTypeUnknown, "", topic->lack->reason});
 }
@@ -217,7 +219,7 @@ void Search::export_heard(const TopicKey& heard) {
        it != topics.end() && it->first.first == heard.first; ++it) {
     if (!is_published(it->second)) continue;
     return add({InterfaceKind::kTopic, true, heard.first, it->first.second},
-               {MissingReason::kOtherType, "", "the peer listens to it as " + heard.second});
+               {MissingReason::kOtherType, "", "the peer subscribes to it as " + heard.second});
   }
 }
 

@@ -94,7 +94,7 @@ struct Shared {
     told_types.on_time(Node::steady_now());
     if (!name || !told_types.first(name->to_install())) return;
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
-                                  " is not installed here: its messages are carried unchecked");
+                                  " is not installed here: its messages are forwarded unchecked");
   }
   // Logs, once, that hashes cannot be compared because one is missing; old distributions have none.
   // `hash_there`: the peer's hash of the type for which an entity is made here.

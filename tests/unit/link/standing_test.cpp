@@ -19,7 +19,7 @@ TEST(Standing, TheLogTellsWhatWasBeforeAConnection) {
 
   Peer other = same;
   other.session.bytes[0] = 3;
-  EXPECT_EQ(past_of(link, same, true), "; it goes on after a break");
+  EXPECT_EQ(past_of(link, same, true), "; it resumes after a break");
   EXPECT_EQ(past_of(link, other, true), "; the server has not kept what was under way");
   EXPECT_EQ(past_of(link, other, false), "; it starts again, nothing had to be kept");
   link.life.forgotten(true);

@@ -90,11 +90,10 @@ TEST_F(MissingTest, WhatThePeersRulesDoNotGive) {
   s.join(1);
   settle("not_permitted");
   EXPECT_EQ(missing(),
-            "import topic /a not_given: the peer's rules do not let this side have it\n");
-  EXPECT_NE(logged().find("1 name that nodes here use does not cross the link to "),
-            std::string::npos);
+            "import topic /a not_given: the peer's rules do not export it to this side\n");
+  EXPECT_NE(logged().find("1 name that nodes here use is not forwarded to "), std::string::npos);
   settle("not_permitted");
-  EXPECT_EQ(logged().find(" not cross the link"), std::string::npos) << "again";
+  EXPECT_EQ(logged().find(" not forwarded to "), std::string::npos) << "again";
 }
 
 TEST_F(MissingTest, WhatNobodyPublishesThere) {
@@ -103,7 +102,7 @@ TEST_F(MissingTest, WhatNobodyPublishesThere) {
   settle("absent");
   settle("later");
   EXPECT_EQ(missing(), "import topic /a not_there: nobody publishes it at the peer\n");
-  EXPECT_EQ(logged().find(" not cross the link"), std::string::npos)
+  EXPECT_EQ(logged().find(" not forwarded to "), std::string::npos)
       << "that is how it is most of the time";
 }
 
@@ -139,7 +138,7 @@ TEST_F(MissingTest, NothingIsSaidInTheFirstSeconds) {
   s.pass(5000);
   EXPECT_EQ(missing(), "");
   s.pass(5000);
-  EXPECT_EQ(missing(), "export topic /a not_taken: the peer's rules do not take it\n");
+  EXPECT_EQ(missing(), "export topic /a not_taken: the peer's rules do not import it\n");
 }
 
 TEST_F(MissingTest, WhatIsBroughtIsNotMissing) {
@@ -217,7 +216,7 @@ TEST_F(MissingTest, WhatThePeerDoesNotTake) {
   s.join(1);
   s.say(1, Accepts{{{{"/a"}, {"p/msg/Other"}}}, {}});
   settle();
-  EXPECT_EQ(missing(), "export topic /a not_taken: the peer takes it only as p/msg/Other\n");
+  EXPECT_EQ(missing(), "export topic /a not_taken: the peer imports it only as p/msg/Other\n");
   s.say(1, Accepts{{{{"/a"}, {}}}, {}});
   settle();
   EXPECT_EQ(missing(), "");
@@ -238,7 +237,7 @@ TEST_F(MissingTest, WhatThePeerListensToWithAnotherType) {
   s.join(1);
   s.say(1, Listeners{{{{1}, "/cmd_vel", kType, ""}}, {}});
   settle();
-  EXPECT_EQ(missing(), "export topic /cmd_vel other_type: the peer listens to it as p/msg/T\n");
+  EXPECT_EQ(missing(), "export topic /cmd_vel other_type: the peer subscribes to it as p/msg/T\n");
 }
 
 TEST_F(MissingTest, ManyThatNobodyWantsMakeNoNoise) {
@@ -251,7 +250,7 @@ TEST_F(MissingTest, ManyThatNobodyWantsMakeNoNoise) {
   settle();
   EXPECT_EQ(missing(), "");
   EXPECT_EQ(s.status().links.at(0).further_missing, 300U);
-  EXPECT_EQ(logged().find(" not cross the link"), std::string::npos);
+  EXPECT_EQ(logged().find(" not forwarded to "), std::string::npos);
 }
 
 TEST_F(MissingTest, HiddenNamesAndThoseOfEveryNodeAreLeftOut) {

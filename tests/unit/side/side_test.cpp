@@ -157,7 +157,7 @@ TEST(Side, TheLogTellsHowALinkComesBack) {
     s.pass(kept ? 500 : 10'000);
     s.be_welcomed(2, 0, Script::peer_id(kept ? 77 : 78));
     s.did();
-    EXPECT_NE(s.logged.find(kept ? "it goes on after a break"
+    EXPECT_NE(s.logged.find(kept ? "it resumes after a break"
                                  : "it starts again, nothing had to be kept"),
               std::string::npos)
         << s.logged;

@@ -56,11 +56,11 @@ TEST(Arguments, WhichEndIsTheRobotAndWhoSaysWhatItDoes) {
   EXPECT_EQ(read_arguments({"--robot", kGivenLine}, Role::kClient).robot, Role::kClient);
   EXPECT_TRUE(read_arguments({"--robot", "--operate", kGivenLine}, Role::kClient).operates);
   EXPECT_THAT(problems({"--pair", "--drive", "--operate"}, Role::kServer),
-              ElementsAre(HasSubstr("is said at the robot")));
+              ElementsAre(HasSubstr("belongs to the robot's end")));
   EXPECT_THAT(problems({"--drive"}, Role::kServer), ElementsAre(HasSubstr("give --pair")));
   EXPECT_THAT(problems({"--robot"}, Role::kClient), ElementsAre(HasSubstr("the invitation")));
   EXPECT_THAT(problems({"--operate", kGivenLine}, Role::kClient),
-              ElementsAre(HasSubstr("is said at the robot")));
+              ElementsAre(HasSubstr("belongs to the robot's end")));
   EXPECT_THAT(problems({"--via", "wss+relay://robot7@relay.example/#a", kGivenLine}, Role::kClient),
               ElementsAre(HasSubstr("--via is for the end that listens")));
   EXPECT_THAT(problems({"--robot", kGivenLine}, Role::kServer),

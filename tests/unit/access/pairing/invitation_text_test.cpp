@@ -29,10 +29,11 @@ TEST(Invitation, NamesThePortWhereTheServerListens) {
 
 TEST(Invitation, SaysWhenAnotherPortIsDialed) {
   const auto text = [](const std::string& url) { return invitation_text({url, "c", "p"}, 9090); };
-  EXPECT_THAT(text("wss://robot.example:443/"),
-              HasSubstr("It dials robot.example:443, and this server listens on port 9090"));
+  EXPECT_THAT(
+      text("wss://robot.example:443/"),
+      HasSubstr("The client connects to robot.example:443, and this server listens on port 9090"));
   for (const char* same : {"wss://robot.example/", "wss://robot.example:9090/", "wss://[::1]/"})
-    EXPECT_THAT(text(same), Not(HasSubstr("It dials"))) << same;
+    EXPECT_THAT(text(same), Not(HasSubstr("connects to"))) << same;
 }
 
 // The shell's history repeats it.
