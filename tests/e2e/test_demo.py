@@ -67,7 +67,7 @@ def test_what_did_not_cross_is_named(tmp_path):
     """With a client that reaches nobody it fails."""
     for name in ("server", "client"):
         program = tmp_path / name
-        logged = {"server": "listening on nothing", "client": "link open with nobody"}[name]
+        logged = {"server": "listening on nothing", "client": ": connected to nobody"}[name]
         program.write_text(f"#!/bin/sh\necho {logged}\nexec sleep 60\n", encoding="ascii")
         program.chmod(0o755)
     more = {"DEMO_SECONDS": "4", "CONNECT_BUILD_DIR": str(tmp_path)}

@@ -45,7 +45,7 @@ def test_several_addresses(make_pair, topic):
     assert pair.client.stop() == 0
     pair.client.set_parameters({**pair.client.parameters, "url": f"ws://[::1]:{port}"})
     pair.client.start().wait_linked()
-    pair.server.wait_for(r"link open with /connect_client at \[::1\]:")
+    pair.server.wait_for(r": connected to /connect_client at \[::1\]:")
     pair.opened(Blob, f"{topic}_6", Blob())
 
 
@@ -117,7 +117,7 @@ def test_a_client_dials_through_a_proxy(forward, topic):
     forward.bridge.start()
     forward.opened(Blob, topic, Blob())
     forward.proxy.restart()
-    forward.client.wait_for("lost the link(.|\n)*link open")
+    forward.client.wait_for("lost the link(.|\n)*: connected to")
     assert forward.proxy.login not in forward.client.text()
 
 

@@ -82,7 +82,7 @@ def test_a_new_certificate_and_a_pin(alone, authority, tmp_path):
     wrong = alone.client("wrong", scheme="wss", tls={"pin": ["A" * 43 + "="]})
     pin = wrong.wait_for(r"has the pin (\S+), which is not in tls.pin").group(1)
     alone.client("right", scheme="wss", tls={"pin": [pin]}).wait_linked()
-    assert by_name.text().count("link open") == 1 and "lost the link" not in by_name.text()
+    assert by_name.text().count(": connected to") == 1 and "lost the link" not in by_name.text()
 
 
 # ---- wrong configuration -----------------------------------------------------------------------

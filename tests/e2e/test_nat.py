@@ -230,6 +230,6 @@ def test_a_nat_that_forgets_leaves_an_idle_robot_reachable(bed):
     pair.client.stop()
     time.sleep(FORGETS + 10)  # the robot has nobody to talk to
     begin = time.monotonic()
-    bed.run(OPERATOR, "operator", "client").wait_for("link open with ")
+    bed.run(OPERATOR, "operator", "client").wait_for(": connected to ")
     assert time.monotonic() - begin < here(5)
     pair.is_back(BACK + 1)

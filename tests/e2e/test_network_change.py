@@ -51,5 +51,5 @@ def test_a_client_that_gets_another_address_dials_at_once(wan, bridge):
     change = [sys.executable, "-c", SET_ADDRESS, OTHER_ADDRESS]
     subprocess.run([*wan.within(OPERATOR), *change], check=True)
     bridge.client.wait_for(rf"the address {ADDRESS[OPERATOR]} of this machine is gone", 20)
-    bridge.client.wait_for(r"(?s)is gone.*link open with ", 20)
-    bridge.server.wait_for(rf"(?s)link open with .*{ADDRESS[OPERATOR]}.*{OTHER_ADDRESS}", 20)
+    bridge.client.wait_for(r"(?s)is gone.*: connected to ", 20)
+    bridge.server.wait_for(rf"(?s): connected to .*{ADDRESS[OPERATOR]}.*{OTHER_ADDRESS}", 20)

@@ -12,7 +12,7 @@ import yaml
 from harness.programs import build_dir, dies_with_us, ros_environment
 from pairing import LINE, Robot, invitation_of, world  # noqa: F401
 
-_LINKED = "link open with "
+_LINKED = ": connected to "
 
 
 # From the start of the server to the first message: 10 s are wanted, of machines that have nothing

@@ -40,7 +40,7 @@ def test_ping_measures_and_leaves_nothing(pair):
         lambda: [link["node"] for link in pair.server.status()["links"]] == ["/connect_client"],
         "the link of the tool is gone",
     )
-    assert pair.client.text().count("link open with") == 1
+    assert pair.client.text().count(": connected to") == 1
 
 
 def test_bench_sends_and_receives_what_the_login_may(pair, tmp_path):

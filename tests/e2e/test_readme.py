@@ -27,7 +27,7 @@ from harness.programs import ROOT, Program, ros_environment
 STAND_IN = pathlib.Path(__file__).resolve().parent / "stand_in"
 LISTED = re.compile(r"<!-- test: (.*?) -->")
 # Log lines of a side that is ready for others, and of one that has reached its peer.
-READY = {"server": r"listening on ", "client": r"link open with "}
+READY = {"server": r"listening on ", "client": r": connected to "}
 
 
 def sections():

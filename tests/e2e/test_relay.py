@@ -37,7 +37,7 @@ def test_the_relay_starts_again(joined, relay, topic):
     assert relay.program.stop() == 0
     relay.start()
     began = time.monotonic()
-    pair.client.wait_for(r"link open with (.|\n)*link open with ")
+    pair.client.wait_for(r": connected to (.|\n)*: connected to ")
     assert time.monotonic() - began < 2.0 + 1.0  # the busy machine has the second
     publisher.publish(Blob(sequence=7))
     until(lambda: any(m.sequence == 7 for m in collector.messages), "the message after it")
@@ -125,7 +125,7 @@ def test_a_relay_that_bends_bytes_gets_a_lost_link(joined, relay, topic):
     pair.client.wait_for("lost the link")
     assert all(m.sequence != 3 or bytes(m.data) == text for m in collector.messages)
     liar.bend = False
-    until(lambda: pair.client.text().count("link open with ") > 1, "the link again")
+    until(lambda: pair.client.text().count(": connected to ") > 1, "the link again")
     publisher.publish(Blob(sequence=4))
     until(lambda: any(m.sequence == 4 for m in collector.messages), "a message after it")
 
@@ -151,7 +151,7 @@ def test_a_relay_that_joins_with_another_robot_gets_nothing(joined, make_side, r
     pair = joined(start=False, client_by=liar.port)
     pair.server.start().wait_for("connected to the relay")
     pair.client.start().wait_for("the server's certificate is from an unknown authority")
-    assert "link open" not in other.text()
+    assert ": connected to" not in other.text()
 
 
 def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
@@ -191,7 +191,7 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         client.stop()
         server.stop()
         world.run("server", "robot").wait_for("connected to the relay")
-        world.run("client", "operator").wait_for("link open with ")
+        world.run("client", "operator").wait_for(": connected to ")
         world.crosses("/second")
     finally:
         for program in begun:

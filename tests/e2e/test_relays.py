@@ -82,7 +82,7 @@ def test_two_relays_behind_one_address(joined, relay, tmp_path, topic):
         (here,) = [i for i, p in enumerate(programs) if f"{ROBOT} is here" in p.text()]
         programs[here].kill()
         began = time.monotonic()
-        pair.client.wait_for(r"link open with (.|\n)*link open with ")
+        pair.client.wait_for(r": connected to (.|\n)*: connected to ")
         print(f"by the other relay after {time.monotonic() - began:.1f} s")
         publisher.publish(Blob(sequence=7))
         until(lambda: any(m.sequence == 7 for m in collector.messages), "a message by the other")

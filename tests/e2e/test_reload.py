@@ -47,8 +47,8 @@ def expect(pair, names):
 
 
 def check_links_stay(pair):
-    assert pair.server.text().count("link open with") == 1
-    assert pair.client.text().count("link open with") == 1
+    assert pair.server.text().count(": connected to") == 1
+    assert pair.client.text().count(": connected to") == 1
 
 
 def test_by_a_change_of_the_file(world):
@@ -212,7 +212,7 @@ def test_settings_that_may_change_do(world):
     )
     expect(world, ["a", "b"])
     assert world.server.text().count("rules:") == said, "what is below the level is not logged"
-    assert world.client.text().count("link open with") == 1
+    assert world.client.text().count(": connected to") == 1
     assert not moved.exists()
 
 

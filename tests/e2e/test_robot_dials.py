@@ -14,7 +14,7 @@ from pairing import Robot, invitation_of, world  # noqa: F401
 
 ROBOT_RUNS = "client"
 _PAIRED = "paired: from now on"
-_LINKED = "link open with "
+_LINKED = ": connected to "
 
 
 def invite(world):
@@ -69,7 +69,7 @@ def test_the_robots_rules_may_name_who_drives(world):
     robot = Robot(world)
     _, line = invite(world)
     client = world.run("client", "robot", "--robot", "--operate", line)
-    client.wait_for("link open with .*, which rules call operator")
+    client.wait_for(": connected to .*, which rules call operator")
     robot.operate()
     client.stop()
     file = world.home("robot") / "connect_bridge" / "connect_client" / "params.yaml"

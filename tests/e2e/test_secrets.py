@@ -43,7 +43,7 @@ class Case:
         }
         self.client = {"url": f"ws://127.0.0.1:{self.port}/?key={QUERY}"}
         self.more = {"server": {}, "client": {}}
-        self.secrets, self.sees = [QUERY], "link open with "
+        self.secrets, self.sees = [QUERY], ": connected to "
         self.cleanup = lambda: None
 
     def home(self, sides):

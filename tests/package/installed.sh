@@ -76,7 +76,7 @@ printf '/**:\n  ros__parameters:\n    url: ws://127.0.0.1:9090/\n    auth: {toke
 start connect_bridge-server@robot "${units[0]}" robot ROS_DOMAIN_ID=1
 wait_for /tmp/connect_bridge-server@robot.log "listening on "
 start connect_bridge-client@anna "${units[1]}" anna ROS_DOMAIN_ID=2
-wait_for /tmp/connect_bridge-client@anna.log "link open with "
+wait_for /tmp/connect_bridge-client@anna.log ": connected to "
 ok "server as robot, client as anna: the link is open"
 
 as() {  # <user> <domain> <command>...

@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIDES = "CONNECT_BRIDGE_RMW_ENVIRONMENTS"
 # The log lines of a side that others can reach, and of one that is logged in at its peer.
 _LISTENS = re.compile(r"listening on ")
-_LINKED = re.compile(r"link open with ")
+_LINKED = re.compile(r": connected to ")
 
 
 def build_dir():

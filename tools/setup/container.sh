@@ -59,7 +59,7 @@ in_container robot "$robot_domain" --name connect_test_robot "$image" server --p
 wait_for "$context/robot.log" "The invitation is in"
 invitation=$(grep -rhos -m 1 "wss+pair://[^']*" "$context/robot" | head -n 1)
 in_container operator "$operator_domain" --name connect_test_operator "$image" client "$invitation" >"$context/operator.log" 2>&1 &
-wait_for "$context/operator.log" "link open"
+wait_for "$context/operator.log" ": connected to "
 as_user() { exec setpriv --reuid "$user" --regid "$user" --clear-groups env HOME="$context/robot" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST "$@"; }
 (. "$context/ros.sh" && export ROS_DOMAIN_ID="$robot_domain"; as_user ros2 topic pub --rate 10 /chatter std_msgs/msg/String "{data: from a container}") >"$context/pub.log" 2>&1 &
 (. "$context/ros.sh" && export ROS_DOMAIN_ID="$operator_domain"; as_user timeout 60 ros2 topic echo --once /chatter) >"$context/echo.log" 2>&1 || die "nothing arrived"

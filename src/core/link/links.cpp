@@ -227,7 +227,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   const bool is_server = options_.role == Role::kServer;
   const std::string identity =
       name.empty() ? "" : (is_server ? ", logged in as " : ", which rules call ") + name;
-  log(link, LogLevel::kInfo, "link open with " + link.label() + identity + before, now);
+  log(link, LogLevel::kInfo, "connected to " + link.label() + identity + before, now);
   audit_login(outputs_, link, AuditEvent::kLogin);
   check_expiry(link, now);
   user_.on_link_open(link, now);
