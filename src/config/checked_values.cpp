@@ -107,7 +107,7 @@ std::string shown_to_others(std::string_view key, const ParameterValue& value) {
 
 CheckedValues::CheckedValues(const ParameterMap& given, Role role, std::vector<Problem>& problems) {
   for (const auto& [key, value] : given) {
-    // Its owner would take another kind of value for false.
+    // The reader of this key would take another kind of value for false.
     if (key == kUseSimTime && type_of(value) != ParameterType::kBool)
       problems.push_back({key, to_text(value), "true or false"});
     if (is_ros_key(key)) continue;

@@ -13,7 +13,7 @@ namespace connect_bridge {
 // The value as YAML would show it: true, 9090, 0.3, "text", [a, b].
 [[nodiscard]] std::string to_text(const ParameterValue& value);
 
-// What a wrong value of this key is.
+// The cause of a wrong value of this key.
 [[nodiscard]] Cause cause_of_key(std::string_view key);
 
 // One mistake of the operator. The value of a secret never appears.

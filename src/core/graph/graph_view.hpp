@@ -24,8 +24,8 @@ using ServiceKey = std::pair<std::string, std::string>;
 std::string node_of(const Server& server);
 std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not (yet) known
 
-// Where two views differ: for those who would otherwise look at all that peers have told, whenever
-// a node starts.
+// The difference between two views. Without it, each node that starts would cost a look at all that
+// peers have offered.
 struct GraphDifference {
   bool all = true;               // anything may differ
   std::set<TopicKey> listened;   // topics with other subscribers
@@ -40,7 +40,7 @@ class GraphView {
   // `mirrors` has the same meaning as in hide().
   explicit GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors = {});
 
-  // What differs from an earlier view, but for publishers that are gone.
+  // The difference to an earlier view, without publishers that are gone.
   [[nodiscard]] GraphDifference since(const GraphView& before) const;
 
   // Publishers that were held back (LocalGraph), as topics with one publisher each; `mirrors` as

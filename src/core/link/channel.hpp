@@ -20,7 +20,7 @@ struct Ending {
   std::string code{};    // code and reason are sent to the peer; empty: neither
 };
 
-// What is known of a topic's or service's channel, beside its traffic.
+// The facts of a topic's or service's channel, without its traffic.
 struct ChannelFacts {
   InterfaceKind kind = InterfaceKind::kTopic;
   bool exported = false;
