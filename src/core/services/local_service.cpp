@@ -195,9 +195,9 @@ void LocalService::on(const ServiceClientFailed& failed, const Now& now) {
 InvocationId LocalService::invoke(ServedCall& call, Payload request, const Now& now) {
   const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
   invocations_[invocation] = &call;
-  gate_.handed_over(call.attachment().link(), call.id(), invocation, now.steady);
+  gate_.handed_over(call.offer().link(), call.id(), invocation, now.steady);
   exports_.outputs.push(SendRequest{client_, invocation, std::move(request),
-                                    call.attachment().line_of_call(AuditEvent::kCall)});
+                                    call.offer().line_of_call(AuditEvent::kCall)});
   return invocation;
 }
 
@@ -225,7 +225,7 @@ void LocalService::on(const InvocationFailed& failed, const Now& now) {
   // A failure counts even if nobody waits: the server's queue has room again.
   gate_.failed(failed.invocation);
   if (ServedCall* call = take_invocation(failed.invocation))
-    call->attachment().on_failed(*call, failed.reason, now);
+    call->offer().on_failed(*call, failed.reason, now);
   begin_calls(now);
 }
 

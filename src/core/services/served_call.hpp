@@ -45,7 +45,7 @@ class ServedCall final : public JobOwner {
   ServedCall(const ServedCall&) = delete;
   ServedCall& operator=(const ServedCall&) = delete;
 
-  [[nodiscard]] ServiceOffer& attachment() { return service_offer_; }
+  [[nodiscard]] ServiceOffer& offer() { return service_offer_; }
   [[nodiscard]] CallId id() const { return id_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] const OutMessage& answer() const { return answer_; }
