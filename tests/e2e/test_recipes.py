@@ -135,3 +135,14 @@ def test_the_time_of_a_simulator_arrives(make_pair):
         time_there.clock.sec = 1000 + int(time.monotonic() - end + WAIT)
         simulator.publish(time_there)
         time.sleep(0.02)
+
+
+def test_a_viewer_at_the_operator_costs_what_it_opens(make_pair):
+    """As foxglove_bridge, which lists all topics and subscribes when somebody opens one."""
+    pair = make_pair(server=RECIPES["nav2"].at_a_pair())
+    publishers = [pair.robot.publisher(String, topic) for topic in ("/scan", "/map")]
+    until(lambda: {"/scan", "/map"} <= set(pair.operator.topics()), "the viewer's list")
+    opened = pair.operator.collector(String, "/scan")
+    arrive(publishers, [opened])
+    until(lambda: pair.server.topic("/scan", "export").get("messages"), "the status")
+    assert pair.server.topic("/map", "export")["messages"] == 0

@@ -147,10 +147,11 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
       return "ctl token " + identity + " --remove --file '" + token_file_ + "'";
     };
     std::string news = "paired with '" + entry.identity + "' at " + attempt.peer +
-                       "; this ends its access: " + removed(entry.identity);
+                       "; to end its access: " + removed(entry.identity);
     if (entry.identity != own)
       news += ". '" + own +
-              "', an earlier client of that name, stays; if it was the same one: " + removed(own);
+              "', an earlier client of that name, keeps its access; if it is the same machine: " +
+              removed(own);
     untold_.news.push_back(std::move(news));
   }
   return found;
@@ -172,8 +173,8 @@ Refreshed PairingLogin::refresh(Stamp now) {
   take_invited();
   if (invited_ && is_over())
     end(invited_->paired ? "the pairing has ended"
-                         : "nobody has paired in time and the code has expired: another start with "
-                           "--pair makes one");
+                         : "nobody has paired in time, and the code has expired: a start with "
+                           "--pair makes another");
   Refreshed refreshed = std::exchange(untold_, {});
   Refreshed more = tokens_->refresh(now);
   std::move(more.changes.begin(), more.changes.end(), std::back_inserter(refreshed.changes));
