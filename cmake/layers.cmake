@@ -54,7 +54,7 @@ target_compile_definitions(connect_boost INTERFACE BOOST_ERROR_CODE_HEADER_ONLY 
 # It wants another view of OpenSSL's headers.
 set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/base/sha256.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 # The flow of messages over one byte stream stands alone: it knows neither links nor ROS.
-connect_layer(flow "core/base;core/wire;core/compress;core/flow" ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json
+connect_layer(flow "core/base;core/wire;core/compress;core/media;core/flow" ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json
   fmt::fmt OpenSSL::Crypto)
 connect_layer(core "core/policy;core/ports;core/jobs;core/link;core/graph;core/offers;core/topics;core/services;core/side"
   connect_flow)

@@ -3,6 +3,7 @@
 //   core_bench control          how long control messages of the worst shapes take to be read
 //   core_bench steps            the longest step of the loop after packets that take a side long
 //   core_bench shared           the same where one identity's links offer the same publishers
+//   core_bench media            size and time of pictures, distances and clouds, drawn ones
 //   core_bench links [N ...]    messages of 1 kB, 50 a second in both directions on each of N links
 #include <algorithm>
 #include <cstdio>
@@ -15,8 +16,11 @@
 #include "bench/control_shapes.hpp"
 #include "bench/crowd.hpp"
 #include "bench/many_links.hpp"
+#include "bench/media_samples.hpp"
 #include "bench/processor_time.hpp"
 #include "bench/step_shapes.hpp"
+#include "core/media/columns.hpp"
+#include "core/media/sample_codec.hpp"
 #include "core/wire/control.hpp"
 
 namespace {
@@ -41,6 +45,66 @@ int measure_control() {
     std::printf("%11.2f %9zu  %-29s %s\n", milliseconds_for(text), text.size(), name.c_str(),
                 message.ok() ? "read" : message.error().message.c_str());
   }
+  return 0;
+}
+
+template <class Work>
+double shortest_of(Work work) {
+  double shortest = 1e9;
+  for (int i = 0; i < 9; ++i) {
+    const double began = bench::processor_seconds();
+    work();
+    shortest = std::min(shortest, 1e3 * (bench::processor_seconds() - began));
+  }
+  return shortest;
+}
+
+int measure_media() {
+  struct Case {
+    const char* name;
+    Bytes sample;
+    std::vector<std::pair<const char*, Compression>> ways;
+  };
+  const auto planes = [](int level) { return Compression{Codec::kPlanes, level}; };
+  const auto cloud = [](std::uint32_t step_um, std::uint32_t grid_um = 0) {
+    return Compression{Codec::kCloud, 1, false, step_um, grid_um};
+  };
+  const std::pair zstd1{"zstd 1", Compression{Codec::kZstd, 1}};
+  const std::pair zstd3{"zstd 3", Compression{Codec::kZstd, 3}};
+  const std::vector<Case> cases{{"rgb8 640x480",
+                                 bench::drawn_picture(),
+                                 {zstd1, zstd3, {"planes 1", planes(1)}, {"planes 3", planes(3)}}},
+                                {"16UC1 640x480",
+                                 bench::drawn_depth(),
+                                 {zstd1, zstd3, {"planes 1", planes(1)}, {"planes 3", planes(3)}}},
+                                {"sweep",
+                                 bench::drawn_sweep(),
+                                 {zstd1,
+                                  zstd3,
+                                  {"cloud exact", cloud(0)},
+                                  {"cloud 1 mm", cloud(1000)},
+                                  {"cloud 5 mm", cloud(5000)},
+                                  {"cloud 1 cm", cloud(10'000)},
+                                  {"cloud 1 cm, grid 10 cm", cloud(10'000, 100'000)}}}};
+  std::puts(
+      "sample            bytes  way                        bytes  ratio  encode ms  decode ms");
+  for (const Case& of : cases)
+    for (const auto& [name, how] : of.ways) {
+      const auto body = media::encode_sample(of.sample, how);
+      if (!body) {
+        std::printf("%-13s %9zu  %-22s does not shrink\n", of.name, of.sample.size(), name);
+        continue;
+      }
+      const auto facts = how.codec == Codec::kZstd ? std::nullopt : media::facts_of(*body);
+      const std::size_t raw_bytes = facts ? facts->raw_bytes : of.sample.size();
+      const double encode =
+          shortest_of([&] { static_cast<void>(media::encode_sample(of.sample, how)); });
+      const double decode = shortest_of(
+          [&] { static_cast<void>(media::decode_sample(*body, how.codec, raw_bytes)); });
+      std::printf("%-13s %9zu  %-22s %9zu %6.2f %10.2f %10.2f\n", of.name, of.sample.size(), name,
+                  body->size(), static_cast<double>(of.sample.size()) / body->size(), encode,
+                  decode);
+    }
   return 0;
 }
 
@@ -176,6 +240,7 @@ int main(int argc, char** argv) {
   const std::string_view what = argc > 1 ? argv[1] : "";
   if (what == "control" && argc == 2) return measure_control();
   if (what == "steps" && argc == 2) return measure_steps();
+  if (what == "media" && argc == 2) return measure_media();
   if (what == "shared" && argc == 2) return measure_shared();
   if (what == "links") {
     std::vector<std::uint32_t> counts;
@@ -183,6 +248,6 @@ int main(int argc, char** argv) {
       counts.push_back(static_cast<std::uint32_t>(std::strtoul(argv[i], nullptr, 10)));
     return measure_links(counts.empty() ? std::vector<std::uint32_t>{1, 60, 300} : counts);
   }
-  std::fputs("usage: core_bench control | steps | shared | links [N ...]\n", stderr);
+  std::fputs("usage: core_bench control | steps | media | shared | links [N ...]\n", stderr);
   return 2;
 }

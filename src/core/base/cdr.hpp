@@ -66,6 +66,20 @@ class CdrReader {
     at_ += *size;
     return text;
   }
+  // A sequence of bytes; the result points into those that are read.
+  std::optional<ByteView> octets() {
+    const auto size = u32();
+    if (!size || !has(*size)) {
+      at_ = bytes_.size() + 1;
+      return std::nullopt;
+    }
+    at_ += *size;
+    return bytes_.subspan(at_ - *size, *size);
+  }
+  // The bytes that are not read yet; none after a failure.
+  [[nodiscard]] ByteView rest() const {
+    return at_ <= bytes_.size() ? bytes_.subspan(at_) : ByteView{};
+  }
 
  private:
   template <class T>

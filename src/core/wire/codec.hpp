@@ -42,6 +42,9 @@ struct Compression {
   Codec codec = Codec::kNone;
   int level = 3;           // zstd only: 1 to 19
   bool automatic = false;  // only if it makes delivery faster; a rule has no codec then
+  // kCloud only, in micrometres. 0: all is exact; no point is left out.
+  std::uint32_t step_um = 0;
+  std::uint32_t grid_um = 0;
   auto operator<=>(const Compression&) const = default;
 };
 
