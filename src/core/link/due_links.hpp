@@ -21,7 +21,7 @@ class DueLinks {
 
   void mark(LinkId link) { marked_.insert(link); }
   // Takes the link that was marked first, with all its marks.
-  std::optional<LinkId> take_marked() { return take(marked_); }
+  std::optional<LinkId> take_marked() { return marked_.take(); }
 
   // The connection has something to send.
   void ready(ConnectionId connection) { ready_.insert(connection); }
@@ -43,7 +43,7 @@ class DueLinks {
     looked_again_ = now;
     for (const auto& [connection, since] : later_) ready_.insert(connection);
   }
-  std::optional<ConnectionId> take_ready() { return take(ready_); }
+  std::optional<ConnectionId> take_ready() { return ready_.take(); }
 
   // Sets the timer of a link to its deadline, which may have changed. The timer may not outlive
   // this object.
@@ -58,14 +58,29 @@ class DueLinks {
  private:
   static constexpr Duration kLookAgain = std::chrono::milliseconds(1);
 
+  // One place is kept for the next id: mostly one link is marked at a time.
   template <class Id>
-  static std::optional<Id> take(std::set<Id>& from) {
-    if (from.empty()) return std::nullopt;
-    return from.extract(from.begin()).value();
-  }
+  class Ids {
+   public:
+    void insert(Id id) {
+      if (!spare_) return void(ids_.insert(id));
+      spare_.value() = id;
+      spare_ = std::move(ids_.insert(std::move(spare_)).node);
+    }
+    void erase(Id id) { ids_.erase(id); }
+    std::optional<Id> take() {
+      if (ids_.empty()) return std::nullopt;
+      spare_ = ids_.extract(ids_.begin());
+      return spare_.value();
+    }
 
-  std::set<LinkId> marked_;
-  std::set<ConnectionId> ready_;
+   private:
+    std::set<Id> ids_;
+    typename std::set<Id>::node_type spare_;
+  };
+
+  Ids<LinkId> marked_;
+  Ids<ConnectionId> ready_;
   std::map<ConnectionId, TimePoint> later_;
   TimePoint looked_again_{};
   Timers<LinkId> timers_;

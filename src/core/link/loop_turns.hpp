@@ -1,6 +1,7 @@
 // The order in which packets are read.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -26,26 +27,25 @@ class LoopTurns {
 
   // A packet of this connection waits. No other packet of the connection waits here.
   void wait(ConnectionId connection, const Payer& payer, TimePoint now) {
-    Line& line = lines_[payer.get()];
+    Line& line = line_of(payer);
     line.waiting.push_back({connection, now});
     if (line.waiting.size() > 1) return;
-    line.payer = payer;
     line.number = ++last_;
     line.rank = payer->rank();
     add(line);
   }
   // The connection is gone.
   void forget(ConnectionId connection) {
-    for (auto it = lines_.begin(); it != lines_.end();) {
-      Line& line = (it++)->second;
+    for (auto it = by_rank_.begin(); it != by_rank_.end();) {
+      Line& line = *(it++)->second;
       remove(line);
       std::erase_if(line.waiting, [&](const Waiting& w) { return w.connection == connection; });
-      add_or_end(line);
+      if (!line.waiting.empty()) add(line);
     }
   }
   // The connection whose packet is read now; the packet waits no longer. nullopt: there is none.
   std::optional<ConnectionId> take(TimePoint now) {
-    if (lines_.empty()) return std::nullopt;
+    if (empty()) return std::nullopt;
     Line& oldest = *by_time_.begin()->second;
     const bool late = oldest.waiting.front().since + patience_ <= now;
     late_is_next_ = late && !late_is_next_;  // mutant: turns_of_late
@@ -53,7 +53,7 @@ class LoopTurns {
     remove(next);
     const ConnectionId connection = next.waiting.front().connection;
     next.waiting.pop_front();
-    add_or_end(next);
+    if (!next.waiting.empty()) add(next);
     return connection;
   }
   // Should work of `other`, waiting since `since`, yield to packets of identities that have used
@@ -67,50 +67,65 @@ class LoopTurns {
     }
     return false;
   }
-  [[nodiscard]] bool empty() const { return lines_.empty(); }
+  [[nodiscard]] bool empty() const { return by_rank_.empty(); }
 
  private:
   struct Waiting {
     ConnectionId connection;
     TimePoint since;
   };
+  static constexpr std::size_t kIdleMax = 256;  // lines in which nothing waits
+
+  struct Line;
+  template <class Key>
+  using Order = std::map<std::pair<Key, std::uint64_t>, Line*>;
   struct Line {
     Payer payer;
-    std::uint64_t number = 0;       // the first that came, among equals
-    double rank = 0;                // of the payer, when last seen: it only grows
-    std::deque<Waiting> waiting{};  // never empty
+    std::uint64_t number = 0;  // the first that came, among equals
+    double rank = 0;           // of the payer, when last seen: it only grows
+    std::deque<Waiting> waiting{};
+    // The places in both orders, while nothing waits.
+    Order<double>::node_type at_rank{};
+    Order<TimePoint>::node_type at_time{};
   };
 
+  // A line is kept when nothing waits in it: it has memory for the next packet.
+  Line& line_of(const Payer& payer) {
+    if (const auto found = lines_.find(payer.get()); found != lines_.end()) return found->second;
+    if (lines_.size() >= by_rank_.size() + kIdleMax)
+      std::erase_if(lines_, [](const auto& entry) { return entry.second.waiting.empty(); });
+    return lines_.try_emplace(payer.get(), Line{payer}).first->second;
+  }
   void add(Line& line) {
-    by_rank_[{line.rank, line.number}] = &line;
-    by_time_[{line.waiting.front().since, line.number}] = &line;
+    add(by_rank_, line.at_rank, {line.rank, line.number}, line);
+    add(by_time_, line.at_time, {line.waiting.front().since, line.number}, line);
+  }
+  template <class Order>
+  static void add(Order& order, typename Order::node_type& place, typename Order::key_type key,
+                  Line& line) {
+    if (!place) return void(order.emplace(key, &line));
+    place.key() = key;
+    order.insert(std::move(place));
   }
   void remove(Line& line) {
-    by_rank_.erase({line.rank, line.number});
-    by_time_.erase({line.waiting.front().since, line.number});
-  }
-  void add_or_end(Line& line) {
-    if (line.waiting.empty()) {
-      lines_.erase(line.payer.get());
-    } else {
-      add(line);
-    }
+    line.at_rank = by_rank_.extract({line.rank, line.number});
+    line.at_time = by_time_.extract({line.waiting.front().since, line.number});
   }
   [[nodiscard]] Line& least_used() {
     for (;;) {
       Line& line = *by_rank_.begin()->second;
       const double rank = line.payer->rank();
       if (rank <= line.rank) return line;
-      by_rank_.erase(by_rank_.begin());
+      line.at_rank = by_rank_.extract(by_rank_.begin());
       line.rank = rank;
-      by_rank_[{rank, line.number}] = &line;
+      add(by_rank_, line.at_rank, {rank, line.number}, line);
     }
   }
 
   const Duration patience_;
   std::unordered_map<const LoopTime*, Line> lines_;
-  std::map<std::pair<double, std::uint64_t>, Line*> by_rank_;
-  std::map<std::pair<TimePoint, std::uint64_t>, Line*> by_time_;
+  Order<double> by_rank_;  // lines in which something waits
+  Order<TimePoint> by_time_;
   std::uint64_t last_ = 0;
   bool late_is_next_ = false;  // the last turn was that of a packet that had waited
 };

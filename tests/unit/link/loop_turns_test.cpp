@@ -144,5 +144,41 @@ TEST(LoopTurns, WhoIsGoneHasNoTurn) {
   EXPECT_EQ(s.step(), 0U);
 }
 
+// Lines are kept for those who come back; the order knows only who waits.
+TEST(LoopTurns, WhoComesBackWaitsLikeOneWhoIsNew) {
+  Scene s;
+  s.is_of(1, somebody(), 2ms);
+  s.is_of(2, somebody(), 1ms);
+  for (int i = 0; i < 100; ++i) {
+    s.wait(1);
+    EXPECT_FALSE(s.turns.come_before(*s.payers.at(1), s.now, s.now));
+    EXPECT_EQ(s.step(), 1U);
+    EXPECT_TRUE(s.turns.empty());
+    s.wait(1);
+    s.wait(2);
+    EXPECT_TRUE(s.turns.come_before(*s.payers.at(1), s.now, s.now));
+    EXPECT_EQ(s.step(), 2U);
+    EXPECT_EQ(s.step(), 1U);
+    EXPECT_EQ(s.step(), 0U);
+  }
+}
+
+TEST(LoopTurns, WhoWaitsStaysHoweverManyComeAndGo) {
+  Scene s;
+  s.is_of(1, somebody(), 1ms);
+  s.payers.at(1)->add(1h, s.now);
+  s.wait(1);
+  for (std::uint64_t n = 2; n <= 1000; ++n) {
+    s.is_of(n, somebody(), 100us);
+    s.wait(n);
+    EXPECT_EQ(s.step(), n);
+    if (n % 3 == 0) s.turns.forget({static_cast<std::uint32_t>(n)});
+  }
+  s.wait(500);
+  EXPECT_EQ(s.step(), 500U);
+  EXPECT_EQ(s.step(), 1U);
+  EXPECT_EQ(s.step(), 0U);
+}
+
 }  // namespace
 }  // namespace connect_bridge::test
