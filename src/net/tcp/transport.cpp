@@ -17,6 +17,8 @@ struct Transport::CountedRead {
   std::size_t asked;
   IoHandler handler;
 
+  using allocator_type = IoHandler::allocator_type;  // NOLINT: the name Asio asks for
+  [[nodiscard]] allocator_type get_allocator() const noexcept { return handler.get_allocator(); }
   friend bool asio_handler_is_continuation(CountedRead*) { return true; }
   void operator()(ErrorCode error, std::size_t bytes) {
     if (of->floods_) error = make_error_code(boost::system::errc::protocol_error);
@@ -25,6 +27,16 @@ struct Transport::CountedRead {
     of->read_bytes_ += std::min(bytes, asked);
     handler(error, std::min(bytes, asked));
   }
+};
+
+// Reports bytes that an earlier read has taken.
+struct Transport::ReadAhead {
+  std::size_t bytes;
+  IoHandler handler;
+
+  using allocator_type = IoHandler::allocator_type;  // NOLINT: the name Asio asks for
+  [[nodiscard]] allocator_type get_allocator() const noexcept { return handler.get_allocator(); }
+  void operator()() { handler(ErrorCode{}, bytes); }
 };
 
 Transport::Transport(TcpSocket socket)
@@ -44,7 +56,7 @@ void Transport::start_read(asio::mutable_buffer into, IoHandler handler) {
       if (bytes > 0) on_header_byte(*static_cast<const char*>(byte.data()));
       next(error, bytes);
     };
-    return read_now(byte, IoHandler(std::move(read)));
+    return read_now(byte, IoHandler(reads_, std::move(read)));
   }
   const auto wait_until = wait_until_ ? wait_until_() : std::nullopt;
   if (!wait_until) return read_now(into, std::move(handler));
@@ -61,8 +73,7 @@ void Transport::read_now(asio::mutable_buffer into, IoHandler handler) {
         into, asio::buffer(ahead_->data() + ahead_begin_, ahead_end_ - ahead_begin_));
     ahead_begin_ += n;
     read_bytes_ += n;
-    return asio::post(get_executor(),
-                      [n, next = std::move(handler)]() mutable { next(ErrorCode{}, n); });
+    return asio::post(get_executor(), ReadAhead{n, std::move(handler)});
   }
   CountedRead read{this, into.size(), std::move(handler)};
   if (tls_) return tls_->async_read_some(into, std::move(read));

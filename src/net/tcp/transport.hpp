@@ -12,9 +12,11 @@
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string_view>
 #include <type_traits>
@@ -52,15 +54,71 @@ inline void reset(TcpSocket& socket) {
   socket.close(ignored);
 }
 
+// Memory of one block after another: a block that is given back is kept for the next one.
+class BlockMemory {
+ public:
+  BlockMemory() = default;
+  BlockMemory(const BlockMemory&) = delete;
+  BlockMemory& operator=(const BlockMemory&) = delete;
+  ~BlockMemory() { ::operator delete(spare_); }
+
+  void* take(std::size_t bytes) {
+    if (bytes > kBytes) return ::operator new(bytes);
+    return spare_ ? std::exchange(spare_, nullptr) : ::operator new(kBytes);
+  }
+  void give_back(void* block, std::size_t bytes) {
+    if (bytes > kBytes || spare_) return ::operator delete(block);
+    spare_ = block;
+  }
+
+ private:
+  static constexpr std::size_t kBytes = 512;  // the largest handler of Beast has some 300
+  void* spare_ = nullptr;
+};
+
+template <class T>
+struct BlockAllocator {
+  using value_type = T;  // NOLINT: the name that allocators have
+
+  explicit BlockAllocator(BlockMemory& of) : memory(&of) {}
+  template <class Other>
+  BlockAllocator(const BlockAllocator<Other>& other)  // NOLINT: allocators convert
+      : memory(other.memory) {}
+
+  T* allocate(std::size_t n) { return static_cast<T*>(memory->take(n * sizeof(T))); }
+  void deallocate(T* block, std::size_t n) { memory->give_back(block, n * sizeof(T)); }
+  template <class Other>
+  bool operator==(const BlockAllocator<Other>& other) const {
+    return memory == other.memory;
+  }
+
+  BlockMemory* memory;
+};
+
+// Memory for the reads of a connection, or for its writes, of which one is under way at a time.
+struct StepMemory {
+  BlockMemory handler;
+  BlockMemory operation;  // Asio's
+};
+
 // The handler of a read or a write, of any type. Called once, in the thread of the io_context: a
 // handler must have no executor, and no allocator, of its own.
 class IoHandler {
  public:
+  using allocator_type = BlockAllocator<std::byte>;  // NOLINT: the name Asio asks for
+
+  // The memory lives as long as the handler, or as what only the handler keeps alive.
   template <class Handler>
-  requires(!std::is_same_v<std::decay_t<Handler>, IoHandler>) explicit IoHandler(Handler&& handler)
-      : held_(std::make_unique<Held<std::decay_t<Handler>>>(std::forward<Handler>(handler))) {}
+  IoHandler(StepMemory& memory, Handler&& handler) : memory_(&memory) {
+    using Type = Held<std::decay_t<Handler>>;
+    void* const block = memory.handler.take(sizeof(Type));
+    held_.reset(new (block) Type(memory.handler, std::forward<Handler>(handler)));
+  }
 
   friend bool asio_handler_is_continuation(IoHandler*) { return true; }
+  [[nodiscard]] allocator_type get_allocator() const noexcept {
+    return allocator_type(memory_->operation);
+  }
   void operator()(ErrorCode error, std::size_t bytes) { held_.release()->run(error, bytes); }
 
  private:
@@ -68,23 +126,41 @@ class IoHandler {
     Any() = default;
     Any(const Any&) = delete;
     Any& operator=(const Any&) = delete;
-    virtual ~Any() = default;
-    virtual void run(ErrorCode error, std::size_t bytes) = 0;  // deletes itself
+    virtual void run(ErrorCode error, std::size_t bytes) = 0;  // and drops it
+    virtual void drop() = 0;
+
+   protected:
+    ~Any() = default;
+  };
+  struct Drop {
+    void operator()(Any* held) const { held->drop(); }
   };
   template <class Handler>
   struct Held final : Any {
+    BlockMemory& memory;
     Handler handler;
 
-    explicit Held(Handler&& from) : handler(std::move(from)) {}
-    explicit Held(const Handler& from) : handler(from) {}
+    template <class From>
+    Held(BlockMemory& of, From&& from) : memory(of), handler(std::forward<From>(from)) {}
     // The memory is free again for the operation that the handler may begin.
     void run(ErrorCode error, std::size_t bytes) override {
-      Handler now = std::move(handler);
-      delete this;
+      Handler now = take();
       now(error, bytes);
     }
+    // The handler may be the last to keep the memory's owner alive.
+    void drop() override { static_cast<void>(take()); }
+
+   private:
+    Handler take() {
+      Handler now = std::move(handler);
+      BlockMemory& of = memory;
+      this->~Held();
+      of.give_back(this, sizeof(Held));
+      return now;
+    }
   };
-  std::unique_ptr<Any> held_;
+  StepMemory* memory_;
+  std::unique_ptr<Any, Drop> held_;
 };
 
 // Not movable. One read and one write may be under way at a time (the WebSocket guarantees that).
@@ -142,7 +218,7 @@ class Transport {
     const auto end = asio::buffer_sequence_end(buffers);
     for (auto at = asio::buffer_sequence_begin(buffers); at != end && into.size() == 0; ++at)
       into = *at;
-    start_read(into, IoHandler(std::forward<Handler>(handler)));
+    start_read(into, IoHandler(reads_, std::forward<Handler>(handler)));
   }
 
   // A write takes the first buffers, as many as the kernel takes at a time.
@@ -152,7 +228,7 @@ class Transport {
     const auto end = asio::buffer_sequence_end(buffers);
     for (auto at = asio::buffer_sequence_begin(buffers); at != end && count < kPieces; ++at)
       pieces_[count++] = *at;
-    start_write(count, IoHandler(std::forward<Handler>(handler)));
+    start_write(count, IoHandler(writes_, std::forward<Handler>(handler)));
   }
 
  private:
@@ -169,6 +245,7 @@ class Transport {
 
   static constexpr std::size_t kPieces = 64;  // Asio's limit; IOV_MAX is more
   struct CountedRead;
+  struct ReadAhead;
 
   void start_read(asio::mutable_buffer into, IoHandler handler);
   void read_now(asio::mutable_buffer into, IoHandler handler);
@@ -182,6 +259,7 @@ class Transport {
   void drain(std::function<void()> done);
 
   using Record = std::array<unsigned char, kRecordBytesMax>;
+  StepMemory reads_, writes_;  // declared before what may hold a handler
   TcpSocket socket_;
   asio::steady_timer waits_;  // delays a read
   std::function<std::optional<Clock::time_point>()> wait_until_;
