@@ -28,8 +28,11 @@ Stamp read_clock(clockid_t id) {
 }  // namespace
 
 Now Loop::now() const {
-  return {TimePoint(Duration(read_clock(CLOCK_MONOTONIC))), read_clock(CLOCK_REALTIME),
-          node_.ros_now()};
+  return at(TimePoint(Duration(read_clock(CLOCK_MONOTONIC))));
+}
+
+Now Loop::at(TimePoint steady) const {
+  return {steady, read_clock(CLOCK_REALTIME), ports_.ros_now()};
 }
 
 void Loop::feed(Input&& input) {
@@ -40,14 +43,19 @@ void Loop::feed(Input&& input) {
 }
 
 void Loop::begin_step() {
-  began_ = std::chrono::steady_clock::now();
+  cost_.begin(ports_.alone());
+  began_ = cost_.now();
   stepping_ = true;
   handled_ = false;
 }
 
 std::optional<Packet> Loop::next_packet(ConnectionId connection, const Repairs& repairs) {
-  cost_.begin();
-  auto packet = side_.next_packet(connection, now(), repairs);
+  if (sending_) {
+    cost_.skip();
+  } else {
+    cost_.begin(ports_.alone());
+  }
+  auto packet = side_.next_packet(connection, at(cost_.now()), repairs);
   side_.spent(cost_.own(), cost_.now());
   if (!sending_ && (!packet || !packet->more)) set_timer();
   return packet;
@@ -55,16 +63,22 @@ std::optional<Packet> Loop::next_packet(ConnectionId connection, const Repairs& 
 
 void Loop::handle(Input&& input) {
   handled_ = true;
-  cost_.begin();
-  side_.handle(std::move(input), now());
+  cost_.skip();
+  side_.handle(std::move(input), at(cost_.now()));
   side_.spent(cost_.own(), cost_.now());
   while (auto action = side_.next_action()) {
-    static_cast<void>(cost_.inside());
-    if (ports_.carry_out(std::move(*action))) side_.spent(cost_.inside(), cost_.now());
+    cost_.enter();
+    if (ports_.carry_out(std::move(*action))) {
+      side_.spent(cost_.inside(), cost_.now());
+    } else {
+      cost_.skip();
+    }
   }
 }
 
+// One connection has nobody to wait for.
 void Loop::arrived(ConnectionId connection) {
+  if (ports_.alone()) return ports_.read(connection);
   side_.on_arrival(connection, now());
   plan_turn();
 }
@@ -81,7 +95,7 @@ void Loop::look(int times) {
     const auto next = side_.take_turn(now());
     if (!next) return;
     ports_.read(*next);
-    plan_turn();
+    if (side_.packets_wait()) plan_turn();
   });
 }
 
@@ -101,8 +115,10 @@ void Loop::end_step() {
     sending_ = false;
     set_timer();
   }
-  step_took_ = std::chrono::steady_clock::now() - began;
-  longest_ = std::max(longest_, step_took_);
+  cost_.skip();
+  const Duration took = cost_.now() - began;
+  longest_ = std::max(longest_, took);
+  step_took_ = took - cost_.taken();
 }
 
 // A timer that fires too early is left as it is. Deadlines move with every packet, and setting the

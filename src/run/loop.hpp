@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "core/side/side.hpp"
-#include "ros/node/node.hpp"
 #include "run/step_cost.hpp"
 
 namespace connect_bridge {
@@ -20,13 +19,15 @@ namespace connect_bridge {
 class Loop {
  public:
   struct Ports {
+    std::function<Stamp()> ros_now;
     std::function<bool(Action&&)> carry_out;  // true: it was one for the middleware
-    std::function<void(ConnectionId)> read;   // feeds the packet that has arrived there
-    std::function<void()> send;               // sends the data of connections (Side::take_ready)
+    std::function<bool()> alone;             // there is one connection at most, handshakes included
+    std::function<void(ConnectionId)> read;  // feeds the packet that has arrived there
+    std::function<void()> send;              // sends the data of connections (Side::take_ready)
   };
 
-  Loop(boost::asio::io_context& io, const ros::Node& node, Side& side, Ports ports)
-      : io_(io), node_(node), side_(side), ports_(std::move(ports)), timer_(io) {}
+  Loop(boost::asio::io_context& io, Side& side, Ports ports)
+      : io_(io), side_(side), ports_(std::move(ports)), timer_(io) {}
 
   // The longest step since the last call.
   [[nodiscard]] Duration take_longest() { return std::exchange(longest_, Duration::zero()); }
@@ -38,7 +39,8 @@ class Loop {
   void feed(Input&& input);
 
   // Takes note of an arrived packet, which is read when its turn comes (Side::take_turn). The loop
-  // polls the sockets between two packets, so that links with less use come first.
+  // polls the sockets before each packet, so that links with less use come first. The packet of the
+  // only connection is read at once.
   void arrived(ConnectionId connection);
 
   // The next packet for a connection that can take one; nullopt: none now. Data that waits for the
@@ -56,6 +58,7 @@ class Loop {
   }
 
  private:
+  [[nodiscard]] Now at(TimePoint steady) const;
   void begin_step();
   void handle(Input&& input);
   void end_step();
@@ -66,20 +69,19 @@ class Loop {
   void look(int times);
 
   boost::asio::io_context& io_;
-  const ros::Node& node_;
   Side& side_;
   const Ports ports_;
   boost::asio::steady_timer timer_;  // the core's next deadline
   std::optional<TimePoint> timer_at_;
   TimePoint reads_until_{};  // until then the timer waits, and sockets are read
   std::deque<Input> waiting_;
-  std::chrono::steady_clock::time_point began_{};  // of the current step
+  TimePoint began_{};  // of the current step
   bool stepping_ = false;
   bool handled_ = false;  // this step has had an input
   bool sending_ = false;  // at the end of a step, which sets the timer itself
   bool turn_planned_ = false;
   StepCost cost_;
-  Duration step_took_{};  // the last step
+  Duration step_took_{};  // the last step, without the time that others took from the process
   Duration longest_{};
 };
 

@@ -291,7 +291,7 @@ void Links::on(NetworkChanged& changed, const Now& now) {
 
 bool Links::settle(const Now& now) {
   bool any = false;
-  due_.look_again(!turns_.empty(), now.steady);
+  due_.look_again(packets_wait(), now.steady);
   while (const auto id = due_.take_marked()) {
     const auto found = links_.find(*id);
     if (found == links_.end()) continue;  // the link was forgotten

@@ -56,6 +56,7 @@ class Links {
   void on_arrival(ConnectionId connection, const Now& now);
   // The connection whose packet is read next, by PacketReceived; nullopt: no packet waits.
   std::optional<ConnectionId> take_turn(const Now& now) { return turns_.take(now.steady); }
+  [[nodiscard]] bool packets_wait() const { return !turns_.empty(); }
   // Client: connects when it is time to.
   void dial_if_due(const Now& now);
   // Closes all connections in order, for good.
@@ -122,7 +123,7 @@ class Links {
   // loop's time. The connection is ready again soon.
   [[nodiscard]] bool sends_later(const Connection& connection, const LoopTime& payer,
                                  const Now& now) {
-    if (connection.may_wait() &&  // mutant: packets_later
+    if (packets_wait() && connection.may_wait() &&  // mutant: packets_later
         turns_.come_before(payer, due_.later(connection.id(), now.steady), now.steady))
       return true;
     due_.not_later(connection.id());

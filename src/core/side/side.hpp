@@ -49,6 +49,7 @@ class Side final : private LinkUser {
   // The connection whose packet handle() gets now: its identity has used least of the loop's time.
   // nullopt: no packet waits.
   std::optional<ConnectionId> take_turn(const Now& now) { return links_.take_turn(now); }
+  [[nodiscard]] bool packets_wait() const { return links_.packets_wait(); }
   // The loop time that the last handle(), next_packet() or action took.
   void spent(Duration cost, TimePoint now) { outputs_.spent(cost, now); }
   std::optional<Action> next_action() { return outputs_.next(); }

@@ -287,6 +287,10 @@ Stamp Network::certificate_end() const {
   return 0;
 }
 
+bool Network::has_one_at_most() const {
+  return state_->connections.size() + (state_->listener ? state_->listener->pending() : 0) <= 1;
+}
+
 void Network::read(ConnectionId connection) {
   if (const auto found = state_->find(connection)) found->deliver();
 }

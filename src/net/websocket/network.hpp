@@ -70,6 +70,8 @@ class Network {
   // 0: never, or it shows none.
   [[nodiscard]] Stamp certificate_end() const;
 
+  // There is one connection at most, handshakes at the listener included.
+  [[nodiscard]] bool has_one_at_most() const;
   // Delivers the packet that waits there, if one does, then the next one may come.
   void read(ConnectionId connection);
   // There may be something to send on this connection; next_packet is asked for it, now or when

@@ -22,10 +22,10 @@ void compute_for(Duration processor_time) {
 // What the machine takes, here a sleep, is nobody's; what this thread computes is.
 TEST(StepCost, OfOurOwnCodeOnlyProcessorTimeCounts) {
   StepCost cost;
-  cost.begin();
+  cost.begin(false);
   std::this_thread::sleep_for(300ms);
   EXPECT_LT(cost.own(), 100ms);
-  cost.begin();
+  cost.begin(false);
   compute_for(20ms);
   EXPECT_GE(cost.own(), 15ms);
 }
@@ -33,13 +33,13 @@ TEST(StepCost, OfOurOwnCodeOnlyProcessorTimeCounts) {
 // A long part pays for what it computed, and not for the part before it.
 TEST(StepCost, APartDoesNotPayForAnother) {
   StepCost cost;
-  cost.begin();
+  cost.begin(false);
   compute_for(40ms);
   EXPECT_GE(cost.own(), 30ms);
   std::this_thread::sleep_for(60ms);
   EXPECT_LT(cost.own(), 20ms);
   compute_for(40ms);
-  cost.begin();
+  cost.begin(false);
   std::this_thread::sleep_for(60ms);
   EXPECT_LT(cost.own(), 20ms);
 }
@@ -48,7 +48,8 @@ TEST(StepCost, InsideTheMiddlewareALockThatAnotherThreadHoldsCounts) {
   StepCost cost;
   std::mutex held;
   held.lock();
-  cost.begin();
+  cost.begin(false);
+  cost.enter();
   std::thread other([&] {
     std::this_thread::sleep_for(50ms);
     held.unlock();
@@ -71,13 +72,34 @@ TEST(StepCost, InsideTheMiddlewareWhatOthersComputeDoesNotCount) {
   for (unsigned n = 0; n < 2 * std::thread::hardware_concurrency(); ++n)
     threads.emplace_back([] {
       StepCost cost;
-      cost.begin();
+      cost.begin(false);
+      cost.enter();
       const Duration before = processor_time();
       while (processor_time() < before + 50ms) {
       }
       EXPECT_LT(cost.inside(), 60ms);
     });
   for (std::thread& thread : threads) thread.join();
+}
+
+TEST(StepCost, WhoeverIsAlonePaysWallTimeUntilAnotherComes) {
+  StepCost cost;
+  cost.begin(true);
+  std::this_thread::sleep_for(60ms);
+  EXPECT_GE(cost.own(), 60ms);
+  cost.begin(false);
+  std::this_thread::sleep_for(300ms);
+  EXPECT_LT(cost.own(), 100ms);
+}
+
+TEST(StepCost, TheTimeThatOthersTakeIsKnownOfEachStep) {
+  StepCost cost;
+  cost.begin(false);
+  std::this_thread::sleep_for(60ms);
+  cost.skip();
+  EXPECT_GE(cost.taken(), 50ms);
+  cost.begin(false);
+  EXPECT_EQ(cost.taken(), 0ms);
 }
 
 }  // namespace
