@@ -1,7 +1,11 @@
 #include "ops/audit/audit_book.hpp"
 
 #include <array>
+#include <boost/asio/ip/address.hpp>
 #include <iterator>
+#include <utility>
+
+#include "net/tcp/proxy_header.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -20,9 +24,19 @@ const RankTraits& traits_of(AuditRank rank) {
       {"refused_calls", {500, milliseconds(200)}},
       {"logins", {1000, milliseconds(200)}},
       {"channels", {5000, milliseconds(100)}},
-      {"strangers", {100, milliseconds(2000)}},  // unauthenticated connections, all together
+      {"strangers", {50, milliseconds(4000)}},  // unauthenticated connections, all together
   }};
   return kTraits.at(static_cast<std::size_t>(rank));
+}
+
+// Whoever has an address of IPv4, or a network of IPv6, has as many ports and addresses in it.
+std::string network_in(const std::string& address) {
+  std::string host = address.substr(0, address.rfind(':'));
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  boost::system::error_code none;
+  const auto known = boost::asio::ip::make_address(host, none);
+  constexpr int kSiteBytes = 6;  // a /48, which one customer may have
+  return none ? host : network_of(plain_address(known), kSiteBytes);
 }
 
 }  // namespace
@@ -62,6 +76,10 @@ AuditBook::Account* AuditBook::take(const Audit& line, TimePoint now, bool may_w
   const bool has_room = account.waiting < kSureMax || account.waiting + waiting < kWaitingMax;
   if (!may_wait || !has_room || !has_turn(account, line, now)) {
     ++account.left_out;
+    if (account.rank != AuditRank::kStrangers) return nullptr;
+    const std::string network = network_in(line.address);
+    const bool has_place = left_out_of_.size() < kNetworksShown || left_out_of_.contains(network);
+    ++left_out_of_[has_place ? network : "others"];
     return nullptr;
   }
   ++account.waiting;
@@ -69,14 +87,33 @@ AuditBook::Account* AuditBook::take(const Audit& line, TimePoint now, bool may_w
   return &account;
 }
 
-// One address gets half of the pace of all unauthenticated connections.
 bool AuditBook::has_turn(Account& account, const Audit& line, TimePoint now) {
   if (account.rank != AuditRank::kStrangers) return account.pace.take(now);
-  const std::string host = line.address.substr(0, line.address.rfind(':'));
-  if (!strangers_.take(host, 1, now)) return false;
-  if (account.pace.take(now)) return true;
-  strangers_.give_back(host);
-  return false;
+  return has_stranger_turn(account, network_in(line.address), now);
+}
+
+// Noisy networks use up the pace of all, and leave the first lines of the others alone.
+bool AuditBook::has_stranger_turn(Account& account, const std::string& network, TimePoint now) {
+  forget_networks(now);
+  auto known = networks_.find(network);
+  if (known == networks_.end() && networks_.size() < kNetworksMax)
+    known = networks_.try_emplace(network).first;
+  const bool is_new = known != networks_.end() && known->second.lines < kFirstLines;
+  if (!strangers_.take(network, 1, now)) return false;
+  if (!(is_new && first_lines_.take(now)) && !account.pace.take(now)) {
+    strangers_.give_back(network);
+    return false;
+  }
+  if (known != networks_.end()) known->second = {known->second.lines + 1, now};
+  return true;
+}
+
+void AuditBook::forget_networks(TimePoint now) {
+  if (now < forgot_at_ + kTellPeriod) return;
+  forgot_at_ = now;
+  std::erase_if(networks_, [&](const auto& entry) {
+    return entry.second.lines == 0 || now >= entry.second.last + kLately;
+  });
 }
 
 void AuditBook::written(Account& account) {
@@ -89,7 +126,9 @@ std::vector<AuditBook::LeftOut> AuditBook::take_left_out(TimePoint now, bool all
   for (auto it = accounts_.begin(); it != accounts_.end();) {
     auto& [key, account] = *it;
     if (account.left_out > 0 && (all || now >= account.told_at + kTellPeriod)) {
-      list.push_back({key.second, key.first, std::exchange(account.left_out, 0)});
+      const bool strangers = key.first == AuditRank::kStrangers;
+      list.push_back({key.second, key.first, std::exchange(account.left_out, 0),
+                      strangers ? std::exchange(left_out_of_, {}) : decltype(left_out_of_){}});
       account.told_at = now;
     }
     const bool over = account.waiting == 0 && account.left_out == 0 && account.pace.idle(now) &&

@@ -30,8 +30,8 @@ enum class AuditRank : std::uint8_t {
 
 // Peers cause most lines, as often as they like. So each identity has a pace for each rank, and a
 // share of the room for lines of that rank that wait for the disk. Unauthenticated connections
-// share one pace, of which an address gets half. Lines beyond that are left out and counted. Pure;
-// not thread-safe.
+// share two paces: one for networks that had a few lines lately, and one for all, of which a
+// network gets half. Lines beyond that are left out and counted. Pure; not thread-safe.
 class AuditBook {
  public:
   // Room for the waiting lines of a rank. An identity gets no more than it leaves free, so half of
@@ -60,6 +60,8 @@ class AuditBook {
     std::string identity;
     AuditRank rank = AuditRank::kOwn;
     std::uint64_t lines = 0;
+    // Unauthenticated connections: lines by network, those of further networks under "others".
+    std::map<std::string, std::uint64_t> networks = {};
   };
   // Counts of lines that were left out and are not in the log yet; each identity and rank at most
   // once in kTellPeriod. `all`: also before that time, at the end.
@@ -69,8 +71,24 @@ class AuditBook {
   using Key = std::pair<AuditRank, std::string>;  // rank and identity
   [[nodiscard]] Account& account_of(const Audit& line);
   [[nodiscard]] bool has_turn(Account& account, const Audit& line, TimePoint now);
+  [[nodiscard]] bool has_stranger_turn(Account& account, const std::string& network, TimePoint now);
+  void forget_networks(TimePoint now);
 
-  AddressPaces strangers_{50, std::chrono::seconds(4)};
+  // Lines of a network that come before those of networks that had as many.
+  static constexpr int kFirstLines = 5;
+  static constexpr Duration kLately = std::chrono::minutes(10);
+  static constexpr std::size_t kNetworksMax = 4096;
+  static constexpr std::size_t kNetworksShown = 16;
+  struct OfNetwork {
+    int lines = 0;
+    TimePoint last{};
+  };
+
+  AddressPaces strangers_{30, std::chrono::seconds(8)};
+  Pace first_lines_{50, std::chrono::seconds(4)};
+  std::map<std::string, OfNetwork> networks_;
+  std::map<std::string, std::uint64_t> left_out_of_;  // by network, since it was told
+  TimePoint forgot_at_{};
   std::map<Key, Account> accounts_;
   std::map<AuditRank, std::size_t> waiting_;  // lines
 };

@@ -66,6 +66,7 @@ std::string to_line(const AuditBook::LeftOut& left_out,
   add(json, "identity", left_out.identity);
   json["of"] = word_of(left_out.rank);
   json["lines"] = left_out.lines;
+  for (const auto& [network, lines] : left_out.networks) json["networks"][cut(network)] = lines;
   return as_line(json);
 }
 

@@ -177,12 +177,43 @@ TEST(AuditBook, ANoisyStrangerHidesNoOther) {
   AuditBook book;
   Audit noise = stranger(1);
   noise.address = "192.0.2.1:5000";
-  EXPECT_EQ(taken(book, noise, 1000, 1s), 50);
+  EXPECT_EQ(taken(book, noise, 1000, 1s), 30);
   noise.address = "192.0.2.1:5001";
   EXPECT_EQ(taken(book, noise, 1000, 2s), 0);
   Audit other = stranger(2);
   other.address = "[2001:db8::1]:5000";
-  EXPECT_EQ(taken(book, other, 50, 2s), 50);
+  EXPECT_EQ(taken(book, other, 50, 2s), 30);
+}
+
+// N13: several noisy addresses, and one network of IPv6 with many of them.
+TEST(AuditBook, NoisyNetworksLeaveTheFirstLinesOfAnother) {
+  AuditBook book;
+  for (int second = 1; second <= 600; ++second) {
+    for (int i = 0; i < 6; ++i) taken(book, stranger(i), 50, std::chrono::seconds(second));
+    Audit host = stranger(0);
+    host.address = "[2001:db8:0:" + std::to_string(second) + "::1]:5000";
+    taken(book, host, 5, std::chrono::seconds(second));
+  }
+  Audit other = stranger(1000);
+  EXPECT_EQ(taken(book, other, 5, 600s), 5);
+  EXPECT_LE(taken(book, other, 100, 600s), 1) << "then it is one of the noisy ones";
+}
+
+TEST(AuditBook, LinesThatAreLeftOutAreCountedByNetwork) {
+  AuditBook book;
+  taken(book, stranger(1), 100, 1s);
+  Audit other = stranger(2);
+  other.address = "[2001:db8::7]:5000";
+  taken(book, other, 40, 1s);
+  const auto left = book.take_left_out(TimePoint(20s));
+  ASSERT_EQ(left.size(), 1U);
+  EXPECT_EQ(left[0].networks,
+            (std::map<std::string, std::uint64_t>{{"10.0.0.1", 70}, {"2001:db8::", 10}}));
+  EXPECT_THAT(
+      to_line(left[0], kTime),
+      HasSubstr(R"("of":"strangers","lines":80,"networks":{"10.0.0.1":70,"2001:db8::":10})"));
+  for (int i = 0; i < 1000; ++i) taken(book, stranger(i), 40, 30s);
+  EXPECT_LE(book.take_left_out(TimePoint(60s))[0].networks.size(), 17U);
 }
 
 TEST(AuditBook, ForgetsWhoIsQuiet) {
