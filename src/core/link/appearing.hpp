@@ -53,6 +53,11 @@ class Appearing {
 
   class Line {
    public:
+    // Every process of the graph pays for an endpoint that comes and goes. So many may come as two
+    // times the largest graph has, then fewer without end.
+    static constexpr int kSustainedAtOnce = 65'536;
+    static constexpr Duration kSustainedPeriod = std::chrono::milliseconds(50);
+
     // Without `all` nobody gives turns: an endpoint that may not appear at once waits for ever.
     Line(Appearing* all, Payer payer, int at_once, Duration period)
         : all_(all), payer_(std::move(payer)), pace_(at_once, period) {}
@@ -69,10 +74,10 @@ class Appearing {
       }
       if (who.line_ == this) return Answer::kSoon;
       who.leave();
-      const bool free = waiting_.empty() && pace_.free_at() <= now;
+      const bool free = waiting_.empty() && free_at() <= now;
       if (free && (!all_ || all_->pace_.take(now))) return count(now);
       const bool late =
-          pace_.free_at() + pace_.period() * static_cast<std::int64_t>(waiting_.size()) > now;
+          free_at() + pace_.period() * static_cast<std::int64_t>(waiting_.size()) > now;
       add(who, now);
       return late ? Answer::kLate : Answer::kSoon;
     }
@@ -83,7 +88,11 @@ class Appearing {
 
     Answer count(TimePoint now) {
       static_cast<void>(pace_.take(now));
+      static_cast<void>(sustained_.take(now));
       return Answer::kNow;
+    }
+    [[nodiscard]] TimePoint free_at() const {
+      return std::max(pace_.free_at(), sustained_.free_at());
     }
     void add(Waiting& who, TimePoint now) {
       if (waiting_.empty()) {
@@ -102,6 +111,7 @@ class Appearing {
     Appearing* const all_;
     const Payer payer_;
     Pace pace_;
+    Pace sustained_{kSustainedAtOnce, kSustainedPeriod};
     std::list<Waiting*> waiting_;
     TimePoint since_{};  // time of the last turn, or since when something waits
   };
@@ -118,8 +128,7 @@ class Appearing {
     if (next_at_ > now.steady || pace_.free_at() > now.steady) return;
     Line* next = nullptr;
     for (Line* const line : lines_)
-      if (line->pace_.free_at() <= now.steady &&
-          (!next || line->payer_->rank() < next->payer_->rank()))
+      if (line->free_at() <= now.steady && (!next || line->payer_->rank() < next->payer_->rank()))
         next = line;
     if (!next) return;
     if (packets.come_before(*next->payer_, next->since_, now.steady)) {  // mutant: appear_later
@@ -137,7 +146,7 @@ class Appearing {
   // The time of the next turn.
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     std::optional<TimePoint> first;
-    for (const Line* const line : lines_) first = earliest(first, line->pace_.free_at());
+    for (const Line* const line : lines_) first = earliest(first, line->free_at());
     if (first) first = std::max({*first, pace_.free_at(), next_at_});
     return first;
   }

@@ -95,6 +95,26 @@ TEST(Appearing, WhoHasUsedUpItsPaceDoesNotHoldUpOthers) {
   EXPECT_EQ(s.made.back(), "d");
 }
 
+// N9: what comes and goes without end is paid by every process of the graph.
+TEST(Appearing, WhatComesAndGoesForEverHasASlowerPace) {
+  AppearScene s;
+  Appearing all{8, 500us};
+  Appearing::Line line(&all, a_payer(), 512, 5ms);
+  const auto appear = [&](int count) {
+    int made = 0;
+    for (int i = 0; i < count; ++i) {
+      AppearScene::One one(s, line, "x");
+      made += one.ask() == kNow ? 1 : 0;
+      s.now.steady += 5ms;
+    }
+    return made;
+  };
+  const int most = Appearing::Line::kSustainedAtOnce;
+  EXPECT_GE(appear(most), most - 1) << "a large graph, twice";
+  appear(most / 4);
+  EXPECT_EQ(appear(2000), 200) << "then 20 in a second";
+}
+
 TEST(Appearing, WhoHasUsedLeastOfTheLoopIsNext) {
   AppearScene s;
   const Payer busy = a_payer();
