@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
+#include <utility>
 
 #include "access/login/file_trust.hpp"
 
@@ -28,6 +30,15 @@ std::vector<std::string> possible_runtime_folders() {
   folders.push_back("/run/user/" + user + "/connect_bridge");
   folders.push_back("/tmp/connect_bridge-" + user);
   return folders;
+}
+
+// "FOLDER/connect_server-17.status", as status_socket() names it.
+bool is_status_socket(std::string_view file) {
+  if (!file.ends_with(kSocketEnd)) return false;
+  file.remove_suffix(sizeof kSocketEnd - 1);
+  const std::size_t dash = file.rfind('-');
+  return dash != std::string_view::npos && dash + 1 < file.size() &&
+         file.find_first_not_of("0123456789", dash + 1) == std::string_view::npos;
 }
 
 // Whether the socket's program has exited: nobody listens.
@@ -61,25 +72,36 @@ std::string status_socket(const std::string& folder, const std::string& node) {
   return folder + "/" + name + "-" + std::to_string(::getpid()) + kSocketEnd;
 }
 
+std::vector<std::string> folders_of_units(const std::string& run) {
+  std::error_code none;
+  std::vector<std::string> folders;
+  for (const auto& entry : std::filesystem::directory_iterator(run, none)) {
+    struct stat found {};
+    const std::string folder = entry.path();
+    if (::lstat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) &&
+        (found.st_mode & S_IWOTH) == 0)
+      folders.push_back(folder);
+  }
+  return folders;
+}
+
 std::vector<std::string> status_sockets() {
   std::error_code none;
   std::vector<std::string> folders;
   // Another user could answer in a folder that he may change.
   for (const std::string& folder : possible_runtime_folders())
     if (who_else_may_change(folder).empty()) folders.push_back(folder);
-  // Folders of the system's units: root sees all of them, another user sees its own.
-  for (const auto& entry : std::filesystem::directory_iterator("/run", none))
-    if (entry.path().filename().string().starts_with("connect_bridge"))
-      folders.push_back(entry.path());
+  const std::size_t own = folders.size();
+  for (std::string& folder : folders_of_units("/run")) folders.push_back(std::move(folder));
   std::vector<std::string> found;
-  for (const std::string& folder : folders) {
-    for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    for (const auto& entry : std::filesystem::directory_iterator(folders[i], none)) {
       const std::string file = entry.path();
-      if (!file.ends_with(kSocketEnd) ||
+      if (!is_status_socket(file) ||
           entry.symlink_status(none).type() != std::filesystem::file_type::socket)
         continue;
       if (is_left_over(file)) {
-        ::unlink(file.c_str());
+        if (i < own) ::unlink(file.c_str());  // the others are the system's
       } else if (std::find(found.begin(), found.end(), file) == found.end()) {
         found.push_back(file);
       }

@@ -16,9 +16,14 @@ namespace connect_bridge {
 // "FOLDER/robot1.connect_server-17.status".
 [[nodiscard]] std::string status_socket(const std::string& folder, const std::string& node);
 
+// Folders in `run` (/run) that only the system and their owners change: those of units among them,
+// each with the name that its unit gives (RuntimeDirectory). Root sees into all of them, another
+// user into its own.
+[[nodiscard]] std::vector<std::string> folders_of_units(const std::string& run);
+
 // Sockets of running programs, in every possible folder of this user that nobody else may change,
-// and in those of the system's units (/run/connect_bridge*). Removes sockets that crashed programs
-// have left.
+// and in those of the system's units. Removes sockets that crashed programs have left in the
+// former.
 [[nodiscard]] std::vector<std::string> status_sockets();
 
 }  // namespace connect_bridge
