@@ -28,6 +28,8 @@ class FileWatch {
   // Whether the file is missing: settled_change() reports it when it appears, not before.
   [[nodiscard]] bool is_missing() const { return look() == Stamps{}; }
   [[nodiscard]] const std::string& file() const { return file_; }
+  // When the content that is known was written, by the file; 0: it is missing.
+  [[nodiscard]] std::int64_t written_at() const { return std::get<3>(known_); }
 
  private:
   // Device, inode, size, times of content and of attributes in nanoseconds; zeros: no such file.

@@ -28,11 +28,11 @@ TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now
 Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "token")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'token'"};
-  return table_.find(attempt.credential, now);
+  return table_.find(attempt.credential, at_least(now));
 }
 
 Judgement TokenLogin::find(const Digest& token, Stamp now) const {
-  return table_.find(token, now);
+  return table_.find(token, at_least(now));
 }
 
 Refreshed TokenLogin::refresh(Stamp now) {

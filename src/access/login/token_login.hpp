@@ -1,6 +1,7 @@
 // Login by a token that the server knows.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "access/login/authenticator.hpp"
@@ -36,6 +37,10 @@ class TokenLogin : public Authenticator {
 
  private:
   [[nodiscard]] Refreshed read(Stamp now);
+  // Now, and never before the file was written: a clock that is behind makes no token valid again.
+  [[nodiscard]] Stamp at_least(Stamp now) const {
+    return file_ ? std::max(now, file_->written_at()) : now;
+  }
 
   TokenTable table_;
   std::optional<FileWatch> file_;

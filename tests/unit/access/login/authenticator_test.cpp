@@ -1,5 +1,6 @@
 #include "access/login/authenticator.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -116,6 +117,16 @@ Refreshed looks(Authenticator& method) {
   EXPECT_THAT(first.changes, IsEmpty());
   EXPECT_THAT(first.problems, IsEmpty());
   return method.refresh(kEarly);
+}
+
+// A machine without a battery for its clock, before it has reached a time server.
+TEST(Authenticator, AClockThatIsBehindMakesNoTokenValidAgain) {
+  AuthOptions options;
+  options.token_file = write_file("ended.yaml", token_entry("anna", ", expires: 2026-02-01"));
+  const timespec written[2] = {{1772323200, 0}, {1772323200, 0}};  // 2026-03-01
+  ASSERT_EQ(::utimensat(AT_FDCWD, options.token_file.c_str(), written, 0), 0);
+  const AuthSetup setup = make_authenticator(options, kEarly);
+  EXPECT_THAT(check(*setup.authenticator, kToken, "1.1.1.1:1").reason, HasSubstr("expired"));
 }
 
 // A token that was withdrawn must not stay valid until the file changes once more.
