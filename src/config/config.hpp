@@ -68,6 +68,7 @@ struct Surroundings {
   // Why somebody else may change a file, for people, or empty. The same.
   std::function<std::string(const std::string& file)> distrusted;
   std::function<bool(const std::string& type)> installed;  // for a message type; empty: not checked
+  std::uint64_t memory_bytes = 0;  // of this machine, or of what limits this process; 0: not known
 };
 
 // The result of parsing: a Config, or all problems.

@@ -289,7 +289,8 @@ void add_limits(Rows& rows) {
   add("memory_max", {1 << 20, 1024 * kGiB}, "bytes",
       "Memory that all peers together may use at this side; a single link can use a third "
       "(docs/security.md section 5). Beyond it data is dropped (`memory` in the status) or "
-      "refused.",
+      "refused. If it is not set, it is a quarter of the memory of this machine or of its cgroup, "
+      "from 64 MiB up to this default.",
       [](Config& c) { return &c.limits.account.memory_bytes_max; });
   of_server("connections_max", {1, 10000}, "",
             "Clients at the same time, including lost ones that may return. One identity may have "

@@ -9,6 +9,7 @@
 #include "access/login/file_trust.hpp"
 #include "ops/doctor/host_check.hpp"
 #include "ros/types/type_supports.hpp"
+#include "run/machine_memory.hpp"
 
 namespace connect_bridge {
 
@@ -26,6 +27,7 @@ Surroundings surroundings() {
   s.variable = environment();
   s.unreadable = why_unreadable;
   s.distrusted = who_else_may_change;
+  s.memory_bytes = machine_memory();
   s.installed = [types = std::make_shared<ros::TypeSupports>()](const std::string& type) {
     return !std::holds_alternative<ros::Refusal>(types->message(type, ""));
   };

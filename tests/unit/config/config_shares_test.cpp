@@ -25,5 +25,21 @@ limits: {offences_per_minute: 60}
   EXPECT_THAT(own.warnings, Contains(HasSubstr("memory_max: less than 3 times max_message_size")));
 }
 
+// N11: nodes of a small robot need its memory.
+TEST(Config, MemoryFollowsTheMachineUnlessItIsGiven) {
+  const auto memory = [](std::uint64_t machine, const char* text) {
+    Surroundings around;
+    around.memory_bytes = machine;
+    const Parsed parsed = parse_config(yaml(text), Role::kServer, around);
+    return side_options(parsed.config.value()).account.memory_bytes_max;
+  };
+  const char* nothing = "auth: {method: none}";
+  EXPECT_EQ(memory(0, nothing), 512U << 20) << "not known";
+  EXPECT_EQ(memory(8ULL << 30, nothing), 512U << 20);
+  EXPECT_EQ(memory(1ULL << 30, nothing), 256U << 20);
+  EXPECT_EQ(memory(128U << 20, nothing), 64U << 20);
+  EXPECT_EQ(memory(1ULL << 30, "{auth: {method: none}, memory_max: 536870912}"), 512U << 20);
+}
+
 }  // namespace
 }  // namespace connect_bridge
