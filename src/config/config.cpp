@@ -17,6 +17,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr char kNotStrict[] = "strict_modes: false";
+constexpr std::uint64_t kMemoryMin = 64ULL << 20;  // unless the operator says less
 
 // Makes a Config, check by check; every check adds its problems and goes on.
 class ConfigMaker {
@@ -208,6 +209,10 @@ class ConfigMaker {
     SideOptions& limits = config_.limits;
     limits.account.offence_period =
         Duration(std::chrono::minutes(1)) / values_.whole("limits.offences_per_minute");
+    // The nodes of a small robot need most of its memory.
+    if (!values_.given("memory_max") && around_.memory_bytes > 0)
+      limits.account.memory_bytes_max = std::clamp<std::uint64_t>(
+          around_.memory_bytes / 4, kMemoryMin, limits.account.memory_bytes_max);
     limits.mirror_bytes_max = limits.account.memory_bytes_max / 2;
     // Allows as many unfinished large messages at a time as the core's defaults, and no fewer if
     // messages are small: a peer sends parts of all topics in turn.
