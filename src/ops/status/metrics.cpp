@@ -1,6 +1,7 @@
 #include "ops/status/metrics.hpp"
 
 #include <algorithm>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -29,8 +30,9 @@ double in_metric_units(const StatusField<Of>& field, const OrderedJson& value) {
 
 }  // namespace
 
-void Metrics::count(const StatusPicture& picture) {
+void Metrics::count(const StatusPicture& picture, TimePoint now) {
   last_ = picture;
+  now_at_ = now;
   now_.clear();
   of_links_.clear();
   for (const LinkStatus& link : picture.side.links) {
@@ -40,15 +42,56 @@ void Metrics::count(const StatusPicture& picture) {
     for (const auto& service : link.services)
       add_channel(link, service_fields(), service, "service", service.service);
   }
+  keep_counts();
   before_ = std::exchange(next_, {});
+  forget_names();
 }
 
-std::string Metrics::labels_of(const std::string& kind, const std::string& name, bool exported) {
+void Metrics::keep_counts() {
+  std::set<std::uint64_t> links;
+  for (const LinkStatus& link : last_.side.links) links.insert(link.number);
+  for (auto& [key, total] : before_)
+    if (next_.size() < kCountsMax && links.contains(std::get<0>(key)) &&
+        now_at_ < total.seen + kCountTime)
+      next_.try_emplace(key, total);
+}
+
+void Metrics::forget_names() {
+  for (auto name = names_.begin(); name != names_.end();) {
+    if (now_at_ < name->second.seen + kNameTime) {
+      ++name;
+      continue;
+    }
+    for (auto& [metric, series] : totals_)
+      for (auto one = series.lower_bound(name->first);
+           one != series.end() && one->first.starts_with(name->first);)
+        one = series.erase(one);
+    if (--owned_[name->second.owner] == 0) owned_.erase(name->second.owner);
+    name = names_.erase(name);
+  }
+}
+
+bool Metrics::has_place(const std::string& owner) const {
+  if (owner.empty()) return names_.size() < kNamesMax;
+  const auto own = owned_.find(owner), ours = owned_.find("");
+  const std::size_t of_peers = names_.size() - (ours == owned_.end() ? 0 : ours->second);
+  return names_.size() < kNamesMax &&
+         (own == owned_.end() ? 0 : own->second) + of_peers < kNamesOfPeersMax;
+}
+
+std::string Metrics::labels_of(const std::string& kind, const std::string& name, bool exported,
+                               const std::string& identity) {
   const std::string direction = metric_label("direction", exported ? "export" : "import") + ",";
-  const std::string labels = direction + metric_label(kind, name);
-  if (names_.contains(labels)) return labels;
-  if (names_.size() >= kNamesMax) return direction + metric_label(kind, "other");
-  return *names_.insert(labels).first;
+  std::string labels = direction + metric_label(kind, name);
+  if (const auto known = names_.find(labels); known != names_.end()) {
+    known->second.seen = now_at_;
+    return labels;
+  }
+  const std::string owner = exported ? "" : "identity " + identity;
+  if (!has_place(owner)) return direction + metric_label(kind, "other");
+  ++owned_[owner];
+  names_[labels] = {owner, now_at_};
+  return labels;
 }
 
 void Metrics::add(const LinkStatus& link, const std::string& own, const std::string& metric,
@@ -56,16 +99,16 @@ void Metrics::add(const LinkStatus& link, const std::string& own, const std::str
   if (total == 0) return;
   const std::tuple key{link.number, metric, own};
   const auto before = before_.find(key);
-  const std::uint64_t had = before == before_.end() ? 0 : before->second;
+  const std::uint64_t had = before == before_.end() ? 0 : before->second.value;
   // Less than before: it was withdrawn and offered again.
   totals_[metric][labels] += total >= had ? total - had : total;
-  next_[key] = total;
+  next_[key] = {total, now_at_};
 }
 
 template <class Of>
 void Metrics::add_channel(const LinkStatus& link, std::span<const StatusField<Of>> fields,
                           const Of& of, const std::string& kind, const std::string& name) {
-  const std::string labels = labels_of(kind, name, of.exported);
+  const std::string labels = labels_of(kind, name, of.exported, link.identity);
   const std::string own = (of.exported ? ">" : "<") + name + " " + of.type;
   for (const StatusField<Of>& field : fields) {
     const Series& series = field.series;

@@ -11,6 +11,7 @@
 #include "core/base/base64.hpp"
 #include "core/base/json.hpp"
 #include "core/base/sha256.hpp"
+#include "net/tcp/steady_now.hpp"
 #include "net/tcp/system_now.hpp"
 #include "status_page.hpp"
 
@@ -142,7 +143,7 @@ void StatusSite::take(const std::shared_ptr<const StatusPicture>& picture) {
   picture_ = picture;
   picture_at_ = Clock::now();
   texts_.clear();
-  metrics_.count(*picture_);
+  metrics_.count(*picture_, steady_now());
   std::map<std::uint64_t, Past> history;
   for (const LinkStatus& link : picture_->side.links) {
     Past& past = history[link.number] = std::move(history_[link.number]);

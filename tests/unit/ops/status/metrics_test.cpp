@@ -16,6 +16,8 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
+constexpr TimePoint kNow{std::chrono::hours(100)};
+
 TopicStatus topic(const std::string& name, std::uint64_t messages) {
   TopicStatus made;
   made.topic = name;
@@ -44,7 +46,7 @@ TEST(Metrics, BothFormats) {
   StatusPicture one = picture({{7, {topic("/a", 3)}}});
   one.side.links[0].topics[0].dropped.add(DropReason::kRate, 2);
   one.side.links[0].topics[0].latency_ms = 12.5;
-  metrics.count(one);
+  metrics.count(one, kNow);
   EXPECT_THAT(metrics.text(true),
               AllOf(HasSubstr("# TYPE connect_bridge_topic_messages counter\n"
                               "connect_bridge_topic_messages_total{direction=\"import\",topic="
@@ -68,11 +70,11 @@ TEST(Metrics, CountersOfATopicOnlyGrow) {
     const auto at = text.find(before) + before.size();
     return text.substr(at, text.find('\n', at) - at);
   };
-  metrics.count(picture({{7, {topic("/a", 3)}}, {8, {topic("/a", 4)}}}));
+  metrics.count(picture({{7, {topic("/a", 3)}}, {8, {topic("/a", 4)}}}), kNow);
   EXPECT_EQ(shown(), "7");
-  metrics.count(picture({{8, {topic("/a", 6)}}}));
+  metrics.count(picture({{8, {topic("/a", 6)}}}), kNow);
   EXPECT_EQ(shown(), "9");
-  metrics.count(picture({{8, {topic("/a", 1)}}, {9, {topic("/a", 1)}}}));
+  metrics.count(picture({{8, {topic("/a", 1)}}, {9, {topic("/a", 1)}}}), kNow);
   EXPECT_EQ(shown(), "11");
 }
 
@@ -85,7 +87,7 @@ TEST(Metrics, WhatIsPublishedAndWhatIsSentAgain) {
   one.side.links[0].retransmitted = 4;
   one.run.relays = {{"wss://robot@relay:443", 1, {}}};
   Metrics metrics;
-  metrics.count(one);
+  metrics.count(one, kNow);
   EXPECT_THAT(metrics.text(true),
               AllOf(HasSubstr("topic_published_total{direction=\"export\",topic=\"/a\"} 30\n"),
                     HasSubstr("connect_bridge_relay_connected 1\n"),
@@ -104,7 +106,7 @@ TEST(Metrics, GaugesOfSeveralLinks) {
     service.timed_out = 1;
   }
   Metrics metrics;
-  metrics.count(two);
+  metrics.count(two, kNow);
   EXPECT_THAT(metrics.text(true),
               AllOf(HasSubstr("topic_age_seconds{direction=\"import\",topic=\"/a\"} 0.008\n"),
                     HasSubstr("service_calls_under_way{direction=\"import\",service=\"/s\"} 4\n"),
@@ -115,33 +117,76 @@ TEST(Metrics, GaugesOfSeveralLinks) {
 TEST(Metrics, APlaceServesAgain) {
   Metrics metrics;
   StatusPicture now = picture({{7, {}}, {8, {}}});
-  metrics.count(now);
+  metrics.count(now, kNow);
   now.side.links = picture({{8, {}}, {9, {}}}).side.links;
   now.places.follow(now.side.links);
-  metrics.count(now);
+  metrics.count(now, kNow);
   EXPECT_THAT(metrics.text(true), AllOf(HasSubstr("link=\"1\""), HasSubstr("link=\"2\""),
                                         Not(HasSubstr("link=\"3\""))));
 }
 
+// A picture that is taken while the link is lost shows no topic of it.
+TEST(Metrics, ABreakCountsNothingTwice) {
+  Metrics metrics;
+  metrics.count(picture({{7, {topic("/a", 100)}}}), kNow);
+  metrics.count(picture({{7, {}}}), kNow + std::chrono::seconds(1));
+  metrics.count(picture({{7, {topic("/a", 103)}}}), kNow + std::chrono::seconds(2));
+  EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\"} 103\n"));
+}
+
+// `count` topics named `before`, and a number.
+std::vector<TopicStatus> topics(const std::string& before, std::size_t count) {
+  std::vector<TopicStatus> made;
+  for (std::size_t i = 0; i < count; ++i) made.push_back(topic(before + std::to_string(i), 1));
+  return made;
+}
+
+std::size_t lines_with(const Metrics& metrics, const std::string& what) {
+  const std::string text = metrics.text(true);
+  std::size_t lines = 0;
+  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; ++at) ++lines;
+  return lines;
+}
+
 TEST(Metrics, APeerCannotMakeSeriesWithoutEnd) {
   Metrics metrics;
-  const auto lines = [&] {
-    const std::string text = metrics.text(true);
-    return std::count(text.begin(), text.end(), '\n');
-  };
-  for (std::size_t i = 0; i < Metrics::kNamesMax; ++i)
-    metrics.count(picture({{i + 1, {topic("/a" + std::to_string(i), 1)}}}));
-  metrics.count(picture({{1, {topic("/b", 1)}}}));
+  const auto lines = [&] { return lines_with(metrics, "topic_messages_total{"); };
+  metrics.count(picture({{1, topics("/a", Metrics::kNamesMax)}}), kNow);
   const auto before = lines();
   for (std::size_t i = 0; i < 100; ++i)
-    metrics.count(picture({{i + 1, {topic("/more" + std::to_string(i), 1)}}}));
+    metrics.count(picture({{i + 1, {topic("/more" + std::to_string(i), 1)}}}), kNow);
   EXPECT_EQ(lines(), before);
-  EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"other\"} 101\n"));
+  EXPECT_THAT(metrics.text(true),
+              HasSubstr("topic=\"other\"} " +
+                        std::to_string(Metrics::kNamesMax - Metrics::kNamesOfPeersMax / 2 + 100)));
+}
+
+// N14: names of one identity leave room for those of another, and for this side's own.
+TEST(Metrics, AnIdentityHasAShareOfTheNames) {
+  Metrics metrics;
+  StatusPicture two = picture({{1, topics("/a", 5000)}, {2, topics("/b", 100)}, {3, {}}});
+  two.side.links[1].identity = "ben";
+  for (TopicStatus& own : two.side.links[2].topics = topics("/own", 400)) own.exported = true;
+  metrics.count(two, kNow);
+  EXPECT_EQ(lines_with(metrics, "topic_messages_total{direction=\"import\",topic=\"/b"), 100U);
+  EXPECT_EQ(lines_with(metrics, "topic_messages_total{direction=\"export\",topic=\"/own"), 400U);
+}
+
+TEST(Metrics, ANameWithoutALinkIsForgotten) {
+  Metrics metrics;
+  const std::size_t share = Metrics::kNamesOfPeersMax / 2;
+  metrics.count(picture({{1, topics("/old", share)}}), kNow);
+  metrics.count(picture({{1, {topic("/new", 1)}}}), kNow + std::chrono::minutes(59));
+  EXPECT_EQ(lines_with(metrics, "topic=\"/new\""), 0U);
+  metrics.count(picture({}), kNow + std::chrono::minutes(60));
+  EXPECT_EQ(lines_with(metrics, "topic=\"/old"), 0U);
+  metrics.count(picture({{2, {topic("/new", 1)}}}), kNow + std::chrono::minutes(61));
+  EXPECT_GE(lines_with(metrics, "topic=\"/new\""), 1U);
 }
 
 TEST(Metrics, ANameIsNoMarkup) {
   Metrics metrics;
-  metrics.count(picture({{1, {topic("/a\"} 1\nb{x=\"\\", 1)}}}));
+  metrics.count(picture({{1, {topic("/a\"} 1\nb{x=\"\\", 1)}}}), kNow);
   EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\\\"} 1\\nb{x=\\\"\\\\\"} 1\n"));
 }
 
@@ -158,7 +203,7 @@ TEST(Metrics, AlertsAndDashboardAskForWhatIsThere) {
   all.run.certificate_end = kStampSecond;
   all.run.audit.emplace();
   Metrics metrics;
-  metrics.count(all);
+  metrics.count(all, kNow);
   const std::string text = metrics.text(false);
   const std::regex name("connect_bridge_[a-z_]+");
   for (const char* file : {"config/alerts.yaml", "config/grafana_dashboard.json"}) {
