@@ -167,7 +167,7 @@ OfNode read_for_node(const std::string& file, const std::string& asked_role) {
 }
 
 FileJudged judge_file(const std::string& file, const std::string& role) {
-  FileJudged judged{read_for_node(file, role), {}, {}, {}};
+  FileJudged judged{read_for_node(file, role), {}, {}, {}, {}};
   const OfNode& given = judged.given;
   std::vector<Failure>& problems = judged.given.problems;
   if (!problems.empty()) return judged;
@@ -188,6 +188,7 @@ FileJudged judge_file(const std::string& file, const std::string& role) {
     judged.not_loaded = std::move(assembled.not_loaded);
   }
   append(judged.warnings, host.warnings);
+  judged.hints = std::move(host.hints);
   judged.config = std::move(parsed.config);
   return judged;
 }

@@ -32,6 +32,7 @@ struct FileJudged {
   OfNode given;                  // its problems are also those that only this machine shows
   std::optional<Config> config;  // present exactly if the parameters are valid
   std::vector<std::string> warnings;
+  std::vector<Failure> hints;
   std::string not_loaded;  // a key, of what is not executed or asked here; empty: none
 };
 // Executes no login plugin and sends nothing. `role`: as for check_file().

@@ -2,10 +2,12 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -20,6 +22,8 @@
 #include "ctl/probe.hpp"
 #include "ctl/status_text.hpp"
 #include "ops/doctor/diagnosis.hpp"
+#include "ops/doctor/host_check.hpp"
+#include "ops/doctor/status_diagnosis.hpp"
 #include "ops/status/json_members.hpp"
 #include "ros/rcl/missing_middleware.hpp"
 #include "run/assembly.hpp"
@@ -121,13 +125,30 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   return found;
 }
 
+// A server of this user listens at the port: the one that is asked about, as it seems.
+bool is_ours(const Config& config) {
+  const std::string end = ":" + std::to_string(config.listen.port);
+  for (const std::string& socket : status_sockets()) {
+    Asked asked(socket, "/api/status");
+    const Json status = asked.problem().empty() ? read_status(asked.rest()) : Json();
+    for (const Json& address : part_of(status, "listens"))
+      if (address.is_string() && address.get<std::string>().ends_with(end)) return true;
+  }
+  return false;
+}
+
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
   for (const Failure& problem : judged.given.problems)
     add_found(found, {diagnose(problem)}, order.what);
   if (!judged.config) return found;
+  for (const Failure& hint : judged.hints) add_found(found, {diagnose(hint)}, order.what);
   add_found(found, diagnose_config(*judged.config), order.what);
+  const Config& config = *judged.config;
+  if (judged.given.role == Role::kServer && config.listen_address != "systemd" && !is_ours(config))
+    if (const Failure failure = why_not_listening(config.listen))
+      add_found(found, {diagnose(failure)}, order.what);
   const bool dials =
       judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
   if (dials)
@@ -150,33 +171,82 @@ std::vector<Found> look_at_url(const DoctorOrder& order, std::vector<std::string
   return found;
 }
 
-// `role`: of who answers; empty: nobody does, and `problem` says what was seen.
-std::vector<Found> look_at_side(const std::string& where, std::string& role, std::string& problem) {
-  Asked asked(where, "/api/status");
-  problem = asked.problem();
-  if (!problem.empty()) return {};
-  const Json status = read_status(asked.rest());
-  role = text_in(status, "role");
-  if (role.empty()) role = "unknown";
-  std::vector<Found> found = diagnose_status(status);
-  ProcessFacts side;
-  if (role != "relay" && where.find('/') != std::string::npos && facts_of(where, side))
-    add_found(found, diagnose_processes(side, this_process()));
+// What a program says of itself, and what is wrong with it.
+struct Looked {
+  std::string role;     // empty: it does not answer
+  std::string problem;  // then: why
+  ProgramFacts facts;
+  std::vector<Found> found;
+};
+
+// The program has read its files, and what became wrong with them since then shows here.
+bool may_have_come_later(Cause cause) {
+  return cause == Cause::kFileMissing || cause == Cause::kFileDistrusted ||
+         cause == Cause::kFileReadable;
+}
+
+std::vector<Found> look_at_files(const std::string& socket, const std::string& role) {
+  const Program program(socket);
+  std::vector<Found> found;
+  std::error_code failed;
+  const auto here = std::filesystem::current_path(failed);
+  if (!failed) std::filesystem::current_path(program.folder, failed);  // relative names begin there
+  if (failed) return found;
+  for (const std::string& file : program.parameter_files()) {
+    const FileJudged judged = judge_file(file, role);
+    for (const std::vector<Failure>& all : {judged.given.problems, judged.hints})
+      for (const Failure& failure : all)
+        if (may_have_come_later(failure.cause)) add_found(found, {diagnose(failure)}, file);
+  }
+  std::filesystem::current_path(here, failed);
   return found;
+}
+
+Looked look_at_side(const std::string& where) {
+  Looked looked;
+  Asked asked(where, "/api/status");
+  looked.problem = asked.problem();
+  if (!looked.problem.empty()) return looked;
+  const Json status = read_status(asked.rest());
+  looked.role = text_in(status, "role");
+  if (looked.role.empty()) looked.role = "unknown";
+  looked.found = diagnose_status(status);
+  looked.facts.node = text_in(status, "node");
+  looked.facts.process = process_of(where);
+  ProcessFacts side;
+  if (looked.role == "relay" || where.find('/') == std::string::npos || !facts_of(where, side))
+    return looked;
+  looked.facts.domain =
+      side.variables.contains("ROS_DOMAIN_ID") ? side.variables["ROS_DOMAIN_ID"] : "0";
+  if (!carries_data(status)) add_found(looked.found, diagnose_processes(side, this_process()));
+  add_found(looked.found, look_at_files(where, looked.role));
+  return looked;
+}
+
+bool is_of_path(const Found& found) {
+  return found.id == "path_loses" || found.id == "link_too_thin";
 }
 
 std::vector<Found> look_at_what_runs() {
   std::vector<Found> found;
+  std::vector<ProgramFacts> programs;
   const auto sockets = status_sockets();
-  bool any = false;
   for (const std::string& socket : sockets) {
-    std::string role, problem;
-    add_found(found, look_at_side(socket, role, problem), sockets.size() > 1 ? socket : "");
-    if (role.empty()) found.push_back(silent_program(socket, problem));
-    any = any || role != "relay";
+    Looked looked = look_at_side(socket);
+    const int process = process_of(socket);
+    if (looked.role.empty()) looked.found.push_back(silent_program(socket, looked.problem));
+    const std::string name = looked.facts.node.substr(looked.facts.node.starts_with('/') ? 1 : 0);
+    if (sockets.size() > 1 && !name.empty())
+      for (Found& one : looked.found)
+        one.program = name + (process != 0 ? " (" + std::to_string(process) + ")" : "");
+    if (looked.role != "relay") programs.push_back(looked.facts);
+    add_found(found, std::move(looked.found));
   }
-  if (!any) found.push_back({"nobody_runs", {}, {}});
-  add_found(found, diagnose_machine(this_machine()));
+  if (sockets.empty()) found.push_back({"nobody_runs", {}, {}});
+  add_found(found, diagnose_programs(programs));
+  MachineFacts machine = this_machine();
+  machine.loses = std::any_of(found.begin(), found.end(), is_of_path);
+  add_found(found, diagnose_machine(machine));
   return found;
 }
 
@@ -214,17 +284,18 @@ int run_doctor(const DoctorOrder& order) {
     found = look_at_url(order, wrong);
     if (!wrong.empty()) return complain(what + ": " + wrong.front(), kExitConfiguration);
   } else if (is_socket(what) || syntax::parse_status_address(what)) {
-    std::string role, problem;
-    found = look_at_side(what, role, problem);
-    if (role.empty() && is_socket(what))
-      found.push_back(silent_program(what, problem));
-    else if (role.empty())
+    Looked looked = look_at_side(what);
+    found = std::move(looked.found);
+    if (looked.role.empty() && is_socket(what))
+      found.push_back(silent_program(what, looked.problem));
+    else if (looked.role.empty())
       return complain(what + ": nobody answers", kExitConfiguration);
   } else if (looks_like_host(what)) {
     return complain(what + ": no such file; did you mean wss://" + what + "?", kExitConfiguration);
   } else {
     found = look_at_file(order);
   }
+  add_found(found, diagnose_shell(this_process()));
   if (const auto missing = ros::missing_middleware())
     found.insert(found.begin(), {"rmw_missing", {}, to_text(*missing)});
   std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);

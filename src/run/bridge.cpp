@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/overloaded.hpp"
+#include "net/tcp/steady_now.hpp"
 #include "net/tcp/system_now.hpp"
 #include "net/tls/certified.hpp"
 #include "ops/audit/audit_json.hpp"
@@ -60,6 +61,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
       status_file_([this](const std::string& problem) { log_later(LogLevel::kWarn, problem); }),
+      lately_(steady_now()),
       supervisor_(io_, parts_.notify_socket),
       seconds_(io_),
       stop_(io_, [this] { stop(); }),
@@ -306,6 +308,7 @@ void Bridge::every_second(double lag_ms) {
   if (parts_.certificate_login)
     if (const auto line = unread_files_.count(parameters_.lacks_means()))
       node_.log(line->level, line->text);
+  lately_.on_second(lag_ms, lag_ms >= kLagMsWorthTelling, loop_.now().steady);
   take_status(lag_ms);
   supervisor_.every_second();
   guard_.moved();
@@ -320,6 +323,7 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
   run.certificate_end = network_.certificate_end();
   run.node = node_.facts().full_name;
   run.role = parameters_.config().role;
+  run.is_robot = parameters_.config().is_robot();
   run.loop_lag_ms = lag_ms;
   run.ros = gateway_.counters();
   run.network = network_.counts();
@@ -332,12 +336,14 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
 }
 
 void Bridge::take_status(double lag_ms) {
-  const bool wanted = status_site_.wanted() || gateway_.diagnostics_wanted();
+  const bool wanted =
+      status_site_.wanted() || gateway_.diagnostics_wanted() || lately_.is_due(loop_.now().steady);
   if (taking_ || (parameters_.config().status_file.empty() && !wanted)) return;
   taking_ = Taking{
       std::make_shared<StatusPicture>(StatusPicture{side_.own_status(), run_status(lag_ms, true)}),
       side_.links()};
   std::reverse(taking_->left.begin(), taking_->left.end());
+  lately_.add(taking_->picture->run, taking_->picture->side, loop_.now().steady);
   take_status_of_next();
 }
 
@@ -356,6 +362,7 @@ void Bridge::take_status_of_next() {
     const TcpCounts tcp = network_.tcp_counts(link->connection);
     link->segments = tcp.segments;
     link->retransmitted = tcp.repairs.repeated;
+    lately_.add(*link, loop_.now().steady);
     picture->side.links.push_back(*std::move(link));
   }
   left.pop_back();

@@ -17,6 +17,7 @@
 #include "core/side/side.hpp"
 #include "net/websocket/network.hpp"
 #include "ops/audit/audit_log.hpp"
+#include "ops/status/lately.hpp"
 #include "ops/status/status_file.hpp"
 #include "ops/status/status_site.hpp"
 #include "ros/gateway.hpp"
@@ -101,6 +102,7 @@ class Bridge {
   };
   std::optional<Taking> taking_;
   LinkPlaces link_places_;
+  Lately lately_;
   HeapTrim heap_;
   UnreadFiles unread_files_;  // of logins by certificate; the desk has its own
   Supervisor supervisor_;

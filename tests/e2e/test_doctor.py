@@ -121,6 +121,9 @@ def test_nobody_is_there():
         (http("400 Bad Request"), "proxy_without_upgrade"),
         (http("426 Upgrade Required"), "proxy_without_upgrade"),
         (http("426 Upgrade Required", headers="Upgrade: TLS/1.0\r\n"), "plain_to_tls_port"),
+        (http("401 Unauthorized"), "http_login"),
+        (http("403 Forbidden"), "http_login"),
+        (http("503 Service Unavailable", headers="Server: nginx\r\n"), "proxy_without_server"),
         (http("302 Found", headers="Location: http://portal/\r\n"), "captive_portal"),
         (http("200 OK", "<html>Welcome to our hotel</html>"), "captive_portal"),
         (http("511 Network Authentication Required"), "captive_portal"),
@@ -336,10 +339,10 @@ def test_nobody_runs(tmp_path, fake):
     nobody = {"nobody_runs", "no_bbr", "shared_memory_small"}
     found = ids(env=env)
     assert found <= nobody and "nobody_runs" in found
-    # A relay has its socket in the same folder, and is neither server nor client.
+    # A relay is a program, too.
     with tempfile.TemporaryDirectory(prefix="cb") as runtime:
         folder = pathlib.Path(runtime) / "connect_bridge"
         folder.mkdir(0o700)
         answer = http("200 OK", json.dumps({"role": "relay", "robots": []}))
         fake(answer, at=folder / f"relay-{os.getpid()}.status")
-        assert ids(env={**env, "XDG_RUNTIME_DIR": runtime}) == found
+        assert ids(env={**env, "XDG_RUNTIME_DIR": runtime}) == found - {"nobody_runs"}

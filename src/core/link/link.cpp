@@ -99,9 +99,10 @@ void Link::withdraw(ChannelId number, const Ending& why) {
 
 // ---- status
 
-void Link::note_break(const std::string& reason, const Now& now) {
+void Link::note_break(Failure why, bool by_peer, const Now& now) {
   if (breaks_.size() == LinkBreak::kShownMax) breaks_.pop_front();
-  breaks_.push_back({now.system, 0, to_text(reason, LinkBreak::kReasonBytesMax)});
+  why.text = to_text(why.text, LinkBreak::kReasonBytesMax);
+  breaks_.push_back({now.system, 0, std::move(why), by_peer});
 }
 
 LinkStatus Link::status() const {

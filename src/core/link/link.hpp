@@ -225,7 +225,7 @@ class Link final : public ConnectionUser {
 
   // ---- for people
   // Why the link is about to be lost: kept for its status, the newest LinkBreak::kShownMax.
-  void note_break(const std::string& reason, const Now& now);
+  void note_break(Failure why, bool by_peer, const Now& now);
   // The link's own part of its status.
   [[nodiscard]] LinkStatus status() const;
   [[nodiscard]] std::uint64_t memory_bytes() const;  // of queues and unfinished messages

@@ -204,7 +204,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
     const std::string why = "a newer connection of this session took over";
     audit(outputs_, link, AuditEvent::kLinkLost, why, name_of(CloseCode::kReplaced));
     close(link.connection()->id(), CloseCode::kReplaced, why);
-    link.note_break(why, now);
+    link.note_break({Cause::kReplaced, why}, false, now);
     lose(link, Loss::kBreak, now);
   }
   const Peer& peer = connection->peer();
@@ -273,8 +273,8 @@ void Links::on(ConnectionClosed& input, const Now& now) {
                                   : "lost the link with " + link->label() + ": ";
   log(*link, level, end + why.text + hint, now);
   audit(outputs_, *link, AuditEvent::kLinkLost, why.text, word_of(why.cause));
-  last_failure_.set(why, now);
-  link->note_break(why.text, now);
+  note_failure(why, orderly, now);
+  link->note_break(why, input.code.has_value(), now);
   lose(*link, loss_by(input.code, options_.role), now, how);
 }
 
@@ -316,11 +316,17 @@ void Links::close_failed(Link& link, const Now& now) {
           std::string(name_of(error.code)) + ")",
       now);
   audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
-  last_failure_.set({cause_of(error.code), error.message}, now);
+  note_failure({cause_of(error.code), error.message}, false, now);
   close(link.connection()->id(), error.code, error.message);
   note_offence(link, error.code, now);  // mutant: offences
-  link.note_break(error.message, now);
+  link.note_break({cause_of(error.code), error.message}, false, now);
   lose(link, loss_by(error, link, now), now);
+}
+
+// A server whose other links are open, or whose peer left in order, has no failure.
+void Links::note_failure(const Failure& why, bool orderly, const Now& now) {
+  const bool is_server = options_.role == Role::kServer;
+  if (!is_server || (!orderly && carrying_.size() == 1)) last_failure_.set(why, now);
 }
 
 void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {

@@ -116,6 +116,8 @@ class Links {
   void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);
   void end(Link& link, const Now& now);  // the link is dead
   void close_failed(Link& link, const Now& now);
+  // The connection of a link has closed; it still counts among carrying_.
+  void note_failure(const Failure& why, bool orderly, const Now& now);
   // Sets the link's highest rate: its own limit or its share of the side's.
   void cap(Link& link, double share, const Now& now);
   void divide_cap(const Now& now);

@@ -174,6 +174,8 @@ DialFailure wait_after(Cause cause) {
     // Somebody is there, but not a server that takes us.
     case Cause::kServerSilent:
     case Cause::kRobotNotAtRelay:
+    case Cause::kNameNotServed:
+    case Cause::kHttpLogin:
     case Cause::kPlainToTlsPort:
     case Cause::kTlsToPlainPort:
     case Cause::kCertificateEarly:

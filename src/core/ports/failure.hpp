@@ -21,6 +21,7 @@ enum class Cause : std::uint8_t {
   kHostUnknown,       // no name server knows the name
   kResolverSilent,    // no name server answers
   kPortClosed,        // TCP is refused
+  kNoRoute,           // this machine has no route there
   kNoAnswer,          // TCP gets no answer
   kServerSilent,      // TCP is accepted, and no answer follows
   kProxyUnreachable,  // the HTTP proxy itself: its name, address or port
@@ -30,6 +31,7 @@ enum class Cause : std::uint8_t {
   kRelayUnreachable,  // the relay itself
   kRelayRefuses,      // it refuses this robot's token or line
   kRobotNotAtRelay,   // it has no such robot now
+  kRobotTwice,        // another machine has the token of this robot there
 
   // ---- TLS
   kPlainToTlsPort,    // ws:// to a port with TLS
@@ -40,6 +42,7 @@ enum class Cause : std::uint8_t {
   kCertificateForeign,  // its authority is not known, or the certificate is refused otherwise
   kOtherKey,            // no key of tls.pin
   kClientCertificate,   // the server wants one, or another one
+  kNameNotServed,       // what answers has no server of this name
   kTlsFails,            // any other failure of the handshake
 
   // ---- HTTP in place of a WebSocket
@@ -47,6 +50,7 @@ enum class Cause : std::uint8_t {
   kCaptivePortal,        // a page answers
   kProxyWithoutServer,   // a proxy answers, and has no server behind it
   kProxyWithoutUpgrade,  // a proxy or web server does not pass on the upgrade
+  kHttpLogin,            // a proxy or web server wants a login of its own, or forbids the path
   kNotThisProgram,       // another program answers
 
   // ---- a connection that was open
@@ -88,14 +92,21 @@ enum class Cause : std::uint8_t {
   kYamlWrong,       // a parameter file is not what ROS reads
   kSectionMissing,  // it has nothing for this program
   kFileDistrusted,  // other users may change it
+  kFileReadable,    // other users may read a secret in it
+
+  // ---- the addresses of a server
+  kPortTaken,         // another program listens there
+  kPortNotPermitted,  // this user may not listen there
+  kAddressNotHere,    // this machine has no such address
 };
 
-inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
+inline constexpr std::array<Word<Cause>, 71> kCauseWords{{
     {Cause::kNone, ""},
     {Cause::kOther, "other"},
     {Cause::kHostUnknown, "host_unknown"},
     {Cause::kResolverSilent, "resolver_silent"},
     {Cause::kPortClosed, "port_closed"},
+    {Cause::kNoRoute, "no_route"},
     {Cause::kNoAnswer, "no_answer"},
     {Cause::kServerSilent, "server_silent"},
     {Cause::kProxyUnreachable, "proxy_unreachable"},
@@ -105,6 +116,7 @@ inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
     {Cause::kRelayUnreachable, "relay_unreachable"},
     {Cause::kRelayRefuses, "relay_refuses"},
     {Cause::kRobotNotAtRelay, "robot_not_at_relay"},
+    {Cause::kRobotTwice, "robots_with_one_token"},
     {Cause::kPlainToTlsPort, "plain_to_tls_port"},
     {Cause::kTlsToPlainPort, "tls_to_plain_port"},
     {Cause::kCertificateEarly, "certificate_early"},
@@ -113,11 +125,13 @@ inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
     {Cause::kCertificateForeign, "certificate_foreign"},
     {Cause::kOtherKey, "other_key"},
     {Cause::kClientCertificate, "client_certificate"},
+    {Cause::kNameNotServed, "name_not_served"},
     {Cause::kTlsFails, "tls_fails"},
     {Cause::kPathWrong, "path_wrong"},
     {Cause::kCaptivePortal, "captive_portal"},
     {Cause::kProxyWithoutServer, "proxy_without_server"},
     {Cause::kProxyWithoutUpgrade, "proxy_without_upgrade"},
+    {Cause::kHttpLogin, "http_login"},
     {Cause::kNotThisProgram, "not_this_program"},
     {Cause::kConnectionLost, "connection_lost"},
     {Cause::kAddressGone, "address_gone"},
@@ -154,7 +168,11 @@ inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
     {Cause::kYamlWrong, "yaml_wrong"},
     {Cause::kSectionMissing, "section_missing"},
     {Cause::kFileDistrusted, "file_distrusted"},
-});
+    {Cause::kFileReadable, "file_readable"},
+    {Cause::kPortTaken, "port_taken"},
+    {Cause::kPortNotPermitted, "port_not_permitted"},
+    {Cause::kAddressNotHere, "address_not_here"},
+}};
 
 // "port_closed"; of kNone nothing.
 [[nodiscard]] constexpr std::string_view word_of(Cause cause) {

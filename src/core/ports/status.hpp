@@ -76,6 +76,14 @@ struct TopicStatus {
   // all can receive.
   std::string misfit;
 
+  // The growth of some counts in the last minutes. Whoever takes pictures adds it.
+  struct Lately {
+    std::uint64_t messages = 0;
+    std::uint64_t wire_bytes = 0;
+    DropCounts dropped;
+  };
+  std::optional<Lately> lately;
+
   // Exported: messages that this side took for the peer, forwarded or not.
   [[nodiscard]] std::uint64_t published() const { return messages + dropped.total() + queued; }
 
@@ -142,6 +150,21 @@ inline constexpr std::array<Word<MissingReason>, 12> kMissingWords{{
     {MissingReason::kLost, "lost"},
 }};
 
+// Who waits for a name that does not cross.
+enum class Waiting : std::uint8_t {
+  kNobody,
+  kHere,    // a node here subscribes or calls
+  kPeer,    // a node at the peer subscribes
+  kSender,  // a node here that sends it on purpose: a rule here names it, or the node only sends
+};
+
+inline constexpr std::array<Word<Waiting>, 4> kWaitingWords{{
+    {Waiting::kNobody, "nobody"},
+    {Waiting::kHere, "here"},
+    {Waiting::kPeer, "peer"},
+    {Waiting::kSender, "sender"},
+}};
+
 // One name on one link.
 struct MissingName {
   static constexpr std::size_t kMissingMax = 64;  // of a link
@@ -154,6 +177,7 @@ struct MissingName {
   std::string rule;  // of ours, that decides; empty: none does
   std::string text;  // one sentence
   std::string code;  // kDeclined: the importer's word in the protocol
+  Waiting waits = Waiting::kNobody;
 
   friend bool operator==(const MissingName&, const MissingName&) = default;
 };
@@ -175,7 +199,8 @@ struct LinkBreak {
 
   Stamp lost = 0;
   Stamp back = 0;  // 0: the link has not returned
-  std::string reason;
+  Failure why;
+  bool by_peer = false;  // the peer closed the connection, with the cause as its code
 };
 
 struct LinkStatus {
@@ -195,11 +220,20 @@ struct LinkStatus {
   Duration path_queue{};           // how long packets wait on it
   std::uint64_t connects = 0;
   std::vector<LinkBreak> breaks;  // the newest last
+  bool same_graph = false;        // the peer's bridge is in the graph of this side
+  bool two_of_a_kind = false;     // both ends say that they are the robot, or both the operator
   ConnectionId connection;        // while it is open
   // TCP segments with data on this connection, and of these the retransmitted ones. Whoever owns
   // the socket adds them.
   std::uint64_t segments = 0;
   std::uint64_t retransmitted = 0;
+  // The worst, or the growth, of the last minutes. Whoever takes pictures adds it.
+  struct Lately {
+    Duration path_queue{};
+    std::uint64_t segments = 0;
+    std::uint64_t retransmitted = 0;
+  };
+  std::optional<Lately> lately;
   // Publishers, services and subscriptions that had to wait for their turn or for a place.
   std::uint64_t mirrors_waited = 0;
   ClockStatus clock;

@@ -58,6 +58,11 @@ std::string joined(const std::vector<std::string>& words) {
   return words.size() > kWordsMax ? text + ", ..." : text;
 }
 
+// "/scan" of "/robot1/scan"
+std::string_view last_token(std::string_view name) {
+  return name.substr(std::min(name.rfind('/'), name.size()));
+}
+
 struct Why {
   MissingReason reason;
   std::string rule;
@@ -110,7 +115,14 @@ class Search {
   Search(const SideView& side, const Link& link, const LinkPicture& picture)
       : side_(side), link_(link), picture_(picture) {
     for (const ChannelFacts& channel : picture.channels)
-      if (!channel.exported) offered_[{channel.kind, channel.name}].push_back(channel.type);
+      if (!channel.exported) {
+        offered_[{channel.kind, channel.name}].push_back(channel.type);
+        by_last_token_.try_emplace({channel.kind, last_token(channel.name)}, channel.name);
+      }
+    for (const auto& [key, topic] : side.graph.topics())
+      if (topic.publishers.empty() && key.first != "/clock")
+        for (const Endpoint& subscriber : topic.subscribers) lookers_.insert(node_of(subscriber));
+    lookers_.erase("");  // not known yet
   }
 
   void import(const Wish& wish);
@@ -122,9 +134,12 @@ class Search {
  private:
   using Id = std::tuple<InterfaceKind, bool, std::string, std::string>;
 
-  void add(const Wish& wish, Why why) { add(found_.names, wish, std::move(why)); }
-  void add(std::vector<MissingName>& names, const Wish& wish, Why why) {
+  void add(const Wish& wish, Why why, Waiting waits) {
+    add(found_.names, wish, std::move(why), waits);
+  }
+  void add(std::vector<MissingName>& names, const Wish& wish, Why why, Waiting waits) {
     MissingName missing = named(wish);
+    missing.waits = waits;
     if (!known_.insert({missing.kind, missing.exported, missing.name, missing.type}).second) return;
     missing.reason = why.reason;
     missing.rule = std::move(why.rule);
@@ -135,14 +150,19 @@ class Search {
   // nullopt: some rule here allows it.
   [[nodiscard]] std::optional<Why> forbidden(const Wish& wish, const std::string& wire_name) const;
   [[nodiscard]] std::optional<Why> declined(const Wish& wish) const;
+  [[nodiscard]] std::optional<Why> elsewhere(const Wish& wish) const;
+  [[nodiscard]] bool sends(const Wish& wish) const;
 
   const SideView& side_;
   const Link& link_;
   const LinkPicture& picture_;
   // The types of what the peer offers.
   std::map<std::pair<InterfaceKind, std::string_view>, std::vector<std::string_view>> offered_;
+  // One of the names that end with this token.
+  std::map<std::pair<InterfaceKind, std::string_view>, std::string_view> by_last_token_;
   MissingFound found_;
   std::vector<MissingName> lonely_;
+  std::set<std::string> lookers_;  // nodes that subscribe to what nobody here publishes
   std::set<Id> known_;
 };
 
@@ -166,41 +186,68 @@ std::optional<Why> Search::declined(const Wish& wish) const {
   return std::nullopt;
 }
 
+// With a prefix no name of the peer is the one that it has there.
+std::optional<Why> Search::elsewhere(const Wish& wish) const {
+  const auto similar = by_last_token_.find({wish.kind, last_token(wish.name)});
+  if (similar == by_last_token_.end() || !similar->second.ends_with(wish.name)) return std::nullopt;
+  return Why{MissingReason::kNotThere, "",
+             "the peer's has the name " + std::string(similar->second) + " here"};
+}
+
 void Search::import(const Wish& wish) {
   const auto wire_name = link_.names.to_wire(wish.name);
-  if (!wire_name) return;
-  if (auto why = forbidden(wish, *wire_name)) return add(wish, *std::move(why));
-  if (auto why = declined(wish)) return add(wish, *std::move(why));
+  if (!wire_name) {
+    if (auto why = elsewhere(wish)) add(wish, *std::move(why), Waiting::kHere);
+    return;
+  }
+  if (auto why = forbidden(wish, *wire_name)) return add(wish, *std::move(why), Waiting::kHere);
+  if (auto why = declined(wish)) return add(wish, *std::move(why), Waiting::kHere);
   const auto offered = offered_.find({wish.kind, wish.name});
   if (offered != offered_.end()) {
     const auto& types = offered->second;
     // The name is about to appear, or another bridge brings it.
     if (std::find(types.begin(), types.end(), wish.type) != types.end()) return;
-    return add(wish, {MissingReason::kOtherType, "",
-                      "it has another type at the peer: " + std::string(types.front())});
+    return add(wish,
+               {MissingReason::kOtherType, "",
+                "it has another type at the peer: " + std::string(types.front())},
+               Waiting::kHere);
   }
   const auto answer = picture_.answers.find(wish);
   if (answer == picture_.answers.end()) return found_.unanswered.push_back(wish);
-  if (auto why = why_answered(answer->second, wish.kind)) add(wish, *std::move(why));
+  auto why = why_answered(answer->second, wish.kind);
+  if (why && why->reason == MissingReason::kNotThere)
+    if (auto there = elsewhere(wish)) why = std::move(there);
+  if (why) add(wish, *std::move(why), Waiting::kHere);
 }
 
+// Most robots publish hundreds of topics that no rule and no peer names.
 void Search::export_lonely(const Wish& wish) {
   const auto wire_name = link_.names.to_wire(wish.name);
   if (!wire_name || !link_.accepts) return;
+  const Waiting waits = sends(wish) ? Waiting::kSender : Waiting::kNobody;
   if (auto why = forbidden(wish, *wire_name)) {
-    auto& names = why->reason == MissingReason::kRuleType ? found_.names : lonely_;
-    return add(names, wish, *std::move(why));
+    auto& names = why->reason == MissingReason::kNoRule ? lonely_ : found_.names;
+    return add(names, wish, *std::move(why), waits);
   }
   const TopicState* topic = side_.graph.find({wish.name, wish.type});
   if (!link_.accepts->takes({wish.kind, *wire_name, wish.type})) {
     const auto types = types_taken(link_.accepts->told(), *wire_name);
     if (types.empty() || std::find(types.begin(), types.end(), wish.type) != types.end())
-      return add(lonely_, wish,
-                 {MissingReason::kNotTaken, "", "the peer's rules do not import it"});
-    return add(wish,
-               {MissingReason::kNotTaken, "", "the peer imports it only as " + joined(types)});
+      return add(lonely_, wish, {MissingReason::kNotTaken, "", "the peer's rules do not import it"},
+                 waits);
+    return add(wish, {MissingReason::kNotTaken, "", "the peer imports it only as " + joined(types)},
+               waits);
   }
-  if (topic && topic->lack) add(wish, {MissingReason::kTypeUnknown, "", topic->lack->reason});
+  if (topic && topic->lack)
+    add(wish, {MissingReason::kTypeUnknown, "", topic->lack->reason}, waits);
+}
+
+// A node that also looks at other graphs (RViz) has topics that it may never use; any other one
+// publishes in order to send.
+bool Search::sends(const Wish& wish) const {
+  const TopicState* topic = side_.graph.find({wish.name, wish.type});
+  return topic && std::any_of(topic->publishers.begin(), topic->publishers.end(),
+                              [&](const auto& it) { return !lookers_.contains(node_of(it)); });
 }
 
 // Somebody at the peer listens to it, and may.
@@ -211,7 +258,7 @@ void Search::export_heard(const TopicKey& heard) {
   if (!wire_name || !may_be_wished(InterfaceKind::kTopic, heard.first, heard.second)) return;
   const Wish wish{InterfaceKind::kTopic, true, heard.first, heard.second};
   if (same && is_published(*same)) {
-    if (auto why = forbidden(wish, *wire_name)) add(wish, *std::move(why));
+    if (auto why = forbidden(wish, *wire_name)) add(wish, *std::move(why), Waiting::kPeer);
     return;
   }
   const auto& topics = side_.graph.topics();
@@ -219,7 +266,8 @@ void Search::export_heard(const TopicKey& heard) {
        it != topics.end() && it->first.first == heard.first; ++it) {
     if (!is_published(it->second)) continue;
     return add({InterfaceKind::kTopic, true, heard.first, it->first.second},
-               {MissingReason::kOtherType, "", "the peer subscribes to it as " + heard.second});
+               {MissingReason::kOtherType, "", "the peer subscribes to it as " + heard.second},
+               Waiting::kPeer);
   }
 }
 
@@ -230,16 +278,21 @@ void Search::channels() {
     if (!may_be_wished(wish.kind, wish.name, wish.type)) continue;
     const Ending& declined = channel.declined;
     if (!declined.reason.empty())
-      add(wish, {MissingReason::kDeclined, channel.rule, "the peer declines it: " + declined.reason,
-                 declined.code});
+      add(wish,
+          {MissingReason::kDeclined, channel.rule, "the peer declines it: " + declined.reason,
+           declined.code},
+          Waiting::kNobody);
     if (!channel.misfit.empty())
-      add(wish, {MissingReason::kQos, channel.rule,
-                 "a subscriber here requests a " + channel.misfit + " that no publisher offers"});
+      add(wish,
+          {MissingReason::kQos, channel.rule,
+           "a subscriber here requests a " + channel.misfit + " that no publisher offers"},
+          Waiting::kHere);
     const std::uint64_t lost = channel.lost_here;
     if (lost >= kLostMin && lost * kLostShare >= channel.messages + lost)
-      add(wish, {MissingReason::kLost, channel.rule,
-                 "many of its messages are lost in the middleware here before the bridge gets "
-                 "them"});
+      add(wish,
+          {MissingReason::kLost, channel.rule,
+           "many of its messages are lost in the middleware here before the bridge gets them"},
+          Waiting::kPeer);
   }
 }
 

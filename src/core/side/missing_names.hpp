@@ -49,9 +49,8 @@ struct MissingFound {
   std::size_t further = 0;       // names that are left out
 };
 
-// `wishes`: those that no link brings. Topics that are published here and that neither a rule nor
-// the peer names are left out where they are more than kLonelyMax: most robots publish hundreds
-// that nobody wants elsewhere.
+// `wishes`: those that no link brings. Topics that are published here and that no rule here, or
+// none of the peer's, names are left out where they are more than kLonelyMax.
 inline constexpr std::size_t kLonelyMax = 10;
 [[nodiscard]] MissingFound find_missing(const std::vector<Wish>& wishes, const SideView& side,
                                         const Link& link, const LinkPicture& picture);

@@ -293,6 +293,7 @@ void Side::send_accepts(Link& link) {
   Accepts accepts = policy_.accepts(link.login.identity());
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = may_give_time(link);
+  accepts.robot = options_.robot;
   link.send(accepts);
 }
 
@@ -356,7 +357,12 @@ void Side::look_for_missing(const Now& now) {
 
 LinkStatus Side::status_of(const Link& link, const Now& now) const {
   LinkStatus shown = link.status();
-  if (link.open()) shown.open_for = link.life.open_for(now);
+  if (link.open()) {
+    shown.open_for = link.life.open_for(now);
+    shown.same_graph = local_.claims.is_here(link.connection()->peer().side);
+    shown.two_of_a_kind =
+        !options_.robot.empty() && link.accepts && link.accepts->told().robot == options_.robot;
+  }
   exports_.add_status(link, shown);
   exports_.add_kept(link, shown);
   imports_.add_status(link, shown);

@@ -145,6 +145,7 @@ struct Accepts {
   std::vector<std::string> deny;        // patterns, win over all rules
   std::uint32_t message_bytes_max = 0;  // largest message that this side accepts; 0: not given
   bool ros_time = false;                // this side publishes the peer's ROS time
+  std::string robot = {};               // "sender" or "receiver": which end is the robot
 
   friend bool operator==(const Accepts&, const Accepts&) = default;
 };

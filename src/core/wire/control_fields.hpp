@@ -150,6 +150,7 @@ void fields(auto& io, Is<Accepts> auto& accepts) {
            "and \"deny\" have too long patterns with wildcards", CloseCode::kTooLarge);
   io.member("message_bytes_max", accepts.message_bytes_max, Presence::kOptional);
   io.member("ros_time", accepts.ros_time, Presence::kOptional);
+  identifier(io, "robot", accepts.robot, Presence::kOptional);
 }
 
 void fields(auto& io, Is<Decline> auto& decline) {

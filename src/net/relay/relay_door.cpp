@@ -162,7 +162,7 @@ void RelayDoor::on_line(std::string_view line) {
                 leaves_.take(steady_now()) ? DialFailure::kGone : DialFailure::kPutOff);
   const std::string_view word = next_word(line);
   if (word == "refused" && line == "twin" && !welcome_) {
-    fail({Cause::kRelayRefuses,
+    fail({Cause::kRobotTwice,
           "another machine has the same token and is connected there (a copied disk?): that one "
           "stays, this one waits a minute. Give this one a name, a token and keys of its own: "
           "end its pairing, then 'relay --robot' there and 'server --pair --via' here"},

@@ -260,7 +260,7 @@ Failure failure_of(const ErrorCode& error, SSL* tls, const std::string& name) {
     if (is_tls_reason(error, refused))
       return {Cause::kClientCertificate, "the other end refuses our certificate"};
   if (is_tls_reason(error, SSL_R_TLSV1_UNRECOGNIZED_NAME))
-    return {Cause::kRobotNotAtRelay, "no '" + name + "' is connected to the relay there"};
+    return {Cause::kNameNotServed, "no '" + name + "' is served there"};
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)
     return {Cause::kConnectionLost, "the other end ended the connection"};
   if (error == asio::error::connection_reset || error == asio::error::broken_pipe)
@@ -269,8 +269,9 @@ Failure failure_of(const ErrorCode& error, SSL* tls, const std::string& name) {
     return {Cause::kPortClosed, "connection refused (nobody listens there)"};
   if (error == asio::error::timed_out)
     return {Cause::kNoAnswer, "no answer from the other end (TCP timed out)"};
-  if (error == asio::error::network_unreachable || error == asio::error::host_unreachable)
-    return {Cause::kNoAnswer, error.message()};
+  if (error == asio::error::network_unreachable)
+    return {Cause::kNoRoute, "this machine has no route there (" + error.message() + ")"};
+  if (error == asio::error::host_unreachable) return {Cause::kNoAnswer, error.message()};
   const bool waits = error == asio::error::host_not_found_try_again;
   if (waits || error == asio::error::host_not_found || error == asio::error::no_data)
     return {waits ? Cause::kResolverSilent : Cause::kHostUnknown,

@@ -24,7 +24,6 @@ namespace {
 
 constexpr std::uint32_t kRequestHeaderBytesMax = 8192;
 constexpr std::chrono::milliseconds kRefusalTime{1000};
-constexpr char kServerName[] = "ROS2 Connect";
 constexpr char kForwardedHeader[] = "X-Forwarded-For";
 
 using UpgradeRequest = http::request<http::empty_body>;
@@ -254,7 +253,7 @@ void Listener::Visitor::on_request(const ErrorCode& error) {
 
 void Listener::Visitor::upgrade() {
   socket->set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
-    response.set(http::field::server, kServerName);
+    response.set(http::field::server, kProgramName);
     response.set(http::field::sec_websocket_protocol, kSubprotocol);
   }));
   socket->async_accept(request_->parser.get(), [self = shared_from_this()](ErrorCode error) {
@@ -270,7 +269,7 @@ void Listener::Visitor::refuse(unsigned status, const std::string& text) {
   auto& response = request_->response;
   response.result(status);
   response.version(11);
-  response.set(http::field::server, kServerName);
+  response.set(http::field::server, kProgramName);
   response.set(http::field::content_type, "text/plain; charset=utf-8");
   response.set(http::field::connection, "close");
   if (response.result() == http::status::upgrade_required) {

@@ -29,7 +29,11 @@ bool offers_tls(const websocket::response_type& response) {
 
 Cause cause_of_answer(const websocket::response_type& response) {
   if (offers_tls(response)) return Cause::kPlainToTlsPort;
+  if (response.result_int() == 503 && response[http::field::server] == kProgramName)
+    return Cause::kTooManyConnections;  // the server has no place at all
   switch (response.result_int()) {
+    case 401:
+    case 403: return Cause::kHttpLogin;
     case 404: return Cause::kPathWrong;
     case 501: return Cause::kProxyWithoutUpgrade;
     case 511: return Cause::kCaptivePortal;
@@ -126,7 +130,7 @@ void Dialing::upgrade() {
   stage_ = "WebSocket handshake";
   socket_->next_layer().stop_at_header_end();
   socket_->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
-    request.set(http::field::user_agent, "ROS2 Connect");
+    request.set(http::field::user_agent, kProgramName);
     request.set(http::field::sec_websocket_protocol, kSubprotocol);
   }));
   socket_->async_handshake(response_->http, options_.url.authority(), options_.url.target,
@@ -151,8 +155,11 @@ Failure Dialing::upgrade_failure(const ErrorCode& error) const {
   if (error == websocket::error::upgrade_declined) {
     const auto reason = http::obsolete_reason(response.result());
     const std::string body = first_line(response.body());
+    const auto elsewhere = response[http::field::location];
+    const std::string to = first_line(std::string{elsewhere.data(), elsewhere.size()});
     return {cause_of_answer(response), "HTTP " + std::to_string(response.result_int()) + " " +
                                            std::string{reason.data(), reason.size()} +
+                                           (to.empty() ? "" : " to " + to) +
                                            (body.empty() ? "" : ": " + body)};
   }
   if (error == http::error::body_limit)
@@ -175,6 +182,9 @@ Failure Dialing::upgrade_failure(const ErrorCode& error) const {
 Failure Dialing::failure_by(const ErrorCode& error) const {
   Failure why = failure_of(error, socket_->next_layer().tls(), server_name(options_));
   if (why.cause == Cause::kConnectionLost) why.cause = Cause::kNotThisProgram;
+  const std::string& robot = options_.url.robot;
+  if (why.cause == Cause::kNameNotServed && !robot.empty())
+    return {Cause::kRobotNotAtRelay, "no '" + robot + "' is connected to the relay there"};
   return why;
 }
 

@@ -15,6 +15,9 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 
+// In the headers "Server" and "User-Agent".
+inline constexpr char kProgramName[] = "ROS2 Connect";
+
 // Beast finds these two by argument-dependent lookup. Its own would wait here for the peer's end
 // without a timeout; the connection does that itself, with one (Transport::finish).
 inline void teardown(beast::role_type, Transport&, ErrorCode& error) {

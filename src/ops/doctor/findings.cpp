@@ -23,11 +23,14 @@ constexpr Finding kFindings[] = {
     {"port_closed", kFault, "nobody listens at this address and port",
      "start the server; check the port in `url` against `listen.port` (9090 by default); for other "
      "machines the server needs `listen.address`: by default it listens on 127.0.0.1 alone"},
+    {"no_route", kFault, "this machine has no route to the address",
+     "look at this machine's own network: cable, Wi-Fi, gateway (ip route)"},
     {"no_answer", kFault, "nothing answers at this address",
      "check the address and the firewall: one TCP port must be open at the server"},
     {"server_silent", kFault, "something accepts the connection there and does not answer",
      "look at the server: is its process stopped or overloaded? A forwarded port without a server "
-     "behind it does the same"},
+     "behind it does the same, and a path that loses large packets only (a tunnel: try a smaller "
+     "mtu)"},
     {"path_wrong", kFault, "an HTTP server answers, and has nothing at this path",
      "check the path in `url` against the configuration of the proxy"},
     {"proxy_without_server", kFault, "a proxy answers, and has no server behind it",
@@ -35,9 +38,12 @@ constexpr Finding kFindings[] = {
     {"proxy_without_upgrade", kFault,
      "a proxy or web server does not pass on the WebSocket upgrade",
      "let it forward `Upgrade` and `Connection` by HTTP/1.1 (docs/proxies.md)"},
+    {"http_login", kFault,
+     "a proxy or web server before the server wants a login of its own, or forbids this path",
+     "let it pass this path without a login: the bridge has its own"},
     {"captive_portal", kFault,
      "a page answers in place of the server: a captive portal or web site",
-     "log in to this network with a browser; check `url`"},
+     "log in to this network with a browser; check `url`, also against where it is sent to"},
     {"proxy_unreachable", kFault, "the HTTP proxy cannot be reached",
      "check the proxy's address, or do without: `http_proxy: none`, or no_proxy in the "
      "environment"},
@@ -60,7 +66,8 @@ constexpr Finding kFindings[] = {
     {"certificate_pin", kFault, "the server has another key than the one that is pinned",
      "pair again; or, if the key was changed on purpose, add its pin to `tls.pin`"},
     {"certificate_files", kFault, "certificate and private key do not fit, or cannot be read",
-     "name the files that belong together in `tls.certificate` and `tls.private_key`"},
+     "name the files that belong together in `tls.certificate` and `tls.private_key`; `tls.ca` "
+     "names certificates, never a key"},
     {"client_certificate", kFault, "the server wants a certificate of the client, or another one",
      "set `tls.certificate` and `tls.private_key` to files of the authority in the server's "
      "`tls.ca`"},
@@ -70,11 +77,26 @@ constexpr Finding kFindings[] = {
      "dial wss:// instead of ws://"},
     {"not_this_program", kFault, "what answers there is no ROS2 Connect server",
      "check host and port; rosbridge has the same default port"},
+    {"name_not_served", kFault, "what answers has no server of this name (TLS)",
+     "check the host in `url` against the names that the proxy there knows"},
     {"relay_unreachable", kFault, "the relay cannot be reached",
-     "start the relay; check the relay's address and the firewall before it"},
+     "start the relay; check its address (`url`, at the robot `listen.relay.url`), this machine's "
+     "network, and the firewall before the relay"},
     {"relay_refuses", kFault, "the relay refuses this robot",
-     "`relay --robot NAME` at the relay prints another line: pair with it again, or under another "
-     "NAME if this disk is a copy"},
+     "`relay --robot NAME` at the relay prints another line: pair with it again, or put its token "
+     "into `listen.relay.token_file`"},
+    {"relay_certificate", kFault, "the relay's certificate or key is not the one that is expected",
+     "check `listen.relay.ca` and `listen.relay.pin`, and this machine's clock; pair with the "
+     "relay "
+     "again if its key was changed on purpose"},
+    {"relay_token_missing", kFault, "there is no usable token for the relay",
+     "put the token that `relay --robot NAME` gives into `listen.relay.token_file`"},
+    {"relay_is_none", kFault, "what answers there is no relay",
+     "check host and port in `listen.relay.url`; a proxy before the relay must pass TLS through"},
+    {"relay_fails", kFault, "the connection to the relay fails",
+     "look at the log of this side and of the relay"},
+    {"no_robot_here", kHint, "none of the robots of this relay is connected",
+     "start one with `listen.relay.url`; `ctl doctor` there says what is in its way"},
     {"tls_fails", kFault, "the TLS handshake fails",
      "look at the log of both sides; a proxy or firewall in between may not pass TLS on"},
     {"robot_not_at_relay", kFault, "the relay has no such robot now",
@@ -124,6 +146,13 @@ constexpr Finding kFindings[] = {
      "make one (`ctl token`) and name its file in `auth.token_file`"},
     {"file_distrusted", kFault, "other users of this machine may change or read a file that counts",
      "chmod it, or keep it elsewhere"},
+    {"file_readable", kHint, "other users of this machine may read a secret", "chmod 600 the file"},
+    {"port_taken", kFault, "another program listens at this address and port",
+     "end it (ss -ltnp shows it), or choose another `listen.port`"},
+    {"port_not_permitted", kFault, "this user may not listen at a port below 1024",
+     "a larger `listen.port`, or a socket of systemd (docs/service.md)"},
+    {"address_not_here", kFault, "this machine has no such address",
+     "correct `listen.address` (ip addr shows them); \"*\" takes all"},
     {"prefix_wrong", kFault, "the prefix or a remapped name is no name",
      "write it as /robot1, with letters, digits and _"},
     {"url_wrong", kFault, "the URL is none", "write it as wss://robot.example:9090"},
@@ -144,6 +173,18 @@ constexpr Finding kFindings[] = {
     {"not_linked", kFault, "the client has no link", "see the other findings, and the log"},
     {"nobody_linked", kHint, "nobody is linked with this server",
      "start a client; `ctl doctor FILE` there says what is in its way"},
+    {"same_name", kHint, "two programs here have one node name in one domain",
+     "give one of them another name (--ros-args -r __node:=NAME), or end the one that is too many"},
+    {"one_graph", kFault,
+     "both ends of the link are in one ROS graph, so the nodes see each other without the bridge "
+     "and nothing crosses",
+     "give one end another ROS_DOMAIN_ID; or, on one network, both "
+     "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST"},
+    {"robot_word", kFault, "both ends take themselves for the robot, or both for the operator",
+     "set the same word in `robot` at both ends: server, or client if the robot dials"},
+    {"parameters_refused", kFault,
+     "a changed parameter file was refused: what was before stays in use",
+     "correct it (`ctl check FILE`); it is read again at once"},
     {"loopback_alone", kHint,
      "nobody is linked, and the server listens on the loopback alone: other machines do not reach "
      "it",
@@ -188,6 +229,14 @@ constexpr Finding kFindings[] = {
      "raise it, if all of them are to arrive"},
     {"drops_max_age", kFault, "messages are older than a rule's `max_age`",
      "raise it; send less, if the link is full"},
+    {"stamps_old", kFault,
+     "every message is older than a rule's `max_age`, and the clocks of the machines agree: its "
+     "stamps are of another time",
+     "look at the clock of the publisher: another machine, `use_sim_time`, a recording; or take "
+     "`max_age` away"},
+    {"clocks_apart", kHint,
+     "the clocks of the machines differ: nodes that compare stamps (tf2) fail on it",
+     "synchronize both clocks (chrony)"},
     {"clocks_differ", kFault,
      "the clocks of the machines differ, and the age of messages is counted by them",
      "synchronize both clocks (chrony), or take `max_age` away"},
@@ -195,14 +244,28 @@ constexpr Finding kFindings[] = {
      "raise `max_message_size` at both sides"},
     {"link_too_thin", kFault, "more is published than the link carries",
      "`max_rate` or `keep: newest` in the rule, a smaller picture, or `compression`"},
+    {"path_loses", kFault, "the path loses packets, and much is sent again",
+     "look at the radio, cable or tunnel; `congestion_control: bbr` carries more on such a path"},
     {"drops_memory", kFault, "a peer's share of `memory_max` is used up",
      "raise `memory_max`, or send less"},
     {"memory_full", kFault, "`memory_max` is nearly used up", "raise it, or send less"},
     {"path_full", kFault, "data waits on the path: all of it is late",
      "send less; look for what else fills this path (docs/proxies.md)"},
-    {"loop_slow", kFault, "the bridge's loop stands still for too long",
-     "look for what else uses the processor; large messages cost it, too"},
-    {"link_breaks", kHint, "the link breaks often", "look at the network and `dead_after`"},
+    {"loop_slow", kFault, "the bridge was held up, and all its links waited",
+     "look for what else uses the processor; large messages cost it, too. On a laptop: was it "
+     "suspended?"},
+    {"calls_wait", kHint, "calls have had no answer yet",
+     "look at the node that serves it; a server may need its time"},
+    {"service_silent", kFault, "a server does not answer calls",
+     "look at the node that serves it; `call_timeout` in the rule is the time that it has"},
+    {"link_breaks", kFault, "the link breaks again and again",
+     "look at the network between both ends; a larger `dead_after` bridges silences. Ask `ctl "
+     "doctor` at the other end, too"},
+    {"large_packets_vanish", kFault,
+     "the peer gets nothing of this side, again and again, while its own packets arrive: large "
+     "packets vanish on the path (MTU), or only this direction fails",
+     "try a smaller mtu (ip link set dev DEVICE mtu 1280) or sysctl -w net.ipv4.tcp_mtu_probing=1; "
+     "let ICMP pass through the firewalls"},
     {"audit_fails", kFault, "the audit log cannot be written", "free its disk, or change its file"},
     {"nothing_here", kHint,
      "this side exports nothing: no node here publishes or serves what a rule names",
@@ -211,6 +274,9 @@ constexpr Finding kFindings[] = {
     // ---- this machine
     {"domain_differs", kHint, "the bridge is in another ROS_DOMAIN_ID than this shell",
      "to see the bridge's graph from here, set the same one in this shell"},
+    {"domain_wrong", kFault,
+     "the ROS_DOMAIN_ID of this shell is none: no program of ROS starts here",
+     "set a number from 0 to 232 (export ROS_DOMAIN_ID=0)"},
     {"rmw_differs", kFault, "the bridge has another RMW_IMPLEMENTATION than this shell",
      "start both with the same one"},
     {"rmw_missing", kFault,
@@ -239,30 +305,74 @@ const Finding* finding_of(std::string_view id) {
   return found == std::end(kFindings) ? nullptr : &*found;
 }
 
+std::vector<Found> gathered(const std::vector<Found>& found) {
+  constexpr std::size_t kNamesMax = 4;
+  struct Group {
+    Found first;
+    std::size_t subjects = 1;
+  };
+  std::vector<Group> groups;
+  for (const Found& one : found) {
+    const Finding* finding = finding_of(one.id);
+    const bool is_hint = finding && finding->is_hint;
+    const auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& known) {
+      return known.first.id == one.id && known.first.program == one.program &&
+             !known.first.subject.empty() && !one.subject.empty() &&
+             (is_hint || known.first.detail == one.detail);
+    });
+    if (group == groups.end()) {
+      groups.push_back({one});
+      continue;
+    }
+    if (group->subjects++ < kNamesMax) group->first.subject += ", " + one.subject;
+    if (group->first.detail != one.detail) group->first.detail.clear();
+    group->first.waits = group->first.waits || one.waits;
+  }
+  std::vector<Found> all;
+  for (Group& group : groups) {
+    if (group.subjects > kNamesMax)
+      group.first.subject += fmt::format(" and {} more", group.subjects - kNamesMax);
+    all.push_back(std::move(group.first));
+  }
+  return all;
+}
+
+std::vector<Found> sorted(std::vector<Found> found) {
+  const auto rank = [](const Found& one) {
+    const Finding* finding = finding_of(one.id);
+    return (finding && finding->is_hint ? 2 : 0) + (one.waits ? 0 : 1);
+  };
+  std::stable_sort(found.begin(), found.end(),
+                   [&](const Found& a, const Found& b) { return rank(a) < rank(b); });
+  return found;
+}
+
 std::string report_text(const std::vector<Found>& found) {
   if (found.empty()) return "nothing is wrong, as far as can be seen from here\n";
   std::string text;
-  for (const bool hints : {false, true})
-    for (const Found& one : found) {
-      const Finding* finding = finding_of(one.id);
-      if (!finding || finding->is_hint != hints) continue;
-      text += fmt::format("{}{}{}\n", finding->is_hint ? "hint: " : "",
-                          one.subject.empty() ? "" : one.subject + ": ", finding->cause);
-      if (!one.detail.empty()) text += "  seen: " + one.detail + "\n";
-      text += fmt::format("  do:   {}   [{}]\n", finding->cure, finding->id);
-    }
+  for (const Found& one : sorted(found)) {
+    const Finding* finding = finding_of(one.id);
+    if (!finding) continue;
+    text += fmt::format("{}{}{}{}\n", finding->is_hint ? "hint: " : "",
+                        one.program.empty() ? "" : one.program + ": ",
+                        one.subject.empty() ? "" : one.subject + ": ", finding->cause);
+    if (!one.detail.empty()) text += "  seen: " + one.detail + "\n";
+    text += fmt::format("  do:   {}   [{}]\n", finding->cure, finding->id);
+  }
   return text;
 }
 
 std::string report_json(const std::vector<Found>& found) {
   OrderedJson findings = OrderedJson::array();
-  for (const Found& one : found) {
+  for (const Found& one : sorted(found)) {
     const Finding* finding = finding_of(one.id);
     if (!finding) continue;
     findings.push_back({{"id", finding->id},
                         {"hint", finding->is_hint},
+                        {"program", one.program},
                         {"subject", one.subject},
                         {"detail", one.detail},
+                        {"waits", one.waits},
                         {"cause", finding->cause},
                         {"cure", finding->cure}});
   }

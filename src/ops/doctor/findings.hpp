@@ -23,15 +23,22 @@ struct Finding {
 // One that was made.
 struct Found {
   std::string_view id;
-  std::string subject;  // a topic, file, link or program; empty: the whole
-  std::string detail;   // what was seen; may be empty
+  std::string subject;       // a topic, file or link; empty: the whole
+  std::string detail = {};   // what was seen; may be empty
+  bool waits = false;        // somebody waits for what does not work
+  std::string program = {};  // the one of several that it is about; empty: the only one
 
   friend bool operator==(const Found&, const Found&) = default;
 };
 
+// One for each id and detail, with the subjects of all: hints differ by their subjects alone.
+[[nodiscard]] std::vector<Found> gathered(const std::vector<Found>& found);
+// Faults for which somebody waits come first, then other faults, then hints in the same way.
+[[nodiscard]] std::vector<Found> sorted(std::vector<Found> found);
+
 // For people; with a headline if nothing was found.
 [[nodiscard]] std::string report_text(const std::vector<Found>& found);
-// {"findings": [{"id", "hint", "subject", "detail", "cause", "cure"}]}
+// {"findings": [{"id", "hint", "program", "subject", "detail", "waits", "cause", "cure"}]}
 [[nodiscard]] std::string report_json(const std::vector<Found>& found);
 // Whether something does not work.
 [[nodiscard]] bool has_fault(const std::vector<Found>& found);

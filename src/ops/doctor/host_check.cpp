@@ -1,7 +1,10 @@
 #include "ops/doctor/host_check.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
 #include <pwd.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +15,7 @@
 #include <utility>
 
 #include "access/login/file_trust.hpp"
+#include "access/login/secret.hpp"
 #include "net/tcp/system_now.hpp"
 #include "net/tls/certificate_end.hpp"
 #include "net/tls/tls.hpp"
@@ -75,6 +79,42 @@ void check_tls(const ParameterMap& given, HostFindings& findings) {
     findings.problems.push_back({Cause::kCertificateFiles, "tls: " + problem});
 }
 
+// A server's token file may hold hashes alone, and says so itself.
+void check_secrets(const ParameterMap& given, HostFindings& findings) {
+  std::vector<const char*> keys{"tls.private_key"};
+  if (given.contains("url")) keys.push_back("auth.token_file");
+  for (const char* key : keys)
+    if (const std::string file = string_at(given, key); is_readable(file))
+      if (const std::string readers = who_else_may_read(file); !readers.empty())
+        findings.hints.push_back({Cause::kFileReadable, std::string(key) + " " + readers});
+}
+
+// An error number of bind(); 0: it would succeed.
+int bind_error(const std::string& host, std::uint16_t port) {
+  sockaddr_storage at{};
+  socklen_t size = 0;
+  auto* const v4 = reinterpret_cast<sockaddr_in*>(&at);
+  auto* const v6 = reinterpret_cast<sockaddr_in6*>(&at);
+  if (::inet_pton(AF_INET, host.c_str(), &v4->sin_addr) == 1) {
+    at.ss_family = AF_INET;
+    v4->sin_port = htons(port);
+    size = sizeof *v4;
+  } else if (::inet_pton(AF_INET6, host.c_str(), &v6->sin6_addr) == 1) {
+    at.ss_family = AF_INET6;
+    v6->sin6_port = htons(port);
+    size = sizeof *v6;
+  } else {
+    return 0;  // an address with a zone, or another spelling
+  }
+  const int tried = ::socket(at.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (tried < 0) return 0;
+  const int on = 1;
+  ::setsockopt(tried, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  const int error = ::bind(tried, reinterpret_cast<const sockaddr*>(&at), size) == 0 ? 0 : errno;
+  ::close(tried);
+  return error;
+}
+
 // Why no file can be made in the folder of this one; empty: one can.
 std::string folder_problem(const std::string& file) {
   const auto slash = file.rfind('/');
@@ -105,6 +145,19 @@ std::string unwritable(const char* key, const std::string& file, const std::stri
 }
 
 }  // namespace
+
+Failure why_not_listening(const ListenOptions& listen) {
+  if (!listen.sockets.empty() || listen.port == 0) return {};
+  for (const std::string& address : listen.addresses) {
+    const std::string host = address == "*" ? "0.0.0.0" : address;
+    const int error = bind_error(host, listen.port);
+    const std::string where = host_and_port(address, listen.port) + ": " + std::strerror(error);
+    if (error == EADDRINUSE) return {Cause::kPortTaken, where};
+    if (error == EACCES) return {Cause::kPortNotPermitted, where};
+    if (error == EADDRNOTAVAIL) return {Cause::kAddressNotHere, where};
+  }
+  return {};
+}
 
 Failure why_unreadable(const std::string& file) {
   if (is_readable(file)) return {};
@@ -140,6 +193,7 @@ std::string no_longer_regular(const Config& config, const std::vector<std::strin
 HostFindings check_host(const ParameterMap& given) {
   HostFindings findings;
   check_tls(given, findings);
+  check_secrets(given, findings);
   if (const std::string file = string_at(given, "audit.file"); !file.empty())
     if (std::string wrong = unwritable("audit.file", file, audit_problem(file)); !wrong.empty())
       findings.problems.push_back({Cause::kFileUnwritable, std::move(wrong)});

@@ -21,6 +21,7 @@ struct HostFindings {
   std::vector<Failure> problems;      // a program does not start with these
   std::vector<Failure> ended;         // it starts with certificates that peers refuse by now
   std::vector<std::string> warnings;  // it starts, and lacks something
+  std::vector<Failure> hints;         // it starts, and logs a line
 };
 
 // By the parameters as they were given, so that it finds the same when others of them are wrong.
@@ -40,5 +41,8 @@ struct HostFindings {
 // Why this program cannot read a file: it is missing, or not permitted, with whom it belongs to;
 // always with the whole path that was tried. Nothing: it can.
 [[nodiscard]] Failure why_unreadable(const std::string& file);
+
+// Why no server can listen there; nothing: one can. Nobody is accepted, and the port is free again.
+[[nodiscard]] Failure why_not_listening(const ListenOptions& listen);
 
 }  // namespace connect_bridge

@@ -26,6 +26,12 @@ OrderedJson if_any(const Of& of) {
   return (of.*member).empty() ? OrderedJson() : OrderedJson(of.*member);
 }
 
+// Left out while it is false.
+template <auto member, class Of>
+OrderedJson if_set(const Of& of) {
+  return of.*member ? OrderedJson(true) : OrderedJson();
+}
+
 template <class Of>
 OrderedJson direction(const Of& of) {
   return of.exported ? "export" : "import";
@@ -93,6 +99,11 @@ OrderedJson relays(const StatusPicture& side) {
   return all;
 }
 
+template <auto member>
+OrderedJson lately(const StatusPicture& side) {
+  return side.run.lately ? OrderedJson((*side.run.lately).*member) : OrderedJson();
+}
+
 constexpr StatusField<StatusPicture> kSideFields[] = {
     {"schema", Unit::kNone, [](const StatusPicture&) { return OrderedJson(kStatusSchema); },
      "1; another number says that a member has gone or means something else"},
@@ -106,6 +117,8 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
        return OrderedJson(s.run.role == Role::kServer ? "server" : "client");
      },
      "`server` or `client`"},
+    {"is_robot", Unit::kNone, of_run<&RunStatus::is_robot>,
+     "whether this end is the robot, by its key `robot`"},
     {"loop_lag_ms", Unit::kMilliseconds, of_run<&RunStatus::loop_lag_ms>,
      "longest delay of the loop in the last second",
      gauge("loop_lag_seconds", "Longest delay of the loop in the last second")},
@@ -146,7 +159,7 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      SeenBy::kUserOfServer},
     {"last_failure_code", Unit::kNone,
      [](const StatusPicture& s) { return OrderedJson(word_of(s.side.last_failure.cause)); },
-     "the same as a word of [the causes](#causes); empty while a client's link is open"},
+     "the same as a word of [the causes](#causes); empty while a link is open"},
     {"listens", Unit::kNone,
      [](const StatusPicture& s) {
        return s.run.listens.empty() ? OrderedJson() : OrderedJson(s.run.listens);
@@ -187,6 +200,14 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      {},
      {},
      SeenBy::kUser},
+    {"lately.loop_lag_ms", Unit::kMilliseconds, lately<&SideLately::loop_lag_ms>,
+     "the most of the last 5 to 10 minutes"},
+    {"lately.held_up", Unit::kSeconds, lately<&SideLately::held_up>,
+     "seconds of this time in which the loop was late by 0.5 s or more"},
+    {"lately.wrong_logins", Unit::kNone, lately<&SideLately::wrong_logins>,
+     "wrong logins in this time"},
+    {"lately.memory_max_used_bytes", Unit::kBytes, lately<&SideLately::shared_bytes>,
+     "the most in this time"},
     {"relays", Unit::kNone, relays,
      "server behind a relay: `relay`, `connected`, `connected_since`, `last_failure`, "
      "`last_failure_code`"},
@@ -228,11 +249,19 @@ OrderedJson of_clock(const LinkStatus& link) {
   return link.clock.known ? OrderedJson(milliseconds_of(link.clock.*member)) : OrderedJson();
 }
 
+template <auto member>
+OrderedJson of_lately(const LinkStatus& link) {
+  return link.lately ? OrderedJson((*link.lately).*member) : OrderedJson();
+}
+
 OrderedJson breaks(const LinkStatus& link) {
   if (link.breaks.empty()) return {};
   OrderedJson all = OrderedJson::array();
   for (const LinkBreak& one : link.breaks) {
-    OrderedJson shown = {{"lost", time_of(one.lost)}, {"reason", one.reason}};
+    OrderedJson shown = {{"lost", time_of(one.lost)},
+                         {"reason", one.why.text},
+                         {"code", word_of(one.why.cause)},
+                         {"by_peer", one.by_peer}};
     if (one.back != 0) {
       shown["back"] = time_of(one.back);
       shown["seconds"] = static_cast<double>(one.back - one.lost) / kStampSecond;
@@ -266,10 +295,15 @@ constexpr StatusField<LinkStatus> kLinkFields[] = {
     {"breaks",
      Unit::kNone,
      breaks,
-     "the last 8 breaks: `lost`, `reason`, and once it is over `back` and `seconds`",
+     "the last 8 breaks: `lost`, `reason`, its `code` of [the causes](#causes), whether the "
+     "connection was closed `by_peer`, and once it is over `back` and `seconds`",
      {},
      {},
      SeenBy::kUser},
+    {"same_graph", Unit::kNone, if_set<&LinkStatus::same_graph>,
+     "true: both ends are in one ROS graph"},
+    {"two_of_a_kind", Unit::kNone, if_set<&LinkStatus::two_of_a_kind>,
+     "true: by the key `robot` both ends are the robot, or none is"},
     {"mirrors_waited", Unit::kNone, get<&LinkStatus::mirrors_waited>,
      "publishers, services and subscriptions that waited for a place"},
     {"sent_bytes", Unit::kBytes, get<&LinkStatus::sent_bytes>, "sent on this connection",
@@ -303,18 +337,38 @@ constexpr StatusField<LinkStatus> kLinkFields[] = {
      gauge("link_round_trip_seconds", "Round trip of the path, without its queue")},
     {"clock.error_bound_ms", Unit::kMilliseconds, of_clock<&ClockStatus::error_bound>,
      "how far off the offset may be"},
+    {"lately.path_queue_ms", Unit::kMilliseconds,
+     [](const LinkStatus& l) {
+       return l.lately ? OrderedJson(milliseconds_of(l.lately->path_queue)) : OrderedJson();
+     },
+     "the most of the last 5 to 10 minutes"},
+    {"lately.segments", Unit::kNone, of_lately<&LinkStatus::Lately::segments>,
+     "TCP segments sent in this time"},
+    {"lately.retransmitted", Unit::kNone, of_lately<&LinkStatus::Lately::retransmitted>,
+     "of these: sent again"},
     {"login_valid_until", Unit::kNone, [](const LinkStatus& l) { return time_of(l.login_end); },
      "server: when the login expires"},
 };
 
 // ---- topics
 
-OrderedJson dropped(const TopicStatus& topic) {
+OrderedJson shown(const DropCounts& dropped) {
   OrderedJson counts = OrderedJson::object();
   for (std::size_t i = 0; i < kDropReasons; ++i)
-    if (topic.dropped.by_reason[i] > 0)
-      counts[std::string(name_of(static_cast<DropReason>(i)))] = topic.dropped.by_reason[i];
+    if (dropped.by_reason[i] > 0)
+      counts[std::string(name_of(static_cast<DropReason>(i)))] = dropped.by_reason[i];
   return counts;
+}
+
+OrderedJson dropped(const TopicStatus& topic) {
+  return shown(topic.dropped);
+}
+
+OrderedJson lately_of(const TopicStatus& topic) {
+  if (!topic.lately) return {};
+  return {{"messages", topic.lately->messages},
+          {"wire_bytes", topic.lately->wire_bytes},
+          {"dropped", shown(topic.lately->dropped)}};
 }
 
 OrderedJson overload(const TopicStatus& topic) {
@@ -380,6 +434,8 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      "messages that were not delivered, by reason",
      counter("topic_dropped", "Messages that were not delivered, by reason", "reason"),
      {"dropped", As::kReasons, In::kNarrow}},
+    {"lately", Unit::kNone, lately_of,
+     "`messages`, `wire_bytes` and `dropped` of the last 5 to 10 minutes"},
     {"keep",
      Unit::kNone,
      [](const TopicStatus& t) {
@@ -527,6 +583,9 @@ constexpr StatusField<MissingName> kMissingFields[] = {
      {},
      {"why", As::kText, In::kNarrow}},
     {"rule", Unit::kNone, if_any<&MissingName::rule>, "the rule here that decides", {}, {"rule"}},
+    {"waits", Unit::kNone,
+     [](const MissingName& m) { return OrderedJson(word_of(kWaitingWords, m.waits)); },
+     "who waits for it: `here`, `peer`, `sender` (a node here sends it) or `nobody`"},
     {"code", Unit::kNone, if_any<&MissingName::code>,
      "for `declined`: the word of `decline` ([protocol.md](protocol.md))"},
 };

@@ -23,6 +23,14 @@ struct RefusedParameters {
   std::string problem;
 };
 
+// The worst, or the growth, of the last minutes (lately.hpp).
+struct SideLately {
+  double loop_lag_ms = 0;
+  std::uint64_t held_up = 0;  // seconds in which the loop was held up
+  std::uint64_t wrong_logins = 0;
+  std::uint64_t shared_bytes = 0;
+};
+
 // The run layer's addition to the core's status.
 struct RunStatus {
   std::string time;     // when it was so (RFC 3339)
@@ -40,6 +48,8 @@ struct RunStatus {
   std::vector<std::string> listens = {};  // a server's addresses: "127.0.0.1:9090"
   std::vector<PlaceAtRelay> relays = {};
   std::optional<RefusedParameters> refused_parameters = {};  // since the last that was accepted
+  bool is_robot = true;                                      // this end, and not the peer
+  std::optional<SideLately> lately = {};
 };
 
 // A small number for each link that there is, for names that must not come without end.

@@ -380,6 +380,14 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
   return lines;
 }
 
+// A long name has a line of its own.
+std::string headline(const std::string& name, const std::string& state, Tone tone,
+                     const ScreenSize& size) {
+  const std::string shown = coloured(state, tone, size.colour) + "\n";
+  const bool fits = size.columns == 0 || name.size() + 2 + state.size() <= size.columns;
+  return fits ? name + "  " + shown : wrapped(name, 0, size.columns) + shown;
+}
+
 // The screen of a relay (src/relay/relay_status.hpp).
 std::string relay_screen(const Json& now, const ScreenSize& size) {
   ScreenTable robots({{"ROBOT"},
@@ -401,9 +409,10 @@ std::string relay_screen(const Json& now, const ScreenSize& size) {
   std::string text =
       fmt::format("relay  {}\nversion {}, since {}\n", plural(robots.size(), "robot"),
                   text_in(now, "version"), text_in(now, "started"));
-  text += "connection attempts: " + joined_counts(part_of(now, "strangers")) + "\n";
+  text +=
+      wrapped("connection attempts: " + joined_counts(part_of(now, "strangers")), 0, size.columns);
   if (const auto refused = joined_counts(part_of(now, "refused")); !refused.empty())
-    text += "refused: " + refused + "\n";
+    text += wrapped("refused: " + refused, 0, size.columns);
   if (robots.size() > 0) text += "\n" + robots.text(size.rows, size);
   return text;
 }
@@ -417,10 +426,10 @@ std::string status_screen(const Json& now, const Json& before, const ScreenSize&
       links.begin(), links.end(), [](const Json& link) { return is_set(link, "open"); }));
   const std::uint64_t lost = links.size() - open;
   const Tone tone = open == 0 ? Tone::kBad : lost > 0 ? Tone::kWarn : Tone::kGood;
-  std::string text = fmt::format(
-      "{} ({})  {}\n", text_in(now, "node"), text_in(now, "role"),
-      coloured(plural(open, "link") + " open" + (lost > 0 ? fmt::format(", {} lost", lost) : ""),
-               tone, size.colour));
+  std::string text =
+      headline(fmt::format("{} ({})", text_in(now, "node"), text_in(now, "role")),
+               plural(open, "link") + " open" + (lost > 0 ? fmt::format(", {} lost", lost) : ""),
+               tone, size);
   std::string facts = "version " + text_in(now, "version");
   if (const double up = seconds_between(now, "started", now); up > 0)
     facts += ", up " + shown_span(static_cast<std::uint64_t>(up));

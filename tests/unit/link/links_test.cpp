@@ -158,7 +158,7 @@ TEST(Links, TheLastBreaksAreKeptWithTimeAndReason) {
     const auto at = static_cast<std::int64_t>(100 * n);
     s.lose(n, at, 1011);
     EXPECT_EQ(link.status().breaks.back().back, 0);
-    EXPECT_FALSE(link.status().breaks.back().reason.empty());
+    EXPECT_FALSE(link.status().breaks.back().why.text.empty());
     s.enter(n + 1, "anna", at + 50, session);
   }
   const auto breaks = link.status().breaks;
@@ -166,6 +166,27 @@ TEST(Links, TheLastBreaksAreKeptWithTimeAndReason) {
   EXPECT_EQ(breaks.front().lost, now_ms(300).system);
   EXPECT_EQ(breaks.back().lost, now_ms(1000).system);
   EXPECT_EQ(breaks.back().back, now_ms(1050).system);
+}
+
+// A server is not without links because one has ended.
+TEST(Links, AServersFailureIsThatOfItsLastLink) {
+  Carried s;
+  const auto failure = [&] {
+    Status status;
+    s.links.add_status(status);
+    return status.last_failure.cause;
+  };
+  s.enter(1, "anna");
+  s.enter(2, "bert", 0, {}, kPeer + 1);
+  s.lose(1, 100, 1011);
+  EXPECT_EQ(failure(), Cause::kNone) << "another is open";
+  s.lose(2, 200, 1011);
+  EXPECT_EQ(failure(), Cause::kClosed);
+  s.enter(3, "anna", 300);
+  EXPECT_EQ(failure(), Cause::kNone);
+  ConnectionClosed closed{{3}, 1001, "the peer is stopping"};
+  s.links.on(closed, now_ms(400));
+  EXPECT_EQ(failure(), Cause::kNone) << "in order";
 }
 
 TEST(Links, TheSessionOfAnotherIdentityGoesOnForNobodyElse) {

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
 
 #include "unit/side/action.hpp"
 #include "unit/side/script.hpp"
@@ -265,6 +267,63 @@ TEST_F(MissingTest, HiddenNamesAndThoseOfEveryNodeAreLeftOut) {
   EXPECT_EQ(asked("absent"), "");
   settle();
   EXPECT_EQ(missing(), "");
+}
+
+// RViz looks, and has a tool that nobody uses; teleop sends, and a server of the robot may read.
+TEST_F(MissingTest, WhoWaitsForIt) {
+  s.graph({topic("/scan").sub(1, {}, "/rviz"), topic("/goal").pub(2, {}, "/rviz"),
+           topic("/cmd_vel").pub(3, {}, "/teleop"), topic("/clock").sub(4, {}, "/teleop")});
+  s.join(1);
+  s.say(1, Accepts{});
+  settle();
+  std::map<std::string, std::string> waits;
+  const Status status = s.status();
+  for (const auto& name : status.links.at(0).missing)
+    waits[name.name] = word_of(kWaitingWords, name.waits);
+  EXPECT_EQ(waits["/scan"], "here");
+  EXPECT_EQ(waits["/goal"], "nobody");
+  EXPECT_EQ(waits["/cmd_vel"], "sender");
+}
+
+// A name below a prefix or a namespace is not the one that is asked for.
+TEST_F(MissingTest, ASimilarNameIsThere) {
+  s.graph({topic("/scan").sub(1)});
+  s.join(1);
+  Offer offer;
+  offer.channels.resize(1);
+  offer.channels[0].channel = {1};
+  offer.channels[0].kind = InterfaceKind::kTopic;
+  offer.channels[0].name = "/robot1/scan";
+  offer.channels[0].type = kType;
+  s.say(1, offer);
+  settle("absent");
+  s.pass(500);
+  EXPECT_EQ(missing(), "import topic /scan not_there: the peer's has the name /robot1/scan here\n");
+}
+
+TEST_F(MissingTest, SomebodyAtThePeerWaits) {
+  s.graph({typed(topic("/cmd_vel").pub(1), "p/msg/Stamped")});
+  s.join(1);
+  s.say(1, Listeners{{{{1}, "/cmd_vel", kType, ""}}, {}});
+  settle();
+  EXPECT_EQ(s.status().links.at(0).missing.at(0).waits, Waiting::kPeer);
+}
+
+TEST(BothEnds, SayWhichIsTheRobot) {
+  SideOptions options = server({everything()});
+  options.robot = "sender";
+  Script s(options);
+  s.join(1);
+  const auto two_of_a_kind = [&](const std::string& peer_says, std::uint32_t number) {
+    Accepts accepts;
+    accepts.robot = peer_says;
+    accepts.message_bytes_max = number;  // another list
+    s.say(1, accepts);
+    return s.status().links.at(0).two_of_a_kind;
+  };
+  EXPECT_FALSE(two_of_a_kind("", 1)) << "an older peer";
+  EXPECT_FALSE(two_of_a_kind("receiver", 2));
+  EXPECT_TRUE(two_of_a_kind("sender", 3));
 }
 
 // ---- our own rules

@@ -178,7 +178,7 @@ TEST(Hostile, TooManyConnectionsGet503) {
   ASSERT_TRUE(pair.connect(ConnectionId{1}));
   ASSERT_TRUE(pair.connect(ConnectionId{2}));
   EXPECT_FALSE(pair.connect(ConnectionId{3}));
-  EXPECT_EQ(pair.client.causes[{3}], Cause::kProxyWithoutServer);
+  EXPECT_EQ(pair.client.causes[{3}], Cause::kTooManyConnections);
   pair.client.network.close({1}, CloseCode::kNormal, "");
   ASSERT_TRUE(pair.loop.until([&] { return pair.server.closed_count == 1; }));
   pair.loop.run_for(50ms);
@@ -342,6 +342,10 @@ TEST(Hostile, AServerThatIsNoneOfOursIsReported) {
   const Case cases[] = {
       {"SSH-2.0-OpenSSH_9.2\r\n\r\n", Cause::kPlainToTlsPort},
       {"HTTP/1.1 502 Bad Gateway\r\nContent-Length: 8\r\n\r\nupstream", Cause::kProxyWithoutServer},
+      {"HTTP/1.1 503 Service Unavailable\r\nServer: nginx\r\nContent-Length: 0\r\n\r\n",
+       Cause::kProxyWithoutServer},
+      {"HTTP/1.1 401 Unauthorized\r\nContent-Length: 0\r\n\r\n", Cause::kHttpLogin},
+      {"HTTP/1.1 403 Forbidden\r\nContent-Length: 0\r\n\r\n", Cause::kHttpLogin},
       {"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", Cause::kPathWrong},
       {"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n", Cause::kProxyWithoutUpgrade},
       {"HTTP/1.1 426 Upgrade Required\r\nUpgrade: websocket\r\nContent-Length: 0\r\n\r\n",

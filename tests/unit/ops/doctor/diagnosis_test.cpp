@@ -8,6 +8,7 @@
 #include <set>
 
 #include "config/document.hpp"
+#include "ops/doctor/status_diagnosis.hpp"
 #include "unit/config/yaml_parameters.hpp"
 #include "unit/source_text.hpp"
 
@@ -172,6 +173,29 @@ std::string missing_for(const std::string& reason, const std::string& text = "",
                    reason + R"(", "text": ")" + text + R"(", "code": ")" + code + R"("}]})");
 }
 
+// Three breaks within ten minutes, and one of yesterday.
+std::string broken(const std::string& code, bool by_peer) {
+  Json link = {{"breaks", Json::array({{{"lost", "2026-01-30T11:00:00Z"}, {"code", code}}})}};
+  for (const char* lost : {"11:52:00", "11:56:00", "11:59:00"})
+    link["breaks"].push_back({{"lost", "2026-01-31T" + std::string(lost) + "Z"},
+                              {"code", code},
+                              {"by_peer", by_peer},
+                              {"reason", "it"}});
+  return link_with(link.dump());
+}
+std::string service_with(const std::string& text) {
+  Json service = Json::parse(R"({"service": "/s", "direction": "import", "answered": 0})");
+  service.merge_patch(Json::parse(text));
+  return link_with(R"({"services": [)" + service.dump() + "]}");
+}
+// While a client is linked by another way.
+std::string relay_fails(const std::string& code) {
+  Json status = Json::parse(link_with("{}"));
+  status["relays"] = {
+      {{"relay", "wss://r@relay"}, {"connected", false}, {"last_failure_code", code}}};
+  return status.dump();
+}
+
 struct StatusCase {
   const char* id;
   std::string status;
@@ -228,13 +252,36 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"lost_in_middleware", missing_for("lost")},
         StatusCase{"nothing_arrives", topic_with(R"({"messages": 0})")},
         StatusCase{"no_listener", topic_with(R"({"demanded": false})")},
-        StatusCase{"drops_rate", topic_with(R"({"dropped": {"rate": 50}})")},
+        StatusCase{"drops_rate", topic_with(R"({"dropped": {"rate": 5000}})")},
+        StatusCase{"stamps_old", topic_with(R"({"messages": 0, "dropped": {"max_age": 50}})")},
         StatusCase{"drops_max_age", topic_with(R"({"dropped": {"max_age": 50}})")},
         StatusCase{"drops_too_large", topic_with(R"({"dropped": {"too_large": 50}})")},
         StatusCase{"drops_memory", topic_with(R"({"dropped": {"memory": 50}})")},
         StatusCase{"link_too_thin", topic_with(R"({"dropped": {"newer_available": 50}})")},
         StatusCase{"path_full", link_with(R"({"path_queue_ms": 2000})")},
-        StatusCase{"link_breaks", link_with(R"({"connects": 50})")},
+        StatusCase{"link_breaks", broken("silent", false)},
+        StatusCase{"link_breaks", broken("connection_lost", false)},
+        StatusCase{"large_packets_vanish", broken("silent", true)},
+        StatusCase{"one_graph", link_with(R"({"same_graph": true})")},
+        StatusCase{"robot_word", link_with(R"({"two_of_a_kind": true})")},
+        StatusCase{"clocks_apart",
+                   link_with(R"({"clock": {"offset_ms": 250, "error_bound_ms": 5}})")},
+        StatusCase{"path_loses",
+                   link_with(R"({"lately": {"segments": 500, "retransmitted": 60}})")},
+        StatusCase{"service_silent", service_with(R"({"calls": 4, "timed_out": 4})")},
+        StatusCase{"calls_wait", service_with(R"({"calls": 1, "pending": 1})")},
+        StatusCase{"parameters_refused",
+                   R"({"refused_parameters": {"time": "12:00", "problem": "it"}})"},
+        StatusCase{"loop_slow", R"({"lately": {"loop_lag_ms": 900, "held_up": 5}})"},
+        StatusCase{"memory_full", R"({"lately": {"memory_max_used_bytes": 95}})"},
+        StatusCase{"path_full", link_with(R"({"lately": {"path_queue_ms": 2000}})")},
+        StatusCase{"relay_unreachable", relay_fails("host_unknown")},
+        StatusCase{"relay_certificate", relay_fails("other_key")},
+        StatusCase{"relay_is_none", relay_fails("not_this_program")},
+        StatusCase{"relay_token_missing", relay_fails("token_missing")},
+        StatusCase{"relay_fails", relay_fails("malformed")},
+        StatusCase{"robots_with_one_token", relay_fails("robots_with_one_token")},
+        StatusCase{"no_robot_here", R"({"role": "relay", "robots": [{"robot": "a"}]})"},
         StatusCase{"nothing_here", link_with(R"({"topics": []})")}));
 
 TEST(DoctorStatus, ASideThatIsWellHasNoFinding) {
@@ -257,13 +304,92 @@ TEST(DoctorStatus, ARelayIsNoServer) {
 
 TEST(DoctorStatus, ARelayKnowsARobotWhoseTokenASecondMachineHas) {
   const auto robots = [](bool in_use) {
-    return diagnose_status({{"role", "relay"},
-                            {"robots",
-                             {{{"robot", "robot6"}, {"token_in_use", false}},
-                              {{"robot", "robot7"}, {"token_in_use", in_use}}}}});
+    return ids_of(
+        diagnose_status({{"role", "relay"},
+                         {"robots",
+                          {{{"robot", "robot6"}, {"open", true}, {"token_in_use", false}},
+                           {{"robot", "robot7"}, {"open", true}, {"token_in_use", in_use}}}}}));
   };
-  EXPECT_THAT(robots(true), ElementsAre(Found{"robots_with_one_token", "robot7", ""}));
+  EXPECT_THAT(robots(true), ElementsAre("robots_with_one_token"));
   EXPECT_THAT(robots(false), IsEmpty());
+}
+
+// The keys of a server are not those of a client, and a failure is one also while others are
+// linked.
+TEST(DoctorStatus, AServersRelayHasItsOwnCures) {
+  for (const auto& [cause, word] : kCauseWords) {
+    if (cause == Cause::kNone) continue;
+    const auto found = diagnose_status(status_of(relay_fails(std::string(word))));
+    ASSERT_EQ(found.size(), 1U) << word;
+    const std::string cure(finding_of(found[0].id)->cure);
+    EXPECT_THAT(cure, testing::AnyOf(HasSubstr("relay"))) << word;
+    EXPECT_TRUE(cure.find("`tls.") == std::string::npos) << cure;
+  }
+}
+
+// ---- healthy setups have nothing to say
+
+// Of a robot: topics that no rule names, one that the peer's rules do not take, one that nobody
+// looks at, one that is slowed down on purpose.
+TEST(DoctorStatus, AHealthyRobotHasNoFinding) {
+  Json status = status_of(link_with(R"({"missing": [
+    {"name": "/odom", "direction": "export", "reason": "no_rule", "waits": "sender"},
+    {"name": "/joint_states", "direction": "export", "reason": "not_taken", "waits": "sender"},
+    {"name": "/secret", "direction": "export", "reason": "denied", "waits": "nobody"}]})"));
+  status["is_robot"] = true;
+  Json& topics = status["links"][0]["topics"];
+  for (const char* more : {R"({"topic": "/map", "direction": "export", "demanded": false})",
+                           R"({"topic": "/e_stop", "direction": "export", "demanded": true,
+                               "origins": 1, "messages": 0})",
+                           R"({"topic": "/image", "direction": "export", "demanded": true,
+                               "messages": 50, "dropped": {"rate": 250}})"})
+    topics.push_back(Json::parse(more));
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
+}
+
+// RViz has tools that publish, and nobody uses them.
+TEST(DoctorStatus, AnOperatorWhoOnlyLooksHasNoFinding) {
+  Json status = status_of(R"({"role": "client", "is_robot": false, "links": [{"link": 1,
+    "open": true, "open_seconds": 60, "connects": 1,
+    "topics": [{"topic": "/scan", "direction": "import", "demanded": true, "messages": 9}],
+    "missing": [{"name": "/goal_pose", "direction": "export", "reason": "not_taken",
+                 "waits": "nobody"}]}]})");
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
+  Json& tool = status["links"][0]["missing"][0];
+  tool["waits"] = "sender";
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("not_taken")) << "of teleop";
+}
+
+// What was yesterday is in the counts, and not told.
+TEST(DoctorStatus, YesterdayIsNotToldAsNow) {
+  Json status = status_of(topic_with(R"({"dropped": {"max_age": 50, "newer_available": 900},
+    "lately": {"messages": 10, "wire_bytes": 10, "dropped": {}}})"));
+  status["strangers"] = {{"wrong_logins", 3}};
+  status["lately"] = {{"wrong_logins", 0}};
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
+}
+
+TEST(DoctorStatus, APathThatCarriesAllIsNotThin) {
+  Json status =
+      status_of(topic_with(R"({"wire_bytes": 30000000, "dropped": {"newer_available": 50}})"));
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("link_too_thin"));
+  status["links"][0]["rate_bytes_per_second"] = 236'000'000;
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
+}
+
+TEST(DoctorStatus, ABreakNowAndThenIsUsual) {
+  Json status = status_of(broken("silent", false));
+  status["links"][0]["breaks"].erase(1);
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
+  status = status_of(broken("going_away", true));
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty()) << "restarts";
+}
+
+// Both graphs are one: nothing else about the link means anything.
+TEST(DoctorStatus, OneGraphIsSaidAsWhatItIs) {
+  Json status = status_of(missing_for("not_taken"));
+  status["links"][0]["same_graph"] = true;
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("one_graph"));
 }
 
 TEST(DoctorStatus, ClocksThatDifferExplainMaxAge) {
@@ -284,11 +410,13 @@ TEST(DoctorStatus, TheHeaviestTopicOfAThinLinkIsNamed) {
   EXPECT_THAT(found[0].detail, HasSubstr("1 kB/s"));
 }
 
-TEST(DoctorStatus, ManyOfOneKindAreCut) {
+TEST(DoctorStatus, ManyOfOneKindAreOneLine) {
   auto status = status_of(topic_with(R"({"demanded": false})"));
   auto& topics = status["links"][0]["topics"];
   for (int i = 0; i < 300; ++i) topics.push_back(topics[0]);
-  EXPECT_EQ(diagnose_status(status).size(), 8U);
+  const auto found = diagnose_status(status);
+  ASSERT_THAT(ids_of(found), ElementsAre("no_listener"));
+  EXPECT_EQ(found[0].subject, "/t, /t, /t, /t and 297 more");
 }
 
 // Whatever answers may be another version, or no status at all.
@@ -324,9 +452,33 @@ TEST(DoctorProcesses, WhatKeepsNodesAndBridgeApart) {
   EXPECT_THAT(ids_of(diagnose_processes({{}, 0}, plain)), ElementsAre("user_differs"));
 }
 
+// A shell of another domain says nothing about a bridge that carries data.
+TEST(DoctorProcesses, DataThatCrossesProvesTheGraph) {
+  EXPECT_TRUE(carries_data(status_of(link_with("{}"))));
+  EXPECT_FALSE(carries_data(status_of(topic_with(R"({"messages": 0})"))));
+  EXPECT_TRUE(
+      carries_data(status_of(link_with(R"({"topics": [], "services": [{"answered": 1}]})"))));
+}
+
+TEST(DoctorProcesses, ADomainIsANumberFrom0To232) {
+  for (const char* right : {"", "0", "232"})
+    EXPECT_THAT(diagnose_shell({{{"ROS_DOMAIN_ID", right}}, 0}), IsEmpty()) << right;
+  for (const char* wrong : {"233", "-1", "abc", "1 "})
+    EXPECT_THAT(ids_of(diagnose_shell({{{"ROS_DOMAIN_ID", wrong}}, 0})),
+                ElementsAre("domain_wrong"));
+}
+
+TEST(DoctorProcesses, TwoProgramsOfOneNameInOneDomain) {
+  EXPECT_THAT(ids_of(diagnose_programs({{"/a", "0", 1}, {"/b", "0", 2}, {"/a", "0", 3}})),
+              ElementsAre("same_name"));
+  EXPECT_THAT(diagnose_programs({{"/a", "0", 1}, {"/a", "7", 2}, {"", "", 3}, {"", "", 4}}),
+              IsEmpty());
+}
+
 TEST(DoctorMachine, SharedMemoryAndBbr) {
   EXPECT_THAT(diagnose_machine({"reno cubic bbr", 1ULL << 30}), IsEmpty());
-  EXPECT_THAT(ids_of(diagnose_machine({"reno cubic", 1ULL << 30})), ElementsAre("no_bbr"));
+  EXPECT_THAT(ids_of(diagnose_machine({"reno cubic", 1ULL << 30, true})), ElementsAre("no_bbr"));
+  EXPECT_THAT(diagnose_machine({"reno cubic", 1ULL << 30, false}), IsEmpty()) << "no path loses";
   EXPECT_THAT(ids_of(diagnose_machine({"", 1 << 20})), ElementsAre("shared_memory_small"));
 }
 
@@ -342,8 +494,33 @@ TEST(DoctorReport, FaultsComeBeforeHintsWithCauseAndCure) {
   EXPECT_FALSE(has_fault({{"no_bbr", "", ""}}));
   const Json json = Json::parse(report_json(found));
   ASSERT_EQ(json.at("findings").size(), 2U);
-  EXPECT_EQ(json["findings"][1]["id"], "rule_type");
-  EXPECT_EQ(json["findings"][1]["cure"], std::string(finding_of("rule_type")->cure));
+  EXPECT_EQ(json["findings"][0]["id"], "rule_type");
+  EXPECT_EQ(json["findings"][0]["cure"], std::string(finding_of("rule_type")->cure));
+}
+
+TEST(DoctorReport, WhatSomebodyWaitsForComesFirst) {
+  const auto rows = sorted({{"no_rule", "/h", "", false, ""},
+                            {"loop_slow", "", "", false, ""},
+                            {"not_there", "/w", "", true, ""},
+                            {"not_taken", "/t", "", true, ""}});
+  EXPECT_THAT(ids_of(rows), ElementsAre("not_taken", "loop_slow", "not_there", "no_rule"));
+}
+
+TEST(DoctorReport, SeveralProgramsHaveTheirNames) {
+  EXPECT_THAT(report_text({{"loop_slow", "", "", false, "connect_server (7)"}}),
+              HasSubstr("connect_server (7): the bridge was held up"));
+  EXPECT_EQ(
+      gathered({{"no_rule", "/a", "", false, "one"}, {"no_rule", "/a", "", false, "two"}}).size(),
+      2U);
+}
+
+// Faults with one reason are one line, those with different ones are not.
+TEST(DoctorReport, OneReasonIsOneLine) {
+  const auto found = gathered({{"not_taken", "/a", "no", true, ""},
+                               {"not_taken", "/b", "no", true, ""},
+                               {"not_taken", "/c", "only as p/msg/T", true, ""}});
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].subject, "/a, /b");
 }
 
 TEST(DoctorReport, WhatAPeerNamesIsText) {

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -144,6 +146,36 @@ TEST(HostCheck, AParameterFileThatBecomesAPipeIsNotRead) {
             "the parameter file " + file + " is no regular file any longer");
   config.auth.strict_modes = false;
   EXPECT_EQ(no_longer_regular(config, {file}), "");
+}
+
+// Nobody but this user needs to read them. A server's token file may have hashes alone.
+TEST(HostCheck, SecretsThatOthersMayRead) {
+  const std::string file = test::scratch_folder() + "anna.token";
+  std::ofstream(file) << "x";
+  ASSERT_EQ(::chmod(file.c_str(), 0644), 0);
+  const ParameterMap client{{"url", std::string("ws://robot")}, {"auth.token_file", file}};
+  EXPECT_THAT(check_host(client).hints, ElementsAre(is(Cause::kFileReadable, "auth.token_file")));
+  EXPECT_THAT(check_host({{"auth.token_file", file}}).hints, IsEmpty());
+  ASSERT_EQ(::chmod(file.c_str(), 0600), 0);
+  EXPECT_THAT(check_host(client).hints, IsEmpty());
+}
+
+TEST(HostCheck, WhereNoServerCanListen) {
+  const int taken = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof at;
+  ASSERT_EQ(::bind(taken, reinterpret_cast<sockaddr*>(&at), size), 0);
+  ASSERT_EQ(::listen(taken, 1), 0);
+  ::getsockname(taken, reinterpret_cast<sockaddr*>(&at), &size);
+  ListenOptions listen;
+  listen.port = ntohs(at.sin_port);
+  EXPECT_THAT(why_not_listening(listen), is(Cause::kPortTaken, "127.0.0.1:"));
+  ::close(taken);
+  EXPECT_FALSE(why_not_listening(listen));
+  listen.addresses = {"192.0.2.1"};  // of documents
+  EXPECT_EQ(why_not_listening(listen).cause, Cause::kAddressNotHere);
 }
 
 // Root may read everything, so that a process without its rights looks.

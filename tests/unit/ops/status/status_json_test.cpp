@@ -35,7 +35,7 @@ TEST(StatusJson, WithoutLinks) {
   const auto json = Json::parse(to_json({status, run}));
   EXPECT_EQ(json, Json::parse(R"({"schema": 1, "time": "2026-01-31T12:00:00Z", "running": true,
     "started": "2026-01-30T12:00:00Z", "version": "1.2.3",
-    "node": "/connect", "role": "client", "loop_lag_ms": 1.5,
+    "node": "/connect", "role": "client", "is_robot": true, "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
      "taken": 2, "published": 3, "types_not_installed": 4, "reading_held": 0,
      "extra_frames": 0,
@@ -166,7 +166,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "lost": 8, "duplicates": 9, "request_bytes": 10, "response_bytes": 11,
        "declined": "no such type"}],
     "missing": [{"kind": "topic", "name": "/c", "type": "p/msg/T", "direction": "import",
-       "reason": "denied", "rule": "shut", "text": "it is denied"}],
+       "reason": "denied", "rule": "shut", "text": "it is denied", "waits": "nobody"}],
     "further_missing": {"count": 3}}])"));
 }
 
@@ -218,14 +218,16 @@ TEST(StatusJson, WhatIsPublishedBesideWhatIsForwarded) {
 
 TEST(StatusJson, TheBreaksOfALink) {
   LinkStatus link;
-  link.breaks = {{1796688000 * kStampSecond, 1796688004 * kStampSecond, "no answer"},
-                 {1796688100 * kStampSecond, 0, "closed"}};
+  link.breaks = {
+      {1796688000 * kStampSecond, 1796688004 * kStampSecond, {Cause::kSilent, "no answer"}, true},
+      {1796688100 * kStampSecond, 0, {Cause::kClosed, "closed"}}};
   Status status;
   status.links = {link};
   EXPECT_EQ(Json::parse(to_json({status, {}})).at("links").at(0).at("breaks"), Json::parse(R"([
     {"lost": "2026-12-08T00:00:00.000Z", "back": "2026-12-08T00:00:04.000Z", "seconds": 4.0,
-     "reason": "no answer"},
-    {"lost": "2026-12-08T00:01:40.000Z", "reason": "closed"}])"));
+     "reason": "no answer", "code": "silent", "by_peer": true},
+    {"lost": "2026-12-08T00:01:40.000Z", "reason": "closed", "code": "closed",
+     "by_peer": false}])"));
   // A reason may name a person.
   EXPECT_FALSE(
       Json::parse(to_json({status, {}}, Names::kHidden)).at("links").at(0).contains("breaks"));
@@ -247,6 +249,30 @@ TEST(StatusJson, TheRelayAndARefusedFile) {
   EXPECT_EQ(json.at("relays").at(0).at("last_failure"), "no answer");
   EXPECT_EQ(json.at("relays").at(0).at("last_failure_code"), "relay_unreachable");
   EXPECT_EQ(json.at("refused_parameters").at("problem"), "");
+}
+
+TEST(StatusJson, TheLastMinutes) {
+  TopicStatus topic;
+  topic.lately = {3, 30, {}};
+  topic.lately->dropped.add(DropReason::kRate, 2);
+  LinkStatus link;
+  link.same_graph = link.two_of_a_kind = true;
+  link.lately = {std::chrono::milliseconds(1500), 10, 2};
+  link.topics = {topic};
+  RunStatus run;
+  run.lately = {900, 5, 3, 7};
+  Status status;
+  status.links = {link};
+  const auto json = Json::parse(to_json({status, run}));
+  EXPECT_EQ(json.at("lately"), Json::parse(R"({"loop_lag_ms": 900.0, "held_up": 5,
+    "wrong_logins": 3, "memory_max_used_bytes": 7})"));
+  const Json& shown = json.at("links").at(0);
+  EXPECT_EQ(shown.at("lately"),
+            Json::parse(R"({"path_queue_ms": 1500.0, "segments": 10, "retransmitted": 2})"));
+  EXPECT_EQ(shown.at("same_graph"), true);
+  EXPECT_EQ(shown.at("two_of_a_kind"), true);
+  EXPECT_EQ(shown.at("topics").at(0).at("lately"),
+            Json::parse(R"({"messages": 3, "wire_bytes": 30, "dropped": {"rate": 2}})"));
 }
 
 // A field is one row: every view has it by that.

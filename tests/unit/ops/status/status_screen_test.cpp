@@ -84,6 +84,7 @@ TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
   link["breaks"] = Json::parse(R"([{"lost": "2026-01-31T11:00:00.000Z", "seconds": 3.5,
     "back": "2026-01-31T11:00:03.500Z", "reason": "no answer for a time that is really long"}])");
   link["peer"] = "203.0.113.5:40000";
+  now["node"] = "/factory/line_0/station_12/left_arm_of_the_press/connect_server";
   now["audit"] = {{"problem", "/var/log/audit.jsonl: No space left on device"}};
   now["refused_parameters"] = {{"time", "2026-01-31T11:00:00.000Z"},
                                {"problem", "rule.drive.max_agee is unknown"}};

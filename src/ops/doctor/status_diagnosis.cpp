@@ -1,0 +1,403 @@
+#include "ops/doctor/status_diagnosis.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "config/syntax.hpp"
+#include "core/ports/failure.hpp"
+#include "core/wire/words.hpp"
+#include "ops/doctor/diagnosis.hpp"
+#include "ops/doctor/worth_telling.hpp"
+#include "ops/status/json_members.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr double kClockOffsetMs = 1000;
+constexpr double kClockApartMs = 100;  // tf2 fails from about here on
+constexpr double kOpenSeconds = 10;    // until something may be expected of a link
+constexpr std::size_t kBreaks = 3;     // in this time
+constexpr double kBreaksSeconds = 600;
+constexpr double kDroppedShare = 0.05;
+constexpr double kStarvedShare = 0.95;   // of what a rule's rate keeps, on purpose as it seems
+constexpr double kSegments = 100;        // less says nothing about a path
+constexpr double kShortestLately = 300;  // s, the time of counts called lately, at least
+constexpr double kAmple = 2;
+
+// The finding that the importer's code of a declined channel means (docs/protocol.md, "decline").
+std::string_view finding_of_decline(const std::string& code) {
+  if (code == "type_unknown") return "type_not_installed";
+  if (code == "type_mismatch") return "definitions_differ";
+  if (code == "not_permitted") return "not_taken";
+  return "declined";
+}
+
+// The finding of a missing name. Most reasons are findings.
+std::string_view finding_of_missing(const std::string& reason, const std::string& code) {
+  if (reason == "type_unknown") return "type_not_installed";
+  if (reason == "lost") return "lost_in_middleware";
+  if (reason == "declined") return finding_of_decline(code);
+  const Finding* const same = finding_of(reason);
+  return same ? same->id : "declined";
+}
+
+// The finding of a server's failure at its relay: the keys are others than those of a client.
+std::string_view finding_at_relay(Cause cause) {
+  switch (cause) {
+    case Cause::kHostUnknown:
+    case Cause::kResolverSilent:
+    case Cause::kPortClosed:
+    case Cause::kNoRoute:
+    case Cause::kNoAnswer:
+    case Cause::kServerSilent:
+    case Cause::kRelayUnreachable: return "relay_unreachable";
+    case Cause::kCertificateEarly:
+    case Cause::kCertificateExpired:
+    case Cause::kCertificateName:
+    case Cause::kCertificateForeign:
+    case Cause::kCertificateFiles:
+    case Cause::kOtherKey: return "relay_certificate";
+    case Cause::kTokenMissing: return "relay_token_missing";
+    case Cause::kTlsToPlainPort:
+    case Cause::kNotThisProgram: return "relay_is_none";
+    case Cause::kRelayRefuses: return "relay_refuses";
+    case Cause::kRobotTwice: return "robots_with_one_token";
+    default: return "relay_fails";
+  }
+}
+
+class Doctor {
+ public:
+  void side(const Json& status);
+  void relay(const Json& status);
+  std::vector<Found> take();
+
+ private:
+  void add(std::string_view id, std::string subject = {}, std::string detail = {},
+           bool waits = false) {
+    found_.push_back({id, std::move(subject), std::move(detail), waits, {}});
+  }
+  void way(const Json& status);
+  void relays(const Json& status);
+  void resources(const Json& status);
+  void link(const Json& link);
+  void path(const Json& link, const std::string& who);
+  void breaks(const Json& link, const std::string& who);
+  void missing(const Json& link);
+  void topic(const Json& link, const Json& topic);
+  void service(const Json& service);
+  void silent_topics(const Json& link);
+  void thin(const Json& link);
+
+  bool is_client_ = false;
+  bool is_robot_ = true;
+  std::optional<double> now_;
+  std::vector<Found> found_;
+};
+
+std::vector<Found> Doctor::take() {
+  const auto is = [](std::string_view id) {
+    return [id](const Found& one) { return one.id == id; };
+  };
+  if (std::any_of(found_.begin(), found_.end(), is("clocks_differ")))
+    std::erase_if(found_, is("clocks_apart"));
+  return gathered(found_);
+}
+
+// Counts of the last minutes; of all time where the program is older.
+const Json& lately_of(const Json& of) {
+  const Json& lately = part_of(of, "lately");
+  return lately.empty() ? of : lately;
+}
+
+double lately_in(const Json& of, const char* name) {
+  return number_in(lately_of(of), name);
+}
+
+bool is_exported(const Json& of) {
+  return text_in(of, "direction") == "export";
+}
+
+// Most of what a robot publishes is not to be elsewhere, and RViz has tools that nobody uses.
+bool is_missed(const Json& name, bool is_robot) {
+  if (!is_exported(name)) return true;
+  const std::string waits = text_in(name, "waits"), reason = text_in(name, "reason");
+  const bool is_rule =
+      reason == "no_rule" || reason == "denied" || reason == "other_peer" || reason == "not_taken";
+  return !is_rule || waits == "peer" || (waits == "sender" && !is_robot);
+}
+
+void Doctor::missing(const Json& link) {
+  for (const Json& name : part_of(link, "missing")) {
+    if (!is_missed(name, is_robot_)) continue;
+    const auto finding = finding_of_missing(text_in(name, "reason"), text_in(name, "code"));
+    add(finding, text_in(name, "name"), text_in(name, "text"),
+        !is_exported(name) || text_in(name, "waits") == "peer");
+  }
+}
+
+void Doctor::topic(const Json& link, const Json& topic) {
+  const std::string name = text_in(topic, "topic");
+  const Json& dropped = part_of(lately_of(topic), "dropped");
+  const double messages = lately_in(topic, "messages");
+  const auto many = [&](const char* reason, double share) {
+    const double count = number_in(dropped, reason);
+    return count > 0 && count >= share * (messages + count);
+  };
+  const auto counted = [&](const char* reason) {
+    return fmt::format("{} {:.0f} of {:.0f}", reason, number_in(dropped, reason),
+                       messages + number_in(dropped, reason));
+  };
+  if (many("rate", kStarvedShare)) add("drops_rate", name, counted("rate"));
+  if (many("too_large", kDroppedShare)) add("drops_too_large", name, counted("too_large"), true);
+  if (many("memory", kDroppedShare)) add("drops_memory", name, counted("memory"), true);
+  if (!many("max_age", kDroppedShare)) return;
+  const double offset = number_in(part_of(link, "clock"), "offset_ms");
+  const bool all = number_in(dropped, "max_age") > 0 && messages == 0;
+  if (std::abs(offset) >= kClockOffsetMs)
+    add("clocks_differ", name, fmt::format("by {:.1f} s", offset / 1e3), true);
+  else
+    add(all ? "stamps_old" : "drops_max_age", name, counted("max_age"), true);
+}
+
+void Doctor::service(const Json& service) {
+  const std::string name = text_in(service, "service");
+  const double calls = number_in(service, "calls"), late = number_in(service, "timed_out");
+  const bool is_of_action = name.find("/_action/") != std::string::npos;
+  if (late > 0 && late >= kDroppedShare * calls)
+    add("service_silent", name, fmt::format("{:.0f} of {:.0f} calls timed out", late, calls), true);
+  else if (!is_of_action && number_in(service, "pending") > 0 &&
+           number_in(service, "answered") == 0)
+    add("calls_wait", name, fmt::format("{:.0f} calls", number_in(service, "pending")), true);
+}
+
+// Topics on which nothing happens. Some topics carry little, and some that nobody looks at are
+// usual: only a link on which nothing happens at all is worth a word.
+void Doctor::silent_topics(const Json& link) {
+  bool flows = false, demanded_any = false;
+  std::vector<std::string> silent, lonely;
+  for (const Json& topic : part_of(link, "topics")) {
+    const std::string name = text_in(topic, "topic");
+    const bool demanded = is_set(topic, "demanded");
+    const double messages = number_in(topic, "messages");
+    flows = flows || (demanded && messages > 0);
+    demanded_any = demanded_any || demanded;
+    if (!is_exported(topic)) continue;
+    if (!demanded && text_in(topic, "declined").empty()) lonely.push_back(name);
+    if (demanded && messages == 0 && number_in(topic, "origins") > 0 &&
+        part_of(topic, "dropped").empty() && number_in(topic, "queued") == 0 &&
+        name.find("/_action/") == std::string::npos)
+      silent.push_back(name);
+  }
+  for (const Json& service : part_of(link, "services"))
+    flows = flows || number_in(service, "calls") > 0;
+  if (flows || number_in(link, "open_seconds") < kOpenSeconds) return;
+  for (const std::string& name : silent) add("nothing_arrives", name, {}, true);
+  if (!demanded_any)
+    for (const std::string& name : lonely) add("no_listener", name);
+}
+
+// The finding of a thin link names the heaviest of the topics that lose messages to it. A path that
+// could carry all of it is not thin.
+void Doctor::thin(const Json& link) {
+  const Json* heaviest = nullptr;
+  double published = 0;  // bytes, as far as known
+  for (const Json& topic : part_of(link, "topics")) {
+    const Json& dropped = part_of(lately_of(topic), "dropped");
+    const double lost = number_in(dropped, "newer_available") + number_in(dropped, "queue_time") +
+                        number_in(dropped, "queue_bytes");
+    const double messages = lately_in(topic, "messages"), sent = lately_in(topic, "wire_bytes");
+    if (messages > 0) published += sent * (messages + lost) / messages;
+    if (lost == 0 || lost < kDroppedShare * (lost + messages)) continue;
+    if (!heaviest || sent > lately_in(*heaviest, "wire_bytes")) heaviest = &topic;
+  }
+  const double rate = number_in(link, "rate_bytes_per_second");
+  const double seconds = std::min(kShortestLately, number_in(link, "open_seconds"));
+  if (!heaviest || (published > 0 && rate * seconds > published * kAmple)) return;
+  add("link_too_thin", text_in(*heaviest, "topic"),
+      fmt::format("it is the heaviest: {:.1f} MB; the path carries {:.0f} kB/s",
+                  lately_in(*heaviest, "wire_bytes") / 1e6, rate / 1e3),
+      true);
+}
+
+// Breaks of the last ten minutes.
+void Doctor::breaks(const Json& link, const std::string& who) {
+  std::size_t recent = 0, deaf = 0;
+  std::string last;
+  for (const Json& one : part_of(link, "breaks")) {
+    const auto lost = moment_in(one, "lost");
+    const std::string code = text_in(one, "code");
+    if (!lost || !now_ || *now_ - *lost > kBreaksSeconds) continue;
+    if (code == "going_away" || code == "normal" || code == "replaced") continue;
+    ++recent;
+    if (code == "silent" && is_set(one, "by_peer")) ++deaf;
+    last = text_in(one, "reason");
+  }
+  if (recent < kBreaks) return;
+  add(2 * deaf > recent ? "large_packets_vanish" : "link_breaks", who,
+      fmt::format("{} breaks in 10 min, the last: {}", recent, last), true);
+}
+
+void Doctor::path(const Json& link, const std::string& who) {
+  const double queue_ms = std::max(number_in(link, "path_queue_ms"),
+                                   number_in(part_of(link, "lately"), "path_queue_ms"));
+  if (queue_ms >= kQueueMsWorthTelling)
+    add("path_full", who, fmt::format("{:.1f} s", queue_ms / 1e3));
+  const double segments = lately_in(link, "segments"), again = lately_in(link, "retransmitted");
+  if (segments >= kSegments && again >= kDroppedShare * segments)
+    add("path_loses", who,
+        fmt::format("{:.0f} % of {:.0f} TCP segments were sent again", 100 * again / segments,
+                    segments));
+  const Json& clock = part_of(link, "clock");
+  const double apart = std::abs(number_in(clock, "offset_ms")) - number_in(clock, "error_bound_ms");
+  if (apart >= kClockApartMs)
+    add("clocks_apart", who,
+        fmt::format("the peer's is {} by {:.1f} s",
+                    number_in(clock, "offset_ms") > 0 ? "ahead" : "behind",
+                    std::abs(number_in(clock, "offset_ms")) / 1e3));
+}
+
+void Doctor::link(const Json& link) {
+  const std::string who =
+      fmt::format("link {:.0f} to {}", number_in(link, "link"), text_in(link, "node"));
+  breaks(link, who);
+  if (!is_set(link, "open")) return;
+  if (is_set(link, "same_graph")) return add("one_graph", who, {}, true);
+  if (is_set(link, "two_of_a_kind"))
+    add("robot_word", who, is_robot_ ? "both are the robot" : "none is the robot", true);
+  path(link, who);
+  missing(link);
+  thin(link);
+  bool exports = false;
+  for (const Json& one : part_of(link, "topics")) {
+    topic(link, one);
+    exports = exports || is_exported(one);
+  }
+  for (const Json& one : part_of(link, "services")) {
+    service(one);
+    exports = exports || is_exported(one);
+  }
+  for (const Json& name : part_of(link, "missing")) exports = exports || is_exported(name);
+  silent_topics(link);
+  // Who only looks has nothing to give.
+  if (!exports && is_robot_ && number_in(link, "open_seconds") >= kOpenSeconds)
+    add("nothing_here", who);
+}
+
+// "::1" of "[::1]:9090"
+std::string plain_host_of(const std::string& address) {
+  const std::string host = host_of(address);
+  return host.starts_with('[') ? host.substr(1, host.size() - 2) : host;
+}
+
+Cause cause_in(const Json& part) {
+  const std::string code = text_in(part, "last_failure_code");
+  return code.empty() ? Cause::kNone : value_of(kCauseWords, code).value_or(Cause::kOther);
+}
+
+bool listens_on_loopback_alone(const Json& status) {
+  const Json& addresses = part_of(status, "listens");
+  return !addresses.empty() && std::all_of(addresses.begin(), addresses.end(), [](const Json& one) {
+    return one.is_string() && syntax::is_loopback(plain_host_of(one.get<std::string>()));
+  });
+}
+
+// Why nobody is linked.
+void Doctor::way(const Json& status) {
+  if (is_client_) {
+    const std::string text = text_in(status, "last_failure");
+    const Cause cause = cause_in(status);
+    return cause == Cause::kNone ? add("not_linked", {}, text, true)
+                                 : add(finding_for(cause), {}, text, true);
+  }
+  const bool is_local = part_of(status, "relays").empty() && listens_on_loopback_alone(status);
+  add(is_local ? "loopback_alone" : "nobody_linked");
+}
+
+// Also while clients are linked that come by another way.
+void Doctor::relays(const Json& status) {
+  for (const Json& relay : part_of(status, "relays"))
+    if (const Cause cause = cause_in(relay); !is_set(relay, "connected") && cause != Cause::kNone)
+      add(finding_at_relay(cause), text_in(relay, "relay"), text_in(relay, "last_failure"), true);
+}
+
+void Doctor::resources(const Json& status) {
+  const Json& lately = part_of(status, "lately");
+  if (const double lag =
+          std::max(number_in(status, "loop_lag_ms"), number_in(lately, "loop_lag_ms"));
+      lag >= kLagMsWorthTelling) {
+    const double times = number_in(lately, "held_up");
+    add("loop_slow", {},
+        fmt::format("for {:.0f} ms", lag) +
+            (times > 1 ? fmt::format(" at most, {:.0f} times in the last minutes", times) : ""));
+  }
+  const double used = std::max(number_in(status, "memory_max_used_bytes"),
+                               number_in(lately, "memory_max_used_bytes"));
+  if (used > 0 && used >= kMemoryShareWorthTelling * number_in(status, "memory_max_bytes"))
+    add("memory_full", {}, fmt::format("{:.0f} MB", used / 1e6));
+  if (const std::string problem = text_in(part_of(status, "audit"), "problem"); !problem.empty())
+    add("audit_fails", {}, problem);
+  if (const Json& refused = part_of(status, "refused_parameters"); !refused.empty())
+    add("parameters_refused", {}, text_in(refused, "time") + ": " + text_in(refused, "problem"));
+  const auto end = moment_in(status, "certificate_valid_until");
+  if (!end || !now_) return;
+  const std::string until = text_in(status, "certificate_valid_until");
+  constexpr double kDaySeconds = 86'400;
+  if (*end <= *now_)
+    add("certificate_expired", {}, "on " + until);
+  else if (*end - *now_ < kCertificateDaysWorthTelling * kDaySeconds)
+    add("certificate_ends_soon", {}, "on " + until);
+}
+
+void Doctor::side(const Json& status) {
+  is_client_ = text_in(status, "role") == "client";
+  is_robot_ = status.contains("is_robot") ? is_set(status, "is_robot") : !is_client_;
+  now_ = moment_in(status, "time");
+  const Json& links = part_of(status, "links");
+  const bool open = std::any_of(links.begin(), links.end(),
+                                [](const Json& link) { return is_set(link, "open"); });
+  relays(status);
+  const bool by_relay =
+      std::any_of(found_.begin(), found_.end(), [](const Found& one) { return one.waits; });
+  if (!open && !by_relay) way(status);
+  const double wrong = status.contains("lately")
+                           ? number_in(part_of(status, "lately"), "wrong_logins")
+                           : number_in(part_of(status, "strangers"), "wrong_logins");
+  if (!is_client_ && wrong > 0) add("wrong_logins", {}, fmt::format("{:.0f} times", wrong));
+  resources(status);
+  for (const Json& one : links) link(one);
+}
+
+void Doctor::relay(const Json& status) {
+  const Json& robots = part_of(status, "robots");
+  const auto is_here = [](const Json& robot) { return is_set(robot, "open"); };
+  for (const Json& robot : robots)
+    if (is_set(robot, "token_in_use"))
+      add("robots_with_one_token", text_in(robot, "robot"), {}, true);
+  if (!robots.empty() && std::none_of(robots.begin(), robots.end(), is_here)) add("no_robot_here");
+}
+
+}  // namespace
+
+std::vector<Found> diagnose_status(const Json& status) {
+  Doctor doctor;
+  text_in(status, "role") == "relay" ? doctor.relay(status) : doctor.side(status);
+  return doctor.take();
+}
+
+bool carries_data(const Json& status) {
+  for (const Json& link : part_of(status, "links")) {
+    for (const Json& topic : part_of(link, "topics"))
+      if (number_in(topic, "messages") > 0) return true;
+    for (const Json& service : part_of(link, "services"))
+      if (number_in(service, "answered") > 0) return true;
+  }
+  return false;
+}
+
+}  // namespace connect_bridge

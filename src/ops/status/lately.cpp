@@ -1,0 +1,75 @@
+#include "ops/status/lately.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "ops/status/status_json.hpp"
+
+namespace connect_bridge {
+
+std::uint64_t RecentGrowth::to(std::uint64_t value, std::int64_t period) {
+  if (value < last_) before_ = begun_ = last_ = 0;
+  if (period != period_) {
+    before_ = period == period_ + 1 ? begun_ : last_;
+    begun_ = last_;
+    period_ = period;
+  }
+  last_ = value;
+  return value - before_;
+}
+
+double RecentPeak::to(double value, std::int64_t period) {
+  if (period != period_) {
+    before_ = period == period_ + 1 ? now_ : 0;
+    now_ = value;
+    period_ = period;
+  }
+  now_ = std::max(now_, value);
+  return std::max(before_, now_);
+}
+
+void Lately::on_second(double lag_ms, bool held_up, TimePoint now) {
+  if (held_up) ++held_up_seconds_;
+  lag_ms_.to(lag_ms, period(now));
+  held_up_.to(held_up_seconds_, period(now));
+}
+
+void Lately::add(RunStatus& run, const Status& side, TimePoint now) {
+  const std::int64_t at = period(now);
+  looked_at_ = now;
+  forget(at);
+  run.lately = {lag_ms_.to(0, at), held_up_.to(held_up_seconds_, at),
+                wrong_logins_.to(side.strangers.wrong_logins, at),
+                static_cast<std::uint64_t>(memory_.to(static_cast<double>(side.shared_bytes), at))};
+}
+
+void Lately::add(LinkStatus& link, TimePoint now) {
+  const std::int64_t at = period(now);
+  OfLink& known = links_[link.number];
+  known.seen = at;
+  const auto queue_ms = known.path_queue_ms.to(milliseconds_of(link.path_queue), at);
+  link.lately = {
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(queue_ms)),
+      known.segments.to(link.segments, at), known.retransmitted.to(link.retransmitted, at)};
+  for (TopicStatus& topic : link.topics) {
+    OfTopic& of_topic = known.topics[(topic.exported ? ">" : "<") + topic.topic + " " + topic.type];
+    of_topic.seen = at;
+    TopicStatus::Lately grown{
+        of_topic.messages.to(topic.messages, at), of_topic.wire_bytes.to(topic.wire_bytes, at), {}};
+    for (std::size_t i = 0; i < kDropReasons; ++i)
+      if (const std::uint64_t count = topic.dropped.by_reason[i]; count > 0)
+        grown.dropped.by_reason[i] = of_topic.dropped[i].to(count, at);
+    topic.lately = grown;
+  }
+}
+
+// A link that is lost shows no topics: theirs are kept for a while.
+void Lately::forget(std::int64_t now) {
+  if (now == forgot_) return;
+  forgot_ = now;
+  const auto is_old = [&](const auto& entry) { return entry.second.seen + 1 < now; };
+  std::erase_if(links_, is_old);
+  for (auto& [number, link] : links_) std::erase_if(link.topics, is_old);
+}
+
+}  // namespace connect_bridge

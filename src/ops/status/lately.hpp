@@ -1,0 +1,82 @@
+// The worst and the growth of the last minutes, so that the status shows neither the last second
+// alone nor the fault of yesterday.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/base/time.hpp"
+#include "ops/status/status_picture.hpp"
+
+namespace connect_bridge {
+
+// The growth of a counter since the period before the present one began.
+class RecentGrowth {
+ public:
+  // The growth up to this value. A smaller value than before: the counter began again.
+  std::uint64_t to(std::uint64_t value, std::int64_t period);
+
+ private:
+  std::uint64_t before_ = 0;  // when the last period began
+  std::uint64_t begun_ = 0;   // when this period began
+  std::uint64_t last_ = 0;
+  std::int64_t period_ = 0;
+};
+
+// The largest value of this period and of the last one.
+class RecentPeak {
+ public:
+  double to(double value, std::int64_t period);
+
+ private:
+  double before_ = 0;
+  double now_ = 0;
+  std::int64_t period_ = 0;
+};
+
+// Time is divided into periods of five minutes; "lately" means this period and the last one.
+// Bounded: an entry for each topic that a status shows, and for no longer than two periods after.
+// Single-threaded.
+class Lately {
+ public:
+  static constexpr Duration kPeriod = std::chrono::minutes(5);
+  // A picture is needed so often, also if nobody asks for one.
+  static constexpr Duration kLook = std::chrono::minutes(1);
+
+  explicit Lately(TimePoint start) : start_(start), looked_at_(start) {}
+
+  // Once a second: the delay of the loop in it, and whether that is worth a word.
+  void on_second(double lag_ms, bool held_up, TimePoint now);
+  [[nodiscard]] bool is_due(TimePoint now) const { return now - looked_at_ >= kLook; }
+  // Adds what belongs to the side, and begins a picture.
+  void add(RunStatus& run, const Status& side, TimePoint now);
+  // Adds what belongs to the link and its topics.
+  void add(LinkStatus& link, TimePoint now);
+
+ private:
+  struct OfTopic {
+    std::int64_t seen = 0;  // the last period with it
+    RecentGrowth messages, wire_bytes;
+    std::map<std::size_t, RecentGrowth> dropped;  // by reason
+  };
+  struct OfLink {
+    std::int64_t seen = 0;
+    RecentPeak path_queue_ms;
+    RecentGrowth segments, retransmitted;
+    std::map<std::string, OfTopic> topics;  // by direction and name
+  };
+
+  [[nodiscard]] std::int64_t period(TimePoint now) const { return (now - start_) / kPeriod + 1; }
+  void forget(std::int64_t now);
+
+  TimePoint start_;
+  TimePoint looked_at_;
+  std::int64_t forgot_ = 0;
+  RecentPeak lag_ms_, memory_;
+  RecentGrowth held_up_, wrong_logins_;
+  std::uint64_t held_up_seconds_ = 0;
+  std::map<std::uint64_t, OfLink> links_;  // by number
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,95 @@
+#include "ops/status/lately.hpp"
+
+#include <gtest/gtest.h>
+
+namespace connect_bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr TimePoint kStart{1000h};
+
+TEST(Lately, AGrowthIsOfThisPeriodAndTheLast) {
+  RecentGrowth growth;
+  EXPECT_EQ(growth.to(100, 1), 100U);
+  EXPECT_EQ(growth.to(130, 2), 130U);
+  EXPECT_EQ(growth.to(150, 3), 50U) << "since the second began";
+  EXPECT_EQ(growth.to(150, 4), 20U);
+  EXPECT_EQ(growth.to(150, 5), 0U);
+  EXPECT_EQ(growth.to(160, 9), 10U) << "nobody looked for a while";
+  EXPECT_EQ(growth.to(3, 9), 3U) << "it began again";
+}
+
+TEST(Lately, APeakStaysForTwoPeriods) {
+  RecentPeak peak;
+  EXPECT_EQ(peak.to(900, 1), 900);
+  EXPECT_EQ(peak.to(1, 1), 900);
+  EXPECT_EQ(peak.to(2, 2), 900);
+  EXPECT_EQ(peak.to(3, 3), 3);
+  EXPECT_EQ(peak.to(1, 7), 1);
+}
+
+TEST(Lately, TheSideKeepsTheWorstOfItsLastMinutes) {
+  Lately lately(kStart);
+  for (int i = 0; i < 5; ++i) lately.on_second(900, true, kStart + std::chrono::seconds(i));
+  lately.on_second(1, false, kStart + 5s);
+  const auto at = [&](Duration time) {
+    RunStatus run;
+    Status side;
+    side.strangers.wrong_logins = 3;
+    side.shared_bytes = 7;
+    lately.add(run, side, kStart + time);
+    return *run.lately;
+  };
+  EXPECT_EQ(at(6s).loop_lag_ms, 900);
+  EXPECT_EQ(at(6s).held_up, 5U);
+  EXPECT_EQ(at(6s).wrong_logins, 3U);
+  EXPECT_EQ(at(6s).shared_bytes, 7U);
+  at(5min);
+  EXPECT_EQ(at(10min).loop_lag_ms, 0);
+  EXPECT_EQ(at(10min).held_up, 0U);
+  EXPECT_EQ(at(10min).wrong_logins, 0U);
+}
+
+LinkStatus link_with(std::uint64_t messages, std::uint64_t dropped) {
+  LinkStatus link;
+  link.number = 7;
+  link.segments = 10 * messages;
+  link.retransmitted = messages;
+  TopicStatus& topic = link.topics.emplace_back();
+  topic.topic = "/a";
+  topic.messages = messages;
+  topic.dropped.add(DropReason::kRate, dropped);
+  return link;
+}
+
+TEST(Lately, TopicsOfALostLinkCountOnWhenItIsBack) {
+  Lately lately(kStart);
+  RunStatus run;
+  const auto look = [&](LinkStatus link, Duration time) {
+    lately.add(run, {}, kStart + time);
+    lately.add(link, kStart + time);
+    return link;
+  };
+  EXPECT_EQ(look(link_with(100, 20), 1min).topics[0].lately->dropped.of(DropReason::kRate), 20U);
+  look(link_with(200, 20), 6min);
+  LinkStatus lost;
+  lost.number = 7;
+  look(lost, 7min);
+  const LinkStatus back = look(link_with(210, 25), 11min);
+  EXPECT_EQ(back.topics[0].lately->messages, 110U) << "since the last period began";
+  EXPECT_EQ(back.topics[0].lately->dropped.of(DropReason::kRate), 5U);
+  EXPECT_EQ(back.lately->segments, 2100U) << "the connection is another one";
+}
+
+TEST(Lately, APictureIsNeededEachMinute) {
+  Lately lately(kStart);
+  EXPECT_FALSE(lately.is_due(kStart + 59s));
+  EXPECT_TRUE(lately.is_due(kStart + 1min));
+  RunStatus run;
+  lately.add(run, {}, kStart + 1min);
+  EXPECT_FALSE(lately.is_due(kStart + 119s));
+}
+
+}  // namespace
+}  // namespace connect_bridge
