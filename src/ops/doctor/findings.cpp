@@ -262,8 +262,8 @@ constexpr Finding kFindings[] = {
      "look at the network between both ends; a larger `dead_after` bridges silences. Ask `ctl "
      "doctor` at the other end, too"},
     {"large_packets_vanish", kFault,
-     "the peer gets nothing of this side, again and again, while its own packets arrive: large "
-     "packets vanish on the path (MTU), or only this direction fails",
+     "connections open at once, and fall silent again and again: large packets vanish on the path "
+     "(MTU)",
      "try a smaller mtu (ip link set dev DEVICE mtu 1280) or sysctl -w net.ipv4.tcp_mtu_probing=1; "
      "let ICMP pass through the firewalls"},
     {"audit_fails", kFault, "the audit log cannot be written", "free its disk, or change its file"},

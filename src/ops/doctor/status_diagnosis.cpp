@@ -23,6 +23,7 @@ constexpr double kClockApartMs = 100;  // tf2 fails from about here on
 constexpr double kOpenSeconds = 10;    // until something may be expected of a link
 constexpr std::size_t kBreaks = 3;     // in this time
 constexpr double kBreaksSeconds = 600;
+constexpr double kShortBreak = 1;  // s
 constexpr double kDroppedShare = 0.05;
 constexpr double kStarvedShare = 0.95;   // of what a rule's rate keeps, on purpose as it seems
 constexpr double kSegments = 100;        // less says nothing about a path
@@ -96,6 +97,7 @@ class Doctor {
 
   bool is_client_ = false;
   bool is_robot_ = true;
+  bool carries_ = false;  // something crosses, or has
   std::optional<double> now_;
   std::vector<Found> found_;
 };
@@ -176,27 +178,22 @@ void Doctor::service(const Json& service) {
     add("calls_wait", name, fmt::format("{:.0f} calls", number_in(service, "pending")), true);
 }
 
-// Topics on which nothing happens. Some topics carry little, and some that nobody looks at are
-// usual: only a link on which nothing happens at all is worth a word.
+// Topics on which nothing happens. Some topics carry little, and links that nobody uses now are
+// usual: only a side on which nothing happens at all is worth a word.
 void Doctor::silent_topics(const Json& link) {
-  bool flows = false, demanded_any = false;
+  if (carries_ || number_in(link, "open_seconds") < kOpenSeconds) return;
+  bool demanded_any = false;
   std::vector<std::string> silent, lonely;
   for (const Json& topic : part_of(link, "topics")) {
     const std::string name = text_in(topic, "topic");
     const bool demanded = is_set(topic, "demanded");
-    const double messages = number_in(topic, "messages");
-    flows = flows || (demanded && messages > 0);
     demanded_any = demanded_any || demanded;
     if (!is_exported(topic)) continue;
     if (!demanded && text_in(topic, "declined").empty()) lonely.push_back(name);
-    if (demanded && messages == 0 && number_in(topic, "origins") > 0 &&
-        part_of(topic, "dropped").empty() && number_in(topic, "queued") == 0 &&
-        name.find("/_action/") == std::string::npos)
+    if (demanded && number_in(topic, "origins") > 0 && part_of(topic, "dropped").empty() &&
+        number_in(topic, "queued") == 0 && name.find("/_action/") == std::string::npos)
       silent.push_back(name);
   }
-  for (const Json& service : part_of(link, "services"))
-    flows = flows || number_in(service, "calls") > 0;
-  if (flows || number_in(link, "open_seconds") < kOpenSeconds) return;
   for (const std::string& name : silent) add("nothing_arrives", name, {}, true);
   if (!demanded_any)
     for (const std::string& name : lonely) add("no_listener", name);
@@ -225,22 +222,25 @@ void Doctor::thin(const Json& link) {
       true);
 }
 
-// Breaks of the last ten minutes.
+// Breaks of the last ten minutes. Where large packets vanish, the silence ends as soon as a new
+// connection begins with small ones; the peer may notice it first, and replaces its connection.
 void Doctor::breaks(const Json& link, const std::string& who) {
-  std::size_t recent = 0, deaf = 0;
+  std::size_t lost = 0, silent = 0, replaced = 0, short_ones = 0;
   std::string last;
   for (const Json& one : part_of(link, "breaks")) {
-    const auto lost = moment_in(one, "lost");
+    const auto since = moment_in(one, "lost");
     const std::string code = text_in(one, "code");
-    if (!lost || !now_ || *now_ - *lost > kBreaksSeconds) continue;
-    if (code == "going_away" || code == "normal" || code == "replaced") continue;
-    ++recent;
-    if (code == "silent" && is_set(one, "by_peer")) ++deaf;
-    last = text_in(one, "reason");
+    if (!since || !now_ || *now_ - *since > kBreaksSeconds) continue;
+    if (code == "going_away" || code == "normal") continue;
+    ++(code == "replaced" ? replaced : code == "silent" ? silent : lost);
+    const bool ended_at_once = one.contains("seconds") && number_in(one, "seconds") < kShortBreak;
+    if (ended_at_once && code != "connection_lost") ++short_ones;
+    if (code != "replaced") last = text_in(one, "reason");
   }
-  if (recent < kBreaks) return;
-  add(2 * deaf > recent ? "large_packets_vanish" : "link_breaks", who,
-      fmt::format("{} breaks in 10 min, the last: {}", recent, last), true);
+  const std::size_t breaks = lost + silent + (silent > 0 ? replaced : 0);
+  if (breaks < kBreaks) return;
+  add(silent > 0 && 2 * short_ones > breaks ? "large_packets_vanish" : "link_breaks", who,
+      fmt::format("{} breaks in 10 min, the last: {}", breaks, last), true);
 }
 
 void Doctor::path(const Json& link, const std::string& who) {
@@ -358,6 +358,7 @@ void Doctor::side(const Json& status) {
   is_client_ = text_in(status, "role") == "client";
   is_robot_ = status.contains("is_robot") ? is_set(status, "is_robot") : !is_client_;
   now_ = moment_in(status, "time");
+  carries_ = carries_data(status);
   const Json& links = part_of(status, "links");
   const bool open = std::any_of(links.begin(), links.end(),
                                 [](const Json& link) { return is_set(link, "open"); });

@@ -174,12 +174,12 @@ std::string missing_for(const std::string& reason, const std::string& text = "",
 }
 
 // Three breaks within ten minutes, and one of yesterday.
-std::string broken(const std::string& code, bool by_peer) {
+std::string broken(const std::string& code, double seconds) {
   Json link = {{"breaks", Json::array({{{"lost", "2026-01-30T11:00:00Z"}, {"code", code}}})}};
   for (const char* lost : {"11:52:00", "11:56:00", "11:59:00"})
     link["breaks"].push_back({{"lost", "2026-01-31T" + std::string(lost) + "Z"},
                               {"code", code},
-                              {"by_peer", by_peer},
+                              {"seconds", seconds},
                               {"reason", "it"}});
   return link_with(link.dump());
 }
@@ -251,7 +251,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"qos", missing_for("qos")},
         StatusCase{"lost_in_middleware", missing_for("lost")},
         StatusCase{"nothing_arrives", topic_with(R"({"messages": 0})")},
-        StatusCase{"no_listener", topic_with(R"({"demanded": false})")},
+        StatusCase{"no_listener", topic_with(R"({"demanded": false, "messages": 0})")},
         StatusCase{"drops_rate", topic_with(R"({"dropped": {"rate": 5000}})")},
         StatusCase{"stamps_old", topic_with(R"({"messages": 0, "dropped": {"max_age": 50}})")},
         StatusCase{"drops_max_age", topic_with(R"({"dropped": {"max_age": 50}})")},
@@ -259,9 +259,9 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"drops_memory", topic_with(R"({"dropped": {"memory": 50}})")},
         StatusCase{"link_too_thin", topic_with(R"({"dropped": {"newer_available": 50}})")},
         StatusCase{"path_full", link_with(R"({"path_queue_ms": 2000})")},
-        StatusCase{"link_breaks", broken("silent", false)},
-        StatusCase{"link_breaks", broken("connection_lost", false)},
-        StatusCase{"large_packets_vanish", broken("silent", true)},
+        StatusCase{"link_breaks", broken("silent", 5)},
+        StatusCase{"link_breaks", broken("connection_lost", 0.1)},
+        StatusCase{"large_packets_vanish", broken("silent", 0.2)},
         StatusCase{"one_graph", link_with(R"({"same_graph": true})")},
         StatusCase{"robot_word", link_with(R"({"two_of_a_kind": true})")},
         StatusCase{"clocks_apart",
@@ -378,11 +378,13 @@ TEST(DoctorStatus, APathThatCarriesAllIsNotThin) {
 }
 
 TEST(DoctorStatus, ABreakNowAndThenIsUsual) {
-  Json status = status_of(broken("silent", false));
+  Json status = status_of(broken("silent", 0.2));
   status["links"][0]["breaks"].erase(1);
   EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
-  status = status_of(broken("going_away", true));
+  status = status_of(broken("going_away", 0.2));
   EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty()) << "restarts";
+  status = status_of(broken("replaced", 0));
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty()) << "a robot that changes its network";
 }
 
 // Both graphs are one: nothing else about the link means anything.
@@ -411,7 +413,7 @@ TEST(DoctorStatus, TheHeaviestTopicOfAThinLinkIsNamed) {
 }
 
 TEST(DoctorStatus, ManyOfOneKindAreOneLine) {
-  auto status = status_of(topic_with(R"({"demanded": false})"));
+  auto status = status_of(topic_with(R"({"demanded": false, "messages": 0})"));
   auto& topics = status["links"][0]["topics"];
   for (int i = 0; i < 300; ++i) topics.push_back(topics[0]);
   const auto found = diagnose_status(status);
