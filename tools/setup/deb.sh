@@ -17,6 +17,10 @@ find "$source" -mindepth 1 -maxdepth 1 ! -name "obj*" -exec rm -rf {} +
 git -C "$root" archive HEAD | tar -x -C "$source"
 cp -r "$source/packaging/debian" "$source/debian"
 sed -i "s|@MAINTAINER@|$maintainer|" "$source/debian/control"
+# The publisher's repository, without a login in its URL; a clone of a folder has none.
+homepage=$(git -C "$root" remote get-url origin 2>/dev/null | sed -nE 's|^https://([^/@]*@)?(.*)$|https://\2|p' | sed 's|\.git$||')
+[ -n "$homepage" ] || sed -i '/@HOMEPAGE@/d' "$source/debian/control"
+sed -i "s|@HOMEPAGE@|${homepage:-the repository from which the package was built}|" "$source/debian/control" "$source/debian/copyright"
 printf 'connect-bridge (%s) unstable; urgency=medium\n\n  * CHANGELOG.rst says what is new in %s.\n\n -- %s  %s\n' \
   "$version" "$version" "$maintainer" "$(git -C "$root" log -1 --format=%cD)" >"$source/debian/changelog"
 
