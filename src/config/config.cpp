@@ -142,7 +142,7 @@ class ConfigMaker {
 
   void read_dial() {
     if (!values_.given("url")) {
-      add("url", "", "the server to dial, e.g. wss://robot.example/");
+      add("url", "", "the server to connect to, e.g. wss://robot.example/");
     }
     const auto url = syntax::parse_url(values_.text("url"));
     if (!url) return;

@@ -78,18 +78,19 @@ constexpr char kServerHelp[] =
    or: ros2 run connect_bridge server --pair --via 'wss+relay://...' [--operate] [--ros-args ...]
    or: ros2 run connect_bridge server --pair [HOST[:PORT]] --drive [--ros-args ...]
 
-The server of ROS2 Connect: joins this ROS 2 graph with the graphs of the clients that dial it, over
-one WebSocket each. Rules say what may cross; without rules nothing does.
-With --pair it makes itself a certificate and a login and prints an invitation, with which a client
-is started on another machine, once; HOST is what clients dial. With --via that is a relay: its line
-is what 'relay --robot' prints (docs/reach.md). Later both start without arguments.
-A paired client may receive all topics but /rosout, with --operate it may also publish and call
+The server of ROS2 Connect joins this ROS 2 graph with the graphs of its clients, over one WebSocket
+each. Rules say which names are forwarded. Without rules none is.
+With --pair the server makes a certificate and a login, and prints an invitation, which starts a
+client on another machine, once. HOST is the name or address of this machine for clients. With --via
+clients connect to a relay, and 'relay --robot' there prints the wss+relay://... (docs/reach.md).
+Later both start without arguments.
+A paired client may receive all topics but /rosout. With --operate it may also publish and call
 everything: as much as a shell on the robot, since some services load code.
-With --drive this end is the operator, and the robot dials: client --robot takes the invitation.
+With --drive this end is the operator, and the robot connects: client --robot takes the invitation.
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:
 {}
-A file that lets everybody on this machine who has the token see all topics:
+With this file everybody on this machine who has the token sees all topics:
   connect_server:
     ros__parameters:
       auth: {{token_file: robot.token}}
@@ -104,16 +105,17 @@ constexpr char kClientHelp[] =
    or: ros2 run connect_bridge client 'wss+pair://...' [--ros-args ...]
    or: ros2 run connect_bridge client --robot [--operate] 'wss+pair://...' [--ros-args ...]
 
-The client of ROS2 Connect: dials a server over one WebSocket and joins this ROS 2 graph with that
-of the server, as far as the rules of both sides allow. It dials again whenever the link is lost.
-The invitation that 'server --pair' prints, in quotation marks, contains all that it needs; later it
-starts without arguments. With --robot this end is the robot, and the invitation is one of 'server
---pair --drive': the operator may receive all topics but /rosout, with --operate also publish and
-call everything: as much as a shell on the robot, since some services load code.
+The client of ROS2 Connect connects to a server over one WebSocket. It joins this ROS 2 graph with
+that of the server, as far as the rules of both sides allow, and connects again after each loss.
+The invitation that 'server --pair' prints, in quotation marks, contains all that the client needs.
+Later the client starts without arguments. With --robot this end is the robot, and 'server --pair
+--drive' prints the invitation: the operator may receive all topics but /rosout. With --operate the
+operator may also publish and call everything: as much as a shell on the robot, since some services
+load code.
 
 All settings are parameters of the ROS node, named connect_client. The most important ones:
 {}
-A file that takes all that the server's rules allow, but /rosout, and gives topics only:
+A client with this file imports what the server's rules allow, but /rosout, and exports topics:
   connect_client:
     ros__parameters:
       url: wss://robot.example:9090/

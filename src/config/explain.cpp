@@ -62,9 +62,9 @@ std::string proxy_words(const std::optional<HttpProxy>& proxy) {
 std::string dial_text(const Config& config) {
   const std::string url = syntax::url_to_show(string_at(config.given, "url"));
   if (!config.dial.url.secure)
-    return fmt::format("dials: {}, without TLS{}", url, proxy_words(config.dial.proxy));
+    return fmt::format("connects to: {}, without TLS{}", url, proxy_words(config.dial.proxy));
   const Names& pins = config.tls.pins;
-  std::string text = fmt::format("dials: {}, with TLS; the ", url);
+  std::string text = fmt::format("connects to: {}, with TLS; the ", url);
   if (!pins.empty())
     text += fmt::format("server's public key must have the pin {}", joined(pins, "or"));
   if (!pins.empty() && !config.tls.ca_file.empty()) text += ", and the ";

@@ -165,8 +165,9 @@ class Explainer {
             return one.matches(question_.name);
           });
           if (found == patterns.end()) continue;
-          line(fmt::format("{} matches the name, but does not apply here",
-                           where(rule, right_key(direction, what), *found)));
+          line(fmt::format("{} matches the name, but is for {}",
+                           where(rule, right_key(direction, what), *found),
+                           what == question_.what ? "the other direction" : "another kind"));
           told = true;
         }
       }
@@ -183,7 +184,8 @@ class Explainer {
       for (const Pattern& pattern : rule.opens[direction_][question_.what]) {
         if (pattern.matches(question_.name)) continue;  // shown already
         const std::size_t here = edit_distance(pattern.text(), question_.name);
-        if (best.second != nullptr && here >= least) continue;
+        const bool similar = 2 * here <= question_.name.size();
+        if (!similar || (best.second != nullptr && here >= least)) continue;
         best = {&rule, &pattern};
         least = here;
       }

@@ -83,7 +83,7 @@ Invitation parse_relay_line(const std::string& text, std::string& problem) {
   Invitation parsed = read_line(text, kRelayLineScheme, kLineCodeSize);
   if (parsed.pin.empty() || syntax::check_relay_url(parsed.url))
     problem =
-        "the relay's line is not complete: expected what 'relay --robot' prints, between "
+        "the registration command is not complete: expected what 'relay --robot' prints, between "
         "quotation marks, wss+relay://ROBOT@HOST:PORT/#CODE.PIN";
   return parsed;
 }

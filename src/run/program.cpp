@@ -144,8 +144,8 @@ int start(ros::Node& node, Role role, LastSteps& last_steps) {
   if (!config && says_nothing(start.parameters) && facts.others_with_parameters.empty())
     return refuse(problems,
                   role == Role::kServer
-                      ? "To start without parameters: server --pair; at an operator whom robots "
-                        "dial: server --pair --drive"
+                      ? "To start without parameters: server --pair; at an operator to whom robots "
+                        "connect: server --pair --drive"
                       : "To start without parameters: the invitation that 'server --pair' prints");
   if (!config) return refuse(problems);
   const std::string others = who_may_change_rules(*config, facts.parameter_files);

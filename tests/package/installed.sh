@@ -67,6 +67,8 @@ useradd --create-home anna
 (umask 077 && connect_bridge ctl token anna --file /etc/connect_bridge/tokens.yaml >/etc/connect_bridge/anna.token 2>/tmp/token.log)
 connect_bridge ctl check /etc/connect_bridge/server.yaml >/tmp/check.log 2>&1 || fail "the shipped server.yaml is wrong"
 ok "the shipped server.yaml is understood"
+python3 -c 'import importlib.metadata as m; m.entry_points(group="ros2cli.command")["connect"]' || fail "ros2 connect is not found"
+ok "ros2 connect is found"
 [ "$(stat -c %a /etc/connect_bridge)" = 751 ] || fail "other users can lock /etc/connect_bridge"
 chown robot /etc/connect_bridge/tokens.yaml
 chown anna /etc/connect_bridge/anna.token

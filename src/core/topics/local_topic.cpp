@@ -284,7 +284,7 @@ void LocalTopic::warn_mixed() {
   if (volatiles == 0 || volatiles == static_cast<std::ptrdiff_t>(origins_.size())) return;
   tell_once(
       " has transient-local and volatile publishers: it is subscribed as volatile, so samples from "
-      "before the subscription do not cross");
+      "before the subscription are not forwarded");
 }
 
 void LocalTopic::tell_once(const std::string& what) {

@@ -178,8 +178,8 @@ void PeerListeners::serve(OfLink& of_link, const Now& now) {
     if (!has_place(account))
       return side_.outputs.log_once(account.told, LogLevel::kWarn,
                                     "not all that " + of_link.link->owner() +
-                                        " listens to is subscribed here: of what nobody "
-                                        "publishes at most " +
+                                        " subscribes to is subscribed here: of topics "
+                                        "that nobody publishes at most " +
                                         std::to_string(kUnpublishedMax) +
                                         " topics for one identity, and " +
                                         std::to_string(Shares::kListenedMax) + " for all");

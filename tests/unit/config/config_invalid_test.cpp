@@ -331,7 +331,7 @@ TEST(ConfigInvalidMore, NoPeerRefusesWhatIsAnnounced) {
 TEST(ConfigInvalidMore, MissingUrlAndToken) {
   const Parsed parsed = parse_config({}, Role::kClient, {});
   ASSERT_EQ(parsed.problems.size(), 2U);
-  EXPECT_THAT(to_text(parsed.problems[0]), HasSubstr("url: expected the server to dial"));
+  EXPECT_THAT(to_text(parsed.problems[0]), HasSubstr("url: expected the server to connect to"));
   EXPECT_THAT(to_text(parsed.problems[1]), HasSubstr("CONNECT_BRIDGE_TOKEN"));
 }
 

@@ -349,8 +349,9 @@ TEST(ConfigExplain, Client) {
   const Config config =
       config_of({{"url", "wss://robot.example/c?key=hush"}, {"prefix", "/r1"}}, Role::kClient);
   const std::string text = explain(config);
-  EXPECT_THAT(text, HasSubstr("dials: wss://robot.example/c?..., with TLS; the certificate must "
-                              "be for robot.example and signed by an authority the system trusts"));
+  EXPECT_THAT(text,
+              HasSubstr("connects to: wss://robot.example/c?..., with TLS; the certificate must "
+                        "be for robot.example and signed by an authority the system trusts"));
   EXPECT_THAT(text, HasSubstr("environment variable CONNECT_BRIDGE_TOKEN"));
   EXPECT_THAT(text, HasSubstr("the peer's /x is /r1/x"));
   EXPECT_THAT(text, HasSubstr("all that the peer allows, but from here topics only"));

@@ -84,7 +84,8 @@ TEST(ExplainRight, TheNearest) {
               HasSubstr("the nearest is rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\")"));
   EXPECT_THAT(said(topic("/cmd_vel", Direction::kExport)),
               HasSubstr("rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\") matches the name, "
-                        "but does not apply here"));
+                        "but is for the other direction"));
+  EXPECT_THAT(said(topic("/odometry", Direction::kImport)), Not(HasSubstr("the nearest is")));
   RightQuestion question = topic("/_hidden", Direction::kImport);
   question.what = OpenedBy::kServices;
   EXPECT_THAT(said(question), HasSubstr("no rule in use has import_services"));

@@ -52,7 +52,7 @@ TEST(Invitation, ARelaysLineIsReadAsItWasWritten) {
   for (const std::string& wrong : {line + "A", nobody.replace(12, 7, ""), std::string{kOneLine}}) {
     problem.clear();
     static_cast<void>(parse_relay_line(wrong, problem));
-    EXPECT_THAT(problem, HasSubstr("the relay's line is not complete")) << wrong;
+    EXPECT_THAT(problem, HasSubstr("the registration command is not complete")) << wrong;
   }
 }
 

@@ -361,7 +361,7 @@ TEST_F(MissingRulesTest, TheRuleThatDecidesIsNamed) {
             "import topic /unknown no_rule: no rule here allows it\n"
             "export topic /cmd_vel rule_type: the rule drive here is only for p/msg/Twist "
             "[drive]\n");
-  EXPECT_NE(logged().find("5 names that nodes here use do not cross"), std::string::npos);
+  EXPECT_NE(logged().find("5 names that nodes here use are not forwarded"), std::string::npos);
 }
 
 // ---- questions of the peer
