@@ -182,7 +182,7 @@ def test_pairing_takes_two_commands_and_no_file(tmp_path, domains, make_graph):
         tokens = (tmp_path / ".connect_relay" / "robots.yaml").read_text()
         assert hashlib.sha256(token.encode()).hexdigest() not in tokens
         thief = world.run("server", "thief", "--pair", "--via", line, *port)
-        thief.wait_for("it refuses the token .* or the line was used already")
+        thief.wait_for("it refuses the token .* or the registration command was used already")
         thief.stop()
         # What the thief started with before stays.
         assert not list(world.home("thief").rglob("params.yaml"))

@@ -22,7 +22,7 @@ TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
   EXPECT_EQ(read_arguments({"--pair", "robot.example"}, Role::kServer).host, "robot.example");
   EXPECT_TRUE(read_arguments({"--pair", "--operate"}, Role::kServer).operates);
   EXPECT_THAT(read_arguments({"--operate"}, Role::kServer).problems,
-              ElementsAre(HasSubstr("give --pair")));
+              ElementsAre(HasSubstr("add --pair")));
   EXPECT_THAT(read_arguments({"--pair"}, Role::kClient).problems, SizeIs(1));
   EXPECT_THAT(read_arguments({kGivenLine}, Role::kServer).problems, SizeIs(1));
 }
@@ -57,7 +57,7 @@ TEST(Arguments, WhichEndIsTheRobotAndWhoSaysWhatItDoes) {
   EXPECT_TRUE(read_arguments({"--robot", "--operate", kGivenLine}, Role::kClient).operates);
   EXPECT_THAT(problems({"--pair", "--drive", "--operate"}, Role::kServer),
               ElementsAre(HasSubstr("belongs to the robot's end")));
-  EXPECT_THAT(problems({"--drive"}, Role::kServer), ElementsAre(HasSubstr("give --pair")));
+  EXPECT_THAT(problems({"--drive"}, Role::kServer), ElementsAre(HasSubstr("add --pair")));
   EXPECT_THAT(problems({"--robot"}, Role::kClient), ElementsAre(HasSubstr("the invitation")));
   EXPECT_THAT(problems({"--operate", kGivenLine}, Role::kClient),
               ElementsAre(HasSubstr("belongs to the robot's end")));
