@@ -116,9 +116,8 @@ std::string Bridge::open_audit_log() {
 // Only keys that may change at run time differ from the previous configuration.
 void Bridge::apply(const Config& now) {
   loop_.feed(PolicyChanged{now.policy});
-  loop_.feed(LimitsChanged{now.limits.bytes_per_second_max,
-                           now.limits.outbox.bytes_per_second_max, now.limits.resume_for,
-                           now.limits.resume_bytes_max});
+  loop_.feed(LimitsChanged{now.limits.bytes_per_second_max, now.limits.outbox.bytes_per_second_max,
+                           now.limits.resume_for, now.limits.resume_bytes_max});
   node_.set_log_level(now.log_level);
 }
 
