@@ -1,4 +1,5 @@
 // A side of the bridge: connects the core, ROS, the network, login and workers.
+// One unit: the layers meet here, and nowhere else.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
