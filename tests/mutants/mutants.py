@@ -133,6 +133,8 @@ MUTANTS = [
     Mutant("ended_demand", "messages of an ended demand are taken",
            swap(" && demand == demand_", "")),
     Mutant("demand_ends", "end of demand ignored", gone),
+    Mutant("sent_again", "latched samples that the peer has are sent again", gone),
+    Mutant("late_subscriber", "who comes after a break gets no latched sample", gone),
     Mutant("requests_seen", "requests are executed again after a reconnect", never),
     Mutant("requests_attached", "requests before the service is attached", gone),
     Mutant("attached_twice", "services are attached twice", gone),

@@ -21,6 +21,7 @@ REMOVED_MAX = 1024
 CHANNELS_MAX = 4096  # of a withdraw
 DEMANDED_MAX = 1024  # channels of a demand
 DECODES_MAX = 16  # words
+HAS_MAX = 64  # origins of a `has`
 CALLS_MAX = 8192
 ENTRIES_MAX = 4096  # patterns and types of all rules and of `deny` together
 WILDCARDS_MAX = 256  # of these, patterns with a star
@@ -33,7 +34,7 @@ CREDENTIAL_MAX = 3900
 
 def _integer(word):
     return (
-        int(word) if word.isdigit() and len(word) < 20 else float(word)
+        int(word) if word.isdigit() and len(word) <= 20 and int(word) < 1 << 64 else float(word)
     )  # a float is not an integer
 
 
@@ -192,6 +193,10 @@ def _check_demand(demand):
     number(member(demand, "channel", int))
     require(0 <= member(demand, "number", int) < 65536, "number of a demand")
     require(0 <= member(demand, "after", int, 0) < 1 << 32, "a sequence")
+    if "has" in demand:
+        for held in items(demand, "has", HAS_MAX):
+            number(member(held, "origin", int))
+            require(0 <= member(held, "number", int) < 1 << 64, "a sample's number")
     for flag in ("resume", "live", "lossy"):
         member(demand, flag, bool, False)
     if "decodes" in demand:

@@ -25,6 +25,7 @@
 #include "core/link/link_life.hpp"
 #include "core/link/link_login.hpp"
 #include "core/link/link_mirrors.hpp"
+#include "core/link/published.hpp"
 #include "core/policy/names.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/status.hpp"
@@ -97,6 +98,7 @@ class Link final : public ConnectionUser {
   LinkAccepts accepts{account->accepts};         // what the peer would import
   LinkMirrors mirrors{account->places, memory};  // endpoints that appear here for the peer
   ArrivedTopics arrived;
+  Published published;
 
   // ---- the connection
   // The connection carries the link from now on; there was none.

@@ -271,6 +271,7 @@ void Side::on_link_dead(Link& link, const Now& now) {
 
 void Side::on_link_forgotten(Link& link, const Now& now) {
   link.arrived.clear();
+  link.published.clear();
   exports_.end_kept(link, now);
 }
 

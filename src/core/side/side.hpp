@@ -135,7 +135,7 @@ class Side final : private LinkUser {
   void on_link_lost(Link& link, const Now& now) override;
   void on_link_dead(Link& link, const Now& now) override;
   [[nodiscard]] bool resumes(const Link& link) const override {
-    return !link.arrived.empty() || exports_.keeps(link.id);
+    return !link.arrived.empty() || !link.published.empty() || exports_.keeps(link.id);
   }
   void on_link_forgotten(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;

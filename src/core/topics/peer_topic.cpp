@@ -201,6 +201,10 @@ ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
   resume_ = may_resume();
   ChannelDemand begun{
       .channel = number_, .number = number, .resume = resume_, .live = drives(treatment(), key_)};
+  for (const auto& [id, mirror] : origins_)
+    if (const std::uint64_t last = mirror->last_number_of(*this);
+        last != 0 && begun.has.size() < kHasMax)
+      begun.has.push_back({id, last});
   const auto arrived = link_.arrived.extract(key_);
   if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
     begun.after = last_sequence_ = arrived.mapped().sequence;

@@ -121,7 +121,26 @@ void TopicMirror::lose_link(LinkId link) {
   Link& lost = *candidate(link)->link;
   if (candidates_.size() > 1) return static_cast<void>(lost.arrived.erase(key_.first));
   note_end(lost.arrived, key_.first, key_.second, lost.memory);
+  note_published(lost);
   vanish();
+}
+
+void TopicMirror::note_published(Link& lost) const {
+  const TopicState* topic = context_.graph.find(key_.first);
+  if (!id_ || last_number_ == 0 || !is_transient_local(origin_.qos) || !topic ||
+      topic->subscribers.size() > Published::kSubscribersMax)
+    return;
+  std::set<Gid> reached;
+  for (const auto& subscriber : topic->subscribers) reached.insert(subscriber.gid);
+  lost.published.note(key_, {last_number_, std::move(reached)}, lost.memory);
+}
+
+bool TopicMirror::misses_samples() const {
+  if (!id_ || reached_.empty()) return false;
+  const TopicState* topic = context_.graph.find(key_.first);
+  return topic &&
+         std::any_of(topic->subscribers.begin(), topic->subscribers.end(),
+                     [&](const auto& subscriber) { return !reached_.contains(subscriber.gid); });
 }
 
 // ---- feeding, creation and destruction
@@ -144,6 +163,8 @@ bool TopicMirror::refresh(const Now& now) {
   follow_feeder();
   // The peer may offer a local publisher for a moment after its end: no mirror for it either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
+  // A publisher sends to all its subscribers, and nothing twice: another one is made.
+  if (feeder() && misses_samples()) vanish();  // mutant: late_subscriber
   const bool exists = may_exist();
   if (exists && !id_ && feeder()) {
     const bool settled = has_settled(now);
@@ -212,7 +233,10 @@ void TopicMirror::create(const Now& now) {
   const Outputs::Paying paying(context_.outputs, candidates_.front().link->account->time);
   id_ = context_.outputs.new_id<MirrorId>();
   candidates_.front().declined = false;
-  last_number_ = sample_bytes_ = 0;
+  const auto published = candidates_.front().link->published.take(key_);
+  last_number_ = published.number;
+  reached_ = published.subscribers;
+  sample_bytes_ = 0;
   context_.made[id_] = {this};
   if (candidates_.front().link->arrived.contains(key_.first))
     pauses_ = context_.timers.set(now.steady + kMatching, this);
@@ -337,6 +361,10 @@ void TopicMirror::ask_for_last_samples(const Now& now) const {
 }
 
 // ---- data
+
+std::uint64_t TopicMirror::last_number_of(const PeerTopic& feeder) const {
+  return id_ && this->feeder() == &feeder && is_transient_local(origin_.qos) ? last_number_ : 0;
+}
 
 std::optional<DropReason> TopicMirror::refusal(const Link& link) const {
   // The mirror may wait for its node's name, or because its identity makes too many mirrors.

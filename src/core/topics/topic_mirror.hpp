@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -118,6 +119,9 @@ class TopicMirror final : private Appearing::Waiting {
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
   }
+  // The largest number of the samples that were published, if `feeder` feeds the mirror and its
+  // origin's last samples come again; 0: none.
+  [[nodiscard]] std::uint64_t last_number_of(const PeerTopic& feeder) const;
   // Do messages wait until subscribers have found the mirror?
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
@@ -133,6 +137,9 @@ class TopicMirror final : private Appearing::Waiting {
 
   void appear(const Now& now) override { update(now); }
   void create(const Now& now);
+  // Did an earlier mirror publish samples, and somebody subscribes now who did not get them?
+  [[nodiscard]] bool misses_samples() const;
+  void note_published(Link& lost) const;
   void vanish(bool exists = true);
   // The payload, held in the account of its identity until it is published, if it is large:
   // publishing takes a while.
@@ -178,6 +185,7 @@ class TopicMirror final : private Appearing::Waiting {
   std::uint64_t last_number_ = 0;   // of the last message that was published, or waits to be
   std::uint64_t before_first_ = 0;  // last_number_ before the first message that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest sample that was published
+  std::set<Gid> reached_;           // subscribers who got the samples from an earlier mirror
   Budget::Hold kept_;               // kept_bytes(), held in the feeding link's memory
   // Number of samples of this size that may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();

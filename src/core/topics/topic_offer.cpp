@@ -31,6 +31,13 @@ bool TopicOffer::permits(const Payload& sample) const {
   return node && may_have_events(context_, link_, *node);
 }
 
+bool TopicOffer::is_there(const OutSample& sample) const {
+  const auto& has = demand_.has;
+  return sample.number != 0 && std::any_of(has.begin(), has.end(), [&](const HeldSamples& held) {
+           return held.origin == sample.subject.origin() && sample.number <= held.number;
+         });
+}
+
 std::set<OriginId> TopicOffer::withheld() const {
   std::set<OriginId> result;
   for (const auto& [gid, origin] : topic_.origins())
@@ -199,6 +206,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at() ||
                       (age == Age::kFirst && sample.stamp < demanded_at_);
   if (is_old && is_live()) return false;  // mutant: yesterdays_command
+  if (is_there(sample)) return false;     // mutant: sent_again
   if (withheld_.contains(origin)) return false;
   if (!permits(sample.raw)) {
     drop(DropReason::kNotPermitted);

@@ -121,6 +121,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] ChannelId number() const { return offer_.number(); }
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
   [[nodiscard]] bool permits(const Payload& sample) const;
+  // Has the peer published this sample already? Its demand says so.
+  [[nodiscard]] bool is_there(const OutSample& sample) const;
   [[nodiscard]] std::set<OriginId> withheld() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();

@@ -21,11 +21,48 @@ std::string text_of(const OrderedJson& json) {
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
-std::string offer_of(const std::vector<std::string>& channels, bool complete) {
-  std::string list;
-  for (const auto& channel : channels) list += (list.empty() ? "" : ",") + channel;
-  std::string text = encode(Offer{{}, complete});
-  return text.insert(text.find('[') + 1, list);
+// A message arrives as a whole, and nothing else meanwhile. On a thin link urgent data would wait
+// for a long one, and the peer would take this side for silent.
+constexpr std::size_t kEntriesBytes = 16 << 10;
+
+// Encoded entries of `channels`, gathered into messages of at most kEntriesBytes. A larger entry
+// has a message of its own.
+class Entries {
+ public:
+  explicit Entries(std::size_t most) : most_(most) {}
+
+  [[nodiscard]] bool fits(const std::string& entry) const {
+    return count_ == 0 || (count_ < most_ && list_.size() + entry.size() < kEntriesBytes);
+  }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  void add(const std::string& entry) { list_ += (count_++ == 0 ? "" : ",") + entry; }
+  // `message`, without channels, with the gathered entries.
+  std::string take(const Control& message) {
+    std::string text = encode(message);
+    text.insert(text.find('[') + 1, std::exchange(list_, {}));
+    count_ = 0;
+    return text;
+  }
+
+ private:
+  std::size_t most_;
+  std::size_t count_ = 0;
+  std::string list_;
+};
+
+std::vector<std::string> encode_demands(const Demand& demand) {
+  std::vector<std::string> texts;
+  Entries entries(kDemandChannelsMax);
+  for (const auto& channel : demand.channels) {
+    OrderedJson json;
+    ControlWriter writer{json};
+    fields(writer, channel);
+    const std::string text = text_of(json);
+    if (!entries.fits(text)) texts.push_back(entries.take(Demand{}));
+    entries.add(text);
+  }
+  if (!entries.empty() || texts.empty()) texts.push_back(entries.take(Demand{}));
+  return texts;
 }
 
 }  // namespace
@@ -59,6 +96,7 @@ std::string encode(const Control& message) {
 }
 
 std::vector<std::string> encode_parts(const Control& message) {
+  if (const auto* demand = std::get_if<Demand>(&message)) return encode_demands(*demand);
   std::vector<std::string> texts;
   for (bool complete = false; !complete;) {
     OrderedJson json;
@@ -72,27 +110,18 @@ std::vector<std::string> encode_parts(const Control& message) {
 }
 
 std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete) {
-  // A message arrives as a whole, and nothing else meanwhile. On a thin link urgent data would wait
-  // for a long one, and the peer would take this side for silent.
-  constexpr std::size_t kBytes = 16 << 10;
-  constexpr std::size_t kChannels = kOfferChannelsMax / 4;
   std::vector<std::string> texts;
-  std::vector<std::string> gathered;
-  std::size_t gathered_bytes = 0;
+  Entries entries(kOfferChannelsMax / 4);
   const auto offer_gathered = [&](bool completes) {
-    if (!gathered.empty() || completes) texts.push_back(offer_of(gathered, completes));
-    gathered.clear();
-    gathered_bytes = 0;
+    if (!entries.empty() || completes) texts.push_back(entries.take(Offer{{}, completes}));
   };
   for (const auto& channel : channels) {
     OrderedJson json;
     ControlWriter writer{json, 0};  // with as many origins as one message may add
     fields(writer, channel);
-    std::string text = text_of(json);
-    if (gathered.size() == kChannels || gathered_bytes + text.size() > kBytes)
-      offer_gathered(false);
-    gathered_bytes += text.size();
-    gathered.push_back(std::move(text));
+    const std::string text = text_of(json);
+    if (!entries.fits(text)) offer_gathered(false);
+    entries.add(text);
     if (writer.is_last_part()) continue;
     offer_gathered(false);
     const OriginsChanged more{

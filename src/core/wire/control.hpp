@@ -30,6 +30,7 @@ inline constexpr std::size_t kAddedMax = 64;
 inline constexpr std::size_t kRemovedMax = 1024;         // and removes
 inline constexpr std::size_t kChannelIdsMax = 4096;      // channels in one withdraw
 inline constexpr std::size_t kDemandChannelsMax = 1024;  // channels in one demand
+inline constexpr std::size_t kHasMax = 64;               // origins of one `has`
 inline constexpr std::size_t kDecodesMax = 16;           // words of one `decodes`
 inline constexpr std::size_t kAcceptRulesMax = 1024;     // rules in one accepts
 inline constexpr std::size_t kAcceptEntriesMax = 4096;   // patterns and types of one accepts
@@ -113,6 +114,13 @@ struct Decodes {
   }
   return false;
 }
+// The largest number of the samples of a transient-local origin that the importer has.
+struct HeldSamples {
+  OriginId origin;
+  std::uint64_t number = 0;
+
+  friend bool operator==(const HeldSamples&, const HeldSamples&) = default;
+};
 // The importer wants, or no longer wants, the messages of one channel.
 struct ChannelDemand {
   ChannelId channel;
@@ -123,7 +131,8 @@ struct ChannelDemand {
   std::optional<std::uint32_t> after = {};
   bool live = false;  // no messages from before the demand
   Decodes decodes = {};
-  bool lossy = false;  // forms that are not exact may come, too
+  bool lossy = false;                 // forms that are not exact may come, too
+  std::vector<HeldSamples> has = {};  // samples up to these numbers need not come
 };
 // "demand": the demands of these channels, in order.
 struct Demand {

@@ -108,6 +108,11 @@ void fields(auto& io, Is<Withdraw> auto& withdraw) {
   io.cleaned("reason", withdraw.reason, kReasonBytesMax);
 }
 
+void fields(auto& io, Is<HeldSamples> auto& held) {
+  io.member("origin", held.origin);
+  io.member("number", held.number);
+}
+
 void fields(auto& io, Is<ChannelDemand> auto& demand) {
   io.member("channel", demand.channel);
   io.member("number", demand.number);
@@ -116,6 +121,7 @@ void fields(auto& io, Is<ChannelDemand> auto& demand) {
   io.member("live", demand.live, Presence::kOptional);
   io.flags("decodes", demand.decodes, kDecodesWords, kDecodesMax);
   io.member("lossy", demand.lossy, Presence::kOptional);
+  io.list("has", demand.has, kHasMax, Presence::kOptional);
 }
 
 void fields(auto& io, Is<Demand> auto& demand) {

@@ -136,6 +136,8 @@ std::string word_of_demands(const std::vector<ChannelDemand>& channels) {
     if (demand.resume) how += " resume";
     if (demand.live) how += " live";
     if (demand.after) how += " after " + std::to_string(*demand.after);
+    for (const auto& held : demand.has)
+      how += " has " + std::to_string(held.origin.value) + ":" + std::to_string(held.number);
     if (how != before) lines += before + (lines.empty() ? "demand" : "\ndemand");
     lines += " " + std::to_string(demand.channel.value);
     before = how;

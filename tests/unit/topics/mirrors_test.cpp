@@ -18,7 +18,7 @@ TEST(SideMirrors, AreUsedAgainAfterAReconnectWithoutDuplicates) {
   EXPECT_EQ(s.did(), "");
   s.say(2, Offer{{channel(5, "/map", {origin(3, 11, latched())})}, true});
   EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(2), "demand 5 on\n");
+  EXPECT_EQ(s.said(2), "demand 5 on has 3:20\n");
   s.message(2, 5, 3, "b", 20);  // the exporter's history
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.dropped(DropReason::kDuplicate), 1U);
@@ -168,7 +168,7 @@ TEST(SideMirrors, AfterAReconnectTheSamplesOfEachOriginAreKnown) {
   s.did();
   s.say(2,
         Offer{{channel(1, "/map", {origin(1, 11, latched()), origin(2, 12, latched(2))})}, true});
-  EXPECT_EQ(s.said(2), "demand 1 on\n");
+  EXPECT_EQ(s.said(2), "demand 1 on has 2:98\n");
   for (const char* text : {"a", "b", "c"}) s.message(2, 1, 2, text, *text);
   EXPECT_EQ(s.did(), "publish 3 c\n");
 }
