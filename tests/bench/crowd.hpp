@@ -108,6 +108,7 @@ class Crowd {
 
   static SideOptions options_for(std::uint32_t links) {
     SideOptions options;
+    options.outbox.compressed_texts_min = kPacketBytesMax;  // they are read here
     options.links_max = options.identity_links_max = links;
     Rule rule;
     rule.opens[Direction::kExport][OpenedBy::kTopics].push_back(Pattern::parse("/**").value());

@@ -96,6 +96,7 @@ class LoadedSide {
 
   static SideOptions options() {
     SideOptions options;
+    options.outbox.compressed_texts_min = kPacketBytesMax;  // they are read here
     Rule rule;
     const std::vector<Pattern> all{Pattern::parse("/**").value()};
     rule.opens[Direction::kExport][OpenedBy::kTopics] =

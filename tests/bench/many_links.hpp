@@ -108,6 +108,7 @@ class ManyLinks {
 
   static SideOptions options_for(const ManyLinksShape& shape) {
     SideOptions options;
+    options.outbox.compressed_texts_min = kPacketBytesMax;  // they are read here
     options.links_max = options.identity_links_max = shape.links;
     Rule rule;
     rule.opens[Direction::kImport][OpenedBy::kTopics].push_back(Pattern::parse("/**").value());

@@ -135,6 +135,7 @@ MUTANTS = [
     Mutant("demand_ends", "end of demand ignored", gone),
     Mutant("sent_again", "latched samples that the peer has are sent again", gone),
     Mutant("late_subscriber", "who comes after a break gets no latched sample", gone),
+    Mutant("before_its_origin", "urgent data overtakes its publisher", gone),
     Mutant("requests_seen", "requests are executed again after a reconnect", never),
     Mutant("requests_attached", "requests before the service is attached", gone),
     Mutant("attached_twice", "services are attached twice", gone),

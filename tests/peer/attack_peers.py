@@ -1,16 +1,18 @@
 """Attacks by peers with a token. Each goes on until its time is over, and counts."""
 
 import asyncio
+import collections
 import contextlib
 import itertools
 import json
 import os
 import random
 import time
+import weakref
 
 from attack_web import BINARY, LOST, TEXT
 from connect_control import encode_control
-from connect_packets import encode_packet, zstd_compress
+from connect_packets import TextHistory, decode_packet, encode_packet, zstd_compress
 from peer_world import BYTES, STRING, message, part_of, vectors
 
 MBIT = 125_000  # bytes
@@ -32,13 +34,24 @@ def begin(web, *imports):
     say(web, type="offer", channels=[], complete=True)
 
 
+HEARD = weakref.WeakKeyDictionary()  # of each connection: its history, and texts not looked at yet
+
+
 async def told(web, kind, holds=lambda _: True):
     """The next control message of this kind that fulfils the condition."""
+    history, texts = HEARD.setdefault(web, (TextHistory(), collections.deque()))
     while True:
+        while texts:
+            text = json.loads(texts.popleft())
+            if text.get("type") == kind and holds(text):
+                return text
         opcode, data = await web.recv()
-        text = json.loads(data) if opcode == TEXT else {}
-        if text.get("type") == kind and holds(text):
-            return text
+        if opcode == TEXT:
+            texts.append(data)
+            continue
+        for frame in decode_packet(data):
+            if frame["type"] == "texts":
+                texts.extend(history.read(frame))
 
 
 def origin(number, prefix):

@@ -14,6 +14,8 @@ CODECS = (
     *("picture_base", "picture_delta", "cloud", "planes"),  # not decoded here, and not asked for
 )
 BASE_MAX = 32768
+TEXTS_MAX = 32768  # of one frame
+TEXTS_KEPT = 262144  # of a direction
 
 
 def encode_frame(frame):
@@ -29,6 +31,9 @@ def encode_frame(frame):
         return struct.pack(MESSAGE, 1, CODECS.index(frame["codec"]), *numbers, len(part)) + part
     if kind == "part":
         return struct.pack("<BBHII", 2, frame["abort"], 0, frame["channel"], len(part)) + part
+    if kind == "texts":
+        head = struct.pack("<BBHII", 7, frame["kept"], 0, frame["raw_bytes"], len(frame["body"]))
+        return head + frame["body"]
     if kind == "ack":
         return struct.pack("<QQq", 3, frame["received_bytes"], frame["arrived"])
     if kind == "ack_request":
@@ -89,6 +94,12 @@ def decode_packet(data):
             require((p == 0) == (flags == 1), "size of the part")
             part, at = _take_part(data, at, p)
             frames.append(dict(type="part", abort=flags == 1, channel=channel, part=part))
+        elif kind == 7:
+            (_, flags, zero, raw, p), at = _take(data, at, "<BBHII")
+            require(flags < 2 and zero == 0 and raw and p, "frame of texts")
+            require(raw <= TEXTS_MAX and p <= raw + raw // 128 + 128, "size of texts")
+            body, at = _take_part(data, at, p)
+            frames.append(dict(type="texts", kept=flags == 1, raw_bytes=raw, body=body))
         elif kind in (3, 4, 5, 6):
             layouts = {3: "<QQq", 4: "<Qq", 5: "<Qqqqq", 6: "<Q"}
             (head, *values), at = _take(data, at, layouts[kind])
@@ -223,6 +234,24 @@ def delta_decompress(body, base, size):
     ZSTD.ZSTD_freeDCtx(context)
     require(got == size, "zstd broken, or of another base")
     return out.raw
+
+
+class TextHistory:
+    """The texts that cross compressed in one direction of a connection."""
+
+    def __init__(self):
+        self.texts = b""
+
+    def read(self, frame, named=b""):
+        """The texts of a frame; `named`: what this side has kept of an earlier connection."""
+        if frame["kept"]:
+            require(named, "texts that were not named")
+            self.texts = named
+        raw = delta_decompress(frame["body"], self.texts, frame["raw_bytes"])
+        self.texts = (self.texts + raw)[-TEXTS_KEPT:]
+        texts = raw.split(b"\n")
+        require(len(texts) <= 64, "too many texts", TOO_LARGE)
+        return [text.decode() for text in texts]
 
 
 def delta_compress(sample, base, checksum=True):

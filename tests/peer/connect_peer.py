@@ -21,7 +21,7 @@ from connect_control import (
     offer_messages,
 )
 from connect_listeners import Listening
-from connect_packets import Reassembly, decode_packet, encode_packet
+from connect_packets import Reassembly, TextHistory, decode_packet, encode_packet
 from connect_records import (
     ILLEGAL,
     SILENT,
@@ -94,6 +94,7 @@ class Peer(Renewals, Listening, Asking, Calls):
         self.mute = self.deaf = False  # for tests: send nothing by itself; send no ack
         self._acked_to_peer, self._ack_due, self._sequences = 0, None, {}
         self._reassembly = Reassembly()
+        self._texts = TextHistory()
         self._changed = threading.Condition(threading.RLock())
         self._sending = threading.Lock()
         self._asked = set()
@@ -351,6 +352,9 @@ class Peer(Renewals, Listening, Asking, Calls):
         for frame in frames:
             if frame["type"] in ("message", "part"):
                 self._data(frame)
+            elif frame["type"] == "texts":
+                for text in self._texts.read(frame):
+                    self._control(text)
             elif frame["type"] == "ack":
                 require(
                     frame["received_bytes"] <= self.sent_bytes, "ack of more than was sent", ILLEGAL

@@ -41,8 +41,8 @@ class Checker {
   void on_sent(const Host& host, ConnectionId id, const FlatPacket& packet) {
     wire_.on_sent(host, id, packet);
   }
-  void on_received(const Host& host, ConnectionId id, ByteView text) {
-    wire_.on_received(host, id, text);
+  void on_received(const Host& host, ConnectionId id, bool text, ByteView packet) {
+    wire_.on_received(host, id, text, packet);
   }
   void on_mirror(const Host& host, const Host::MirrorInfo& mirror);
   void on_publish(const Host& host, const Host::MirrorInfo& mirror, ByteView message) {

@@ -148,8 +148,8 @@ void Host::input(Input input) {
   if (!side_) return;
   if (blocked_) return waiting_.push_back(std::move(input));
   // Now and not when it arrived: a side that stood still could not know of it.
-  if (const auto* packet = std::get_if<PacketReceived>(&input); packet && packet->text)
-    world_.checker.on_received(*this, packet->connection, packet->payload.view());
+  if (const auto* packet = std::get_if<PacketReceived>(&input); packet)
+    world_.checker.on_received(*this, packet->connection, packet->text, packet->payload.view());
   side_->handle(std::move(input), now());
   side_->spent(cost(), now().steady);
   drain();

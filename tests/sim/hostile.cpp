@@ -84,6 +84,7 @@ void Hostile::on_open(ConnectionId id) {
   queue_.clear();  // the last one may have ended without a word
   welcome_ = false;
   received_ = 0;
+  texts_ = {};
   records_ = 0;
   strict_ = rng_.chance(500);
   offended_ = false;
@@ -204,6 +205,9 @@ void Hostile::listen_to(const FlatPacket& packet) {
     const auto next = reader.next();
     if (!next || !next.value()) return;
     if (const auto* frame = std::get_if<MessageFrame>(&*next.value())) services_.hear(*frame);
+    if (const auto* texts = std::get_if<TextsFrame>(&*next.value()))
+      for (const auto& text : texts_.read(*texts))
+        if (const auto control = decode_control(text)) services_.hear(control.value());
   }
 }
 

@@ -14,6 +14,7 @@
 #include "sim/network.hpp"
 #include "sim/rng.hpp"
 #include "sim/schedule.hpp"
+#include "sim/text_reader.hpp"
 
 namespace connect_bridge::sim {
 
@@ -77,6 +78,7 @@ class Hostile : public Party {
   std::uint64_t tolerated_ = 0;
   std::uint64_t received_ = 0;
   std::deque<FlatPacket> queue_;
+  TextReader texts_;
   std::vector<FlatPacket> seen_;  // packets of the server, to be mutated
   HostileServices services_;
   bool strict_ = false;     // follows the protocol exactly, except for an offence at the end

@@ -168,10 +168,43 @@ Use transitions() {
           }};
 }
 
+// In plain the offers of 400 topics would take seconds of this link, at the start and after each
+// break.
+Use large_graph() {
+  ThinPlan plan = plan_of(20'000, {});
+  for (int node = 0; node < 40; ++node)
+    for (int i = 0; i < 10; ++i)
+      plan.flows.push_back(
+          {"/robot/node_" + std::to_string(node) + "/state_" + std::to_string(i),
+           i % 2 == 0 ? "sensor_msgs/msg/JointState" : "diagnostic_msgs/msg/DiagnosticArray", 200,
+           100ms, 0, 1, reliable(10), 1ms});  // nothing is published there
+  const std::size_t pose = plan.flows.size();
+  plan.flows.push_back({"/robot/pose", "geometry_msgs/msg/Pose", 100, 50ms, 0, 1, reliable(10)});
+  plan.flows.push_back({"/robot/cmd_vel", "geometry_msgs/msg/Twist", 60, 50ms, 1, 1, reliable(10)});
+  constexpr Duration kBreakAt = 10s;
+  constexpr Duration kBreakFor = 2s;
+  return {"a large graph, watched and driven over a reset of two seconds",
+          with_break(plan, kBreakAt, kBreakFor), [=](const Thin& thin) {
+            // A second, and up to half a one for the next dial.
+            const TimePoint back = TimePoint{} + kBreakAt + kBreakFor;
+            for (const std::size_t index : {pose, pose + 1}) {
+              const Stream& stream = thin.streams()[index];
+              const std::string what = index == pose ? "the pose" : "the command";
+              const auto after = std::find_if(stream.heard.begin(), stream.heard.end(),
+                                              [&](const auto& heard) { return heard.at >= back; });
+              if (stream.heard.empty() || stream.heard.front().at > TimePoint{} + 3s)
+                violated(what + " comes late at first");
+              if (after == stream.heard.end() || after->at > back + 1500ms)
+                violated(what + " comes late after the reset");
+            }
+          }};
+}
+
 }  // namespace
 
 std::vector<Use> uses() {
-  return {costmap(), markers(), trajectories(), clouds(), five(), bag(), maps(), transitions()};
+  return {costmap(), markers(), trajectories(), clouds(),     five(),
+          bag(),     maps(),    transitions(),  large_graph()};
 }
 
 }  // namespace connect_bridge::sim

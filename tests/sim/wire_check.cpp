@@ -57,10 +57,7 @@ void WireCheck::on_sent(const Host& host, ConnectionId id, const FlatPacket& pac
   if (packet.text) {
     check_cap(host, connection, packet.bytes.size(), false);
     connection.first_bytes += packet.bytes.size();
-    const auto control = decode_control(text_of(packet.bytes));
-    if (!control)
-      violated(describe(host) + " sends a bad control text: " + control.error().message);
-    on_control(host, identity_of(host, id), connection, control.value());
+    on_text(host, id, connection, text_of(packet.bytes));
     return;
   }
   const std::uint64_t weighted = connection.weighted_bytes;
@@ -74,11 +71,24 @@ void WireCheck::on_sent(const Host& host, ConnectionId id, const FlatPacket& pac
       on_message(host, id, connection, *message);
     } else if (const auto* part = std::get_if<PartFrame>(&*next.value())) {
       on_part(host, connection, *part);
+    } else if (const auto* texts = std::get_if<TextsFrame>(&*next.value())) {
+      connection.first_bytes += packet.bytes.size();
+      const auto read = connection.sent_texts.read(*texts, kept_[host.index()]);
+      if (read.empty()) violated(describe(host) + " sends texts that do not decompress");
+      for (const auto& text : read) on_text(host, id, connection, text);
     } else {
       connection.first_bytes += kTimeReplyBytes;
     }
   }
   check_cap(host, connection, packet.bytes.size(), connection.weighted_bytes > weighted);
+}
+
+void WireCheck::on_text(const Host& host, ConnectionId id, Connection& connection,
+                        std::string_view text) {
+  const auto control = decode_control(text);
+  if (!control) violated(describe(host) + " sends a bad control text: " + control.error().message);
+  connection.sent_texts.note(control.value(), kept_[host.index()]);
+  on_control(host, identity_of(host, id), connection, control.value());
 }
 
 // Data that may be held back leaves only while the cap has room for it, counting all that has left
@@ -296,23 +306,40 @@ void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection
 // ---- what a side knows
 // -----------------------------------------------------------------------------
 
-void WireCheck::on_received(const Host& host, ConnectionId id, ByteView text) {
+void WireCheck::on_received(const Host& host, ConnectionId id, bool text, ByteView packet) {
   const auto it = connections_.find({host.index(), id});
   if (it == connections_.end()) return;
-  const auto control = decode_control(text_of(text));
+  if (text) return on_received(host, it->second, text_of(packet));
+  FrameReader reader(packet);
+  for (;;) {
+    const auto next = reader.next();
+    if (!next || !next.value()) return;
+    const auto* texts = std::get_if<TextsFrame>(&*next.value());
+    if (!texts) continue;
+    // Whatever a host has sent, as the host knows its peer by its own records.
+    TextReader::Kept kept;
+    for (const auto& [sender, all] : kept_)
+      if (sender != host.index()) kept.insert(kept.end(), all.begin(), all.end());
+    for (const auto& each : it->second.received_texts.read(*texts, kept))
+      on_received(host, it->second, each);
+  }
+}
+
+void WireCheck::on_received(const Host&, Connection& connection, std::string_view text) {
+  const auto control = decode_control(text);
   if (!control) return;  // a hostile peer
-  auto& channels = it->second.channels;
+  auto& channels = connection.channels;
   if (const auto* offer = std::get_if<Offer>(&control.value())) {
     for (const auto& channel : offer->channels) {
       if (channel.kind != InterfaceKind::kService) continue;
-      it->second.services[channel.channel] = {channel.name, channel.type};
+      connection.services[channel.channel] = {channel.name, channel.type};
     }
   } else if (const auto* attach = std::get_if<Attach>(&control.value())) {
     const auto channel = channels.find(attach->channel);
     if (channel != channels.end()) channel->second.demanded = true;
   } else if (const auto* attached = std::get_if<Attached>(&control.value())) {
-    const auto requests = it->second.requests.find(attached->channel);
-    if (requests != it->second.requests.end()) channels[requests->second].demanded = true;
+    const auto requests = connection.requests.find(attached->channel);
+    if (requests != connection.requests.end()) channels[requests->second].demanded = true;
   }
   const auto* demand = std::get_if<Demand>(&control.value());
   if (demand == nullptr) return;

@@ -7,12 +7,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 
 #include "core/wire/control.hpp"
 #include "core/wire/frame.hpp"
 #include "sim/ledger.hpp"
+#include "sim/text_reader.hpp"
 
 namespace connect_bridge::sim {
 
@@ -24,7 +26,7 @@ class WireCheck {
   void on_disconnected(const Host& host, ConnectionId id);
   void on_end(const Host& host);
   void on_sent(const Host& host, ConnectionId id, const FlatPacket& packet);
-  void on_received(const Host& host, ConnectionId id, ByteView text);
+  void on_received(const Host& host, ConnectionId id, bool text, ByteView packet);
   void on_taken(const Host& host, const Reader& reader, const Writer& writer, const Sample& sample);
   // Called again and again with fresh status: queued data must move.
   void on_status(const Host& host, const Status& status);
@@ -63,6 +65,7 @@ class WireCheck {
   struct Connection {
     int records_left = 0;  // login records that precede everything
     int path = 0;
+    TextReader sent_texts, received_texts;
     TimePoint opened{};
     std::map<ChannelId, Channel> channels;
     std::map<ChannelId, std::pair<std::string, std::string>> services;  // the peer's: name, type
@@ -87,6 +90,8 @@ class WireCheck {
   void begin_wait(Connection& connection, Channel& channel) const;
   // A channel that waits must have its turn before others have sent more.
   void check_turn(const Host& host, const Connection& connection, const Channel& channel) const;
+  void on_text(const Host& host, ConnectionId id, Connection& connection, std::string_view text);
+  void on_received(const Host& host, Connection& connection, std::string_view text);
   void on_control(const Host& host, const Identity& who, Connection& connection,
                   const Control& control);
   void on_offer(const Host& host, const Identity& who, Connection& connection,
@@ -108,6 +113,7 @@ class WireCheck {
   const Ledger& ledger_;
   Network& network_;
   std::map<Key, Connection> connections_;
+  std::map<int, TextReader::Kept> kept_;  // texts of first rounds, by the host that sent them
   std::map<std::pair<int, std::string>, std::uint64_t> sent_;
   std::map<TakenKey, Taken> taken_;
   std::deque<std::pair<TimePoint, TakenKey>> taken_order_;

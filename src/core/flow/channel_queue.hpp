@@ -160,6 +160,9 @@ class ChannelQueue {
   // Whether what waits leaves right behind the urgent messages. It must not be scheduled meanwhile.
   void set_light(bool light) { light_ = light; }
   [[nodiscard]] bool keeps() const { return options_.keep; }
+  // Its messages leave after this number of control texts of the outbox.
+  void follow_texts(std::uint64_t count) { texts_before_ = count; }
+  [[nodiscard]] std::uint64_t texts_before() const { return texts_before_; }
   [[nodiscard]] bool empty() const { return !open_ && waiting_.empty(); }
   [[nodiscard]] bool is_open() const { return open_.has_value(); }
   // If depth drops nothing, each message counts kKeptMessageBytes in addition to its body.
@@ -296,6 +299,7 @@ class ChannelQueue {
   std::optional<Front> front_;
   std::uint32_t sequence_ = 0;  // of the last message started
   bool light_ = false;
+  std::uint64_t texts_before_ = 0;
   Turn turn_;  // ClassSchedule's
 };
 

@@ -4,11 +4,16 @@
 #include <utility>
 
 #include "core/base/check.hpp"
+#include "core/compress/compress.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::uint64_t kAskBytesMin = 4096;
+// Texts that are compressed together, unless a single one is longer: so urgent data does not wait
+// long for them, and as much as one offer has is decompressed at a time.
+constexpr std::size_t kTextsGathered = 16 << 10;
+constexpr int kTextsLevel = 3;
 constexpr double kTurnSeconds = 0.5;
 constexpr double kTurnBytesMin = 16 << 10;
 
@@ -188,12 +193,17 @@ std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   held_until_.reset();
   held_.resize(held_bytes());
   schedule_.set_turn_bytes(turn_bytes(assumed_rate()));
-  // Measurements of the link take turns with control texts. Data follows, since it may need what
-  // the texts announce.
-  if (!controls_.empty() && !(small_.waits() && std::exchange(small_first_, !small_first_)))
-    return next_control(now);
+  // Measurements of the link take turns with control texts, and so does urgent data. Other data
+  // follows, since it may need what the texts announce.
+  bool data_turn = controls_.empty();
+  if (!data_turn && !(small_.waits() && std::exchange(small_first_, !small_first_))) {
+    const auto* const first = schedule_.front();
+    data_turn = first && passes_texts(*first) && std::exchange(data_first_, !data_first_);
+    if (!data_turn) return next_control(now);
+  }
   small_.leave(packet_);
-  const bool holds_data = controls_.empty() && !small_.aborts_wait() && add_data(now);
+  const bool holds_data = data_turn && !small_.aborts_wait() && add_data(now);
+  if (packet_.empty() && !controls_.empty()) return next_control(now);
   if (packet_.empty()) return std::nullopt;
   cap_.sent(packet_.size() + kAckRequestBytes, now.steady);
   // Data that the cap holds back does not wait for the path, so nothing about the path's rate can
@@ -220,10 +230,18 @@ std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   return packet;
 }
 
-Packet Outbox::next_control(const Now& now) {
-  const std::string text = std::move(controls_.front());
+Outbox::ControlText Outbox::take_control() {
+  ControlText text = std::move(controls_.front());
   controls_.pop_front();
-  control_bytes_ -= text.size();
+  control_bytes_ -= text.text.size();
+  ++texts_left_;
+  return text;
+}
+
+Packet Outbox::next_control(const Now& now) {
+  if (auto packet = next_compressed(now)) return *std::move(packet);
+  const auto [text, completes] = take_control();
+  if (completes) texts_.keep();
   Packet packet;
   packet.text = true;
   packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
@@ -232,13 +250,52 @@ Packet Outbox::next_control(const Now& now) {
   return packet;
 }
 
+std::optional<Packet> Outbox::next_compressed(const Now& now) {
+  if (control_bytes_ < options_.compressed_texts_min) return std::nullopt;
+  Bytes raw;
+  std::size_t count = 0;
+  for (; count < std::min(controls_.size(), kTextsMax); ++count) {
+    const std::string& text = controls_[count].text;
+    if (raw.size() + text.size() + 1 > (count == 0 ? kTextsRawMax : kTextsGathered)) break;
+    if (count > 0) raw.push_back('\n');
+    raw.insert(raw.end(), text.begin(), text.end());
+  }
+  if (raw.size() < options_.compressed_texts_min) return std::nullopt;
+  auto body = compress_delta(raw, texts_.texts(), kTextsLevel);
+  if (!body) return std::nullopt;
+  texts_.add(raw);
+  bool completes = false;
+  for (; count > 0; --count) completes = take_control().completes || completes;
+  if (completes) texts_.keep();
+  const Payload whole = Payload::adopt(*std::move(body));
+  packet_.add(TextsFrame{std::exchange(refers_to_kept_, false),
+                         static_cast<std::uint32_t>(raw.size()), whole.view()},
+              whole, 0, whole.size());
+  cap_.sent(packet_.size(), now.steady);
+  sent_bytes_ += packet_.size();
+  auto packet = packet_.finish();
+  packet.more = more_waits();
+  return packet;
+}
+
+void Outbox::follow_texts(ChannelId channel) {
+  if (const auto at = queues_.find(channel); at != queues_.end())
+    at->second.follow_texts(texts_pushed_);
+}
+
+// Calls wait for the texts: a demand for an action's feedback leaves before its goal.
+bool Outbox::passes_texts(const ChannelQueue& queue) const {
+  const bool is_first = queue.priority() == Priority::kUrgent || queue.is_light();
+  return controls_.empty() || (is_first && !queue.keeps() && queue.texts_before() <= texts_left_);
+}
+
 bool Outbox::add_data(const Now& now) {
   const std::uint32_t part_max = pacer_.part_bytes(cap_.part_bytes(options_.fragment_bytes));
   const std::uint32_t gather_max = pacer_.part_bytes(cap_.part_bytes(options_.packet_bytes));
   bool added = false;
   while (packet_.takes_more(gather_max)) {
     auto* queue = next_queue(now);
-    if (queue == nullptr) break;
+    if (queue == nullptr || !passes_texts(*queue)) break;
     const auto part = queue->next_part_bytes(part_max);
     const auto packet_bytes = packet_.size() + part;
     // A part that is too large for any gathered packet ends this packet; a part that fits the next

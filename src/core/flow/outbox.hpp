@@ -25,14 +25,16 @@
 #include "core/flow/pacer.hpp"
 #include "core/flow/packet.hpp"
 #include "core/flow/small_frames.hpp"
+#include "core/flow/text_history.hpp"
 #include "core/wire/frame.hpp"
 
 namespace connect_bridge {
 
 // Not thread-safe; belongs to one link. Order is kept per channel. Small frames come first of
-// all, then control texts; urgent is strict, light messages follow; high, normal and bulk share by
-// weight 8 : 4 : 1 in bytes; in a class small messages overtake large ones (ClassSchedule). At most
-// one message per channel is open (partly sent) at a time.
+// all, then control texts, which take turns with urgent and light messages that do not need them;
+// urgent is strict, light messages follow; high, normal and bulk share by weight 8 : 4 : 1 in
+// bytes; in a class small messages overtake large ones (ClassSchedule). At most one message per
+// channel is open (partly sent) at a time.
 class Outbox {
  public:
   explicit Outbox(OutboxOptions options);
@@ -63,12 +65,23 @@ class Outbox {
   // The same, with the queue that add_channel() has returned.
   void push(ChannelQueue& queue, OutMessage message, const Now& now);
   // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
-  [[nodiscard]] bool push_control(std::string text) {
+  // `completes`: the first round of offers ends with it.
+  [[nodiscard]] bool push_control(std::string text, bool completes = false) {
     if (control_bytes_ + text.size() > options_.control_bytes_max) return false;
     control_bytes_ += text.size();
-    controls_.push_back(std::move(text));
+    controls_.push_back({std::move(text), completes});
+    ++texts_pushed_;
     return true;
   }
+  // The channel's messages do not overtake the texts that wait now.
+  void follow_texts(ChannelId channel);
+  // The peer has kept these texts of an earlier connection: compressed ones refer to them from now
+  // on.
+  void go_on_with(const Bytes& texts) {
+    texts_.go_on(texts);
+    refers_to_kept_ = true;
+  }
+  [[nodiscard]] const TextHistory& texts() const { return texts_; }
   // Queues an ack or time frame (SmallFrames::push).
   void push_small(const Frame& frame) { small_.push(frame); }
 
@@ -146,12 +159,21 @@ class Outbox {
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 
  private:
+  struct ControlText {
+    std::string text;
+    bool completes = false;
+  };
   Packet next_control(const Now& now);
+  // Several texts in one frame; none if they are short, or do not shrink.
+  std::optional<Packet> next_compressed(const Now& now);
+  ControlText take_control();
+  // May data of this queue leave before the texts that wait?
+  [[nodiscard]] bool passes_texts(const ChannelQueue& queue) const;
   [[nodiscard]] bool more_waits() const {
     return !schedule_.empty() || !controls_.empty() || small_.waits() || small_.aborts_wait();
   }
   [[nodiscard]] std::uint64_t held_bytes() const {
-    return data_bytes_ + control_bytes_ + resend_bytes_;
+    return data_bytes_ + control_bytes_ + resend_bytes_ + texts_.size();
   }
   // A small message of a channel without a configured priority leaves right after the urgent ones,
   // as long as such messages use little of the link's rate; otherwise all that waits on the channel
@@ -191,7 +213,12 @@ class Outbox {
   std::uint64_t kept_bytes_ = 0;  // of channels that keep
   std::uint64_t arrivals_ = 0;
 
-  std::deque<std::string> controls_;  // texts that wait
+  std::deque<ControlText> controls_;  // that wait
+  std::uint64_t texts_pushed_ = 0;
+  std::uint64_t texts_left_ = 0;
+  TextHistory texts_;
+  bool refers_to_kept_ = false;  // the next frame of texts says so
+  bool data_first_ = true;       // where texts wait, too: they take turns
   std::uint64_t control_bytes_ = 0;
   SmallFrames small_;
   bool small_first_ = true;  // where texts wait, too: they take turns

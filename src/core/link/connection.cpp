@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/compress/compress.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -52,7 +54,7 @@ void Connection::on_packet(bool text, const Payload& packet, const Now& now) {
     if (text) return fail(CloseCode::kIllegal, "text before login");
     return on_record(packet.view(), now);
   }
-  const auto result = text ? on_control(packet.view(), now) : on_frames(packet, now);
+  const auto result = text ? on_control(as_text(packet.view()), now) : on_frames(packet, now);
   if (!result) fail(result.error().code, result.error().message);
 }
 
@@ -117,10 +119,34 @@ void Connection::opened(const Now& now) {
   next_time_request_ = now.steady;
 }
 
-Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
-  auto control = decode_control(as_text(text));
+Result<Nothing> Connection::on_control(std::string_view text, const Now& now) {
+  auto control = decode_control(text);
   if (!control) return control.error();
+  if (const auto* offer = std::get_if<Offer>(&control.value()); offer && offer->complete)
+    texts_.keep();
   return user_->on_control(control.value(), now);
+}
+
+// The whole frame belongs to the history before one of its texts counts, as at the sender.
+Result<Nothing> Connection::on_texts(const TextsFrame& frame, const Now& now) {
+  if (frame.kept && named_texts_.empty())
+    return malformed("texts refer to those of an earlier connection, which were not named");
+  if (!user_->may_inflate(frame.raw_bytes, frame.body.size(), now))
+    return Error{CloseCode::kTooLarge, "control texts are inflated too much"};
+  if (frame.kept) texts_.go_on(named_texts_);
+  const auto raw = decompress_delta(frame.body, texts_.texts(), frame.raw_bytes);
+  if (!raw) return raw.error();
+  texts_.add(raw.value());
+  texts_held_.resize(texts_.size() + named_texts_.size());
+  std::string_view rest = as_text(raw.value());
+  for (std::size_t count = 1;; ++count) {
+    if (count > kTextsMax)
+      return Error{CloseCode::kTooLarge, "more control texts in a frame than a side may send"};
+    const auto end = rest.find('\n');
+    if (auto done = on_control(rest.substr(0, end), now); !done) return done.error();
+    if (state_ != State::kOpen || end == std::string_view::npos) return Nothing{};
+    rest.remove_prefix(end + 1);
+  }
 }
 
 // Frames take effect one after the other, until one is wrong. The packet is acknowledged as a whole
@@ -172,6 +198,11 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
     Incoming* const to = user_->incoming(part->channel);
     if (!to) return unknown();
     return on_data(to->channel, reassembly_.on_part(to->stream, *part), now);
+  }
+  if (const auto* texts = std::get_if<TextsFrame>(&frame)) {
+    const auto done = on_texts(*texts, now);
+    if (!done) return done.error();
+    return true;
   }
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {
     const auto delivered = outbox_.acknowledge({ack->received_bytes, ack->arrived}, now);
@@ -228,9 +259,9 @@ void Connection::send(const Control& message) {
   for (auto& text : encode_parts(message)) send(std::move(text));
 }
 
-void Connection::send(std::string text) {
+void Connection::send(std::string text, bool completes) {
   if (state_ != State::kOpen) return;
-  if (!outbox_.push_control(std::move(text)))
+  if (!outbox_.push_control(std::move(text), completes))
     fail(CloseCode::kSlowPeer, "control messages back up");
 }
 

@@ -55,6 +55,9 @@ class ConnectionUser {
   // send on it. Valid until the channel gets the message, which may end the channel.
   [[nodiscard]] virtual Incoming* incoming(ChannelId channel) = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
+  // May so many bytes be decompressed from a body of this size now?
+  [[nodiscard]] virtual bool may_inflate(std::uint32_t raw_bytes, std::size_t body_bytes,
+                                         const Now& now) = 0;
   // The peer has received all of a tracked message.
   virtual void on_delivered(const Outbox::Delivered& whole, const Now& now) = 0;
   // A sample of the peer's ROS time; `t4` is our system clock at its arrival, in ns.
@@ -94,6 +97,7 @@ class Connection {
     user_ = &user;
     if (!memory) return;
     outbox_.draw_from(*memory);
+    texts_held_ = memory->hold(0);
     reassembly_.draw_from(*memory);
   }
   // A packet has come that on_packet() will get later. Until then the peer is not silent.
@@ -107,7 +111,12 @@ class Connection {
   [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
 
   void send(const Control& message);
-  void send(std::string text);  // an encoded control message
+  // An encoded control message. `completes`: the first round of offers ends with it.
+  void send(std::string text, bool completes = false);
+  // Texts of an earlier connection that the peer may refer to, once `accepts` has named them.
+  void name_texts(Bytes kept) { named_texts_ = std::move(kept); }
+  // The texts of the peer.
+  [[nodiscard]] const TextHistory& texts() const { return texts_; }
   // OutboxOptions and ReassemblyOptions bound the buffers of both directions.
   Outbox& outbox() { return outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return outbox_; }
@@ -142,7 +151,8 @@ class Connection {
  private:
   void on_record(ByteView record, const Now& now);
   void on_welcome(ByteView record, const Now& now);
-  Result<Nothing> on_control(ByteView text, const Now& now);
+  Result<Nothing> on_control(std::string_view text, const Now& now);
+  Result<Nothing> on_texts(const TextsFrame& frame, const Now& now);
   Result<Nothing> on_frames(const Payload& packet, const Now& now);
   // True: the frame carried data, so that an acknowledgement is due.
   Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now);
@@ -170,6 +180,9 @@ class Connection {
   int quick_time_requests_ = 5;   // the first requests follow each other quickly
   std::deque<Payload> records_;   // login records waiting to be sent
   std::uint64_t sent_bytes_ = 0;
+  TextHistory texts_;
+  Bytes named_texts_;
+  Budget::Hold texts_held_;
   Outbox outbox_;
   Reassembly reassembly_;
   Acknowledger acknowledger_;

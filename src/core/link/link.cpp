@@ -32,6 +32,8 @@ void Link::opened(std::unique_ptr<Connection> connection, const Now& now) {
   peer_ = {peer.side, peer.address, peer.node};
   login.set_session(peer.session);
   connection_->carry(*this, &memory);
+  connection_->name_texts(received_texts_);
+  base_ = digest_of(received_texts_);
   life.opened(now);
   if (!breaks_.empty() && breaks_.back().back == 0) breaks_.back().back = now.system;
 }
@@ -41,7 +43,24 @@ void Link::lose(Loss loss, const Now& now) {
   connection_->close();
 }
 
+void Link::keep_texts() {
+  const Bytes& sent = connection_->outbox().texts().kept();
+  const Bytes& received = connection_->texts().kept();
+  if (!sent.empty()) sent_texts_ = sent;
+  if (!received.empty()) received_texts_ = received;
+  const std::uint64_t bytes = sent_texts_.size() + received_texts_.size();
+  texts_held_.release();
+  if (!life.may_return() || bytes > memory.room()) return forget_texts();
+  texts_held_ = memory.hold(bytes);
+}
+
+void Link::forget_texts() {
+  sent_texts_ = received_texts_ = {};
+  texts_held_.release();
+}
+
 void Link::drop_connection() {
+  if (connection_) keep_texts();
   incoming_.clear();
   declined_.clear();
   outgoing_.clear();
@@ -169,6 +188,8 @@ void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
 }
 
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
+  const Token128 base = std::exchange(accepted.base, Token128{});
+  if (base && base == digest_of(sent_texts_)) connection_->outbox().go_on_with(sent_texts_);
   if (accepted.message_bytes_max > 0)
     connection_->set_peer_message_bytes_max(accepted.message_bytes_max);
   accepts.put(std::move(accepted), now);

@@ -125,10 +125,15 @@ class Link final : public ConnectionUser {
     mark();
     if (connection_) connection_->send(message);
   }
-  void send(std::string text) {
+  void send(std::string text, bool completes = false) {
     mark();
-    if (connection_) connection_->send(std::move(text));
+    if (connection_) connection_->send(std::move(text), completes);
   }
+  // The first `accepts` of a connection names the peer's texts that are kept from the one before;
+  // none: nothing is kept, or they were named.
+  [[nodiscard]] Token128 take_base() { return std::exchange(base_, Token128{}); }
+  // The link's next connection begins without them.
+  void forget_texts();
   void fail(Error error) {
     mark();
     if (connection_) connection_->fail(error.code, std::move(error.message));
@@ -242,6 +247,10 @@ class Link final : public ConnectionUser {
   }
   Result<Nothing> on_control(Control& control, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
+  [[nodiscard]] bool may_inflate(std::uint32_t raw_bytes, std::size_t body_bytes,
+                                 const Now& now) override {
+    return account->may_inflate(raw_bytes, body_bytes, now.steady);
+  }
   void on_peer_time(const TimeReply& reply, Stamp t4) override {
     user_.on_peer_time(*this, reply, t4);
   }
@@ -263,8 +272,14 @@ class Link final : public ConnectionUser {
     return user_.on(*this, message, now);
   }
 
+  void keep_texts();
+
   LinkUser& user_;
   DueLinks* const due_;
+  // Texts of the last first round that was complete, by direction.
+  Bytes sent_texts_, received_texts_;
+  Budget::Hold texts_held_;
+  Token128 base_;
   std::unique_ptr<Connection> connection_;
   LinkPeer peer_;
   std::deque<LinkBreak> breaks_;

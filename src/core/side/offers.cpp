@@ -59,7 +59,12 @@ void offer_to(Link& link, const SideView& side, LocalTopics& topics, LocalServic
   // (docs/protocol.md section 7, rule 9).
   const bool completes = link.accepts.take_completion();
   if (offers.empty() && !completes) return;
-  for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
+  auto texts = encode_offers(offers, completes);
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    link.send(std::move(texts[i]), completes && i + 1 == texts.size());
+  // Their other origins come in texts of their own, behind the offer.
+  for (const auto& offer : offers)
+    if (offer.origins.size() > kAddedMax) link.sending().follow_texts(offer.channel);
 }
 
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,

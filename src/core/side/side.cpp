@@ -272,6 +272,7 @@ void Side::on_link_dead(Link& link, const Now& now) {
 void Side::on_link_forgotten(Link& link, const Now& now) {
   link.arrived.clear();
   link.published.clear();
+  link.forget_texts();
   exports_.end_kept(link, now);
 }
 
@@ -295,6 +296,7 @@ void Side::send_accepts(Link& link) {
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = may_give_time(link);
   accepts.robot = options_.robot;
+  accepts.base = link.take_base();
   link.send(accepts);
 }
 

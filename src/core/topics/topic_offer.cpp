@@ -105,7 +105,10 @@ void TopicOffer::add_origins(const std::vector<Gid>& added) {
       change.added.push_back(offer_of(gid, origin));
     }
   }
-  if (!change.added.empty()) link_.send(change);
+  if (!change.added.empty()) {
+    link_.send(change);
+    if (link_.connection()) link_.sending().follow_texts(number());  // mutant: before_its_origin
+  }
   configure_queue();  // depth and lifespan were those of the origins known before
 }
 

@@ -155,6 +155,7 @@ struct Accepts {
   std::uint32_t message_bytes_max = 0;  // largest message that this side accepts; 0: not given
   bool ros_time = false;                // this side publishes the peer's ROS time
   std::string robot = {};               // "sender" or "receiver": which end is the robot
+  Token128 base = {};                   // digest of texts kept from the connection before; or none
 
   friend bool operator==(const Accepts&, const Accepts&) = default;
 };

@@ -157,6 +157,7 @@ void fields(auto& io, Is<Accepts> auto& accepts) {
   io.member("message_bytes_max", accepts.message_bytes_max, Presence::kOptional);
   io.member("ros_time", accepts.ros_time, Presence::kOptional);
   identifier(io, "robot", accepts.robot, Presence::kOptional);
+  io.member("base", accepts.base, Presence::kOptional);
 }
 
 void fields(auto& io, Is<Decline> auto& decline) {

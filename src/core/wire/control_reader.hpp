@@ -162,6 +162,9 @@ class ControlReader {
   void read(const ControlValue& value, std::string_view name, Gid& gid) {
     read_hex(value, name, gid.bytes, "is not 48 hexadecimal digits");
   }
+  void read(const ControlValue& value, std::string_view name, Token128& token) {
+    read_hex(value, name, token.bytes, "is not 32 hexadecimal digits");
+  }
   void read(const ControlValue& value, std::string_view name, InterfaceKind& kind) {
     kind =
         value_of(kKindWords, text_of(value, name, kNameBytesMax)).value_or(InterfaceKind::kOther);

@@ -102,6 +102,7 @@ class ControlWriter {
     return json_of(*value);
   }
   static OrderedJson json_of(const Gid& gid) { return to_hex(gid.bytes); }
+  static OrderedJson json_of(const Token128& token) { return to_hex(token.bytes); }
   static OrderedJson json_of(InterfaceKind kind) { return word_of(kKindWords, kind); }
   template <class T>
   static OrderedJson json_of(const T& object) {

@@ -15,10 +15,12 @@ enum class FrameType : std::uint8_t {
   kAck = 3,
   kTimeRequest = 4,
   kTimeReply = 5,
-  kAckRequest = 6
+  kAckRequest = 6,
+  kTexts = 7
 };
 
 constexpr std::uint8_t kAbortFlag = 1;
+constexpr std::uint8_t kKeptFlag = 1;
 constexpr std::size_t kZeroBytesBeforeNumbers = 8;  // ack and time frames: type and 7 zero bytes
 
 using Outcome = Result<std::optional<Frame>>;
@@ -47,6 +49,7 @@ std::size_t header_bytes(FrameType type) {
     case FrameType::kTimeRequest: return kTimeRequestBytes;
     case FrameType::kTimeReply: return kTimeReplyBytes;
     case FrameType::kAckRequest: return kAckRequestBytes;
+    case FrameType::kTexts: return kTextsHeaderBytes;
   }
   return 0;
 }
@@ -116,6 +119,24 @@ Outcome read_part(ByteView& rest) {
   const auto part = take_part(rest, kPartHeaderBytes, part_bytes);
   if (!part) return malformed("a part ends beyond the packet");
   frame.part = *part;
+  return std::optional<Frame>{frame};
+}
+
+Outcome read_texts(ByteView& rest) {
+  TextsFrame frame;
+  if ((rest[1] & ~kKeptFlag) != 0) return malformed("a frame of texts has an unknown flag");
+  if (!all_zero(rest.subspan(2, 2)))
+    return malformed("a reserved byte of a frame of texts is not zero");
+  frame.kept = rest[1] == kKeptFlag;
+  frame.raw_bytes = get_le<std::uint32_t>(rest, 4);
+  const auto body_bytes = get_le<std::uint32_t>(rest, 8);
+  if (frame.raw_bytes == 0 || body_bytes == 0) return malformed("a frame of texts is empty");
+  if (frame.raw_bytes > kTextsRawMax) return malformed("a frame has more texts than it may");
+  if (body_bytes > compressed_bytes_max(frame.raw_bytes))
+    return malformed("a frame of texts is much larger than these");
+  const auto body = take_part(rest, kTextsHeaderBytes, body_bytes);
+  if (!body) return malformed("a frame of texts ends beyond the packet");
+  frame.body = *body;
   return std::optional<Frame>{frame};
 }
 
@@ -215,6 +236,14 @@ void append(const TimeReply& frame, Bytes& out) {
       .append_to(out);
 }
 
+void append(const TextsFrame& frame, Bytes& out) {
+  Header<kTextsHeaderBytes>{FrameType::kTexts}
+      .set(1, frame.kept ? kKeptFlag : std::uint8_t{0})
+      .set(4, frame.raw_bytes)
+      .set(8, static_cast<std::uint32_t>(frame.body.size()))
+      .append_to(out);
+}
+
 }  // namespace
 
 Outcome FrameReader::next() {
@@ -227,6 +256,7 @@ Outcome FrameReader::next() {
   if (rest_.size() < header) return malformed("a frame's header ends beyond the packet");
   if (type == FrameType::kMessage) return read_message(rest_);
   if (type == FrameType::kPart) return read_part(rest_);
+  if (type == FrameType::kTexts) return read_texts(rest_);
   return read_numbers(type, rest_);
 }
 

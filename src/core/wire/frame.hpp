@@ -63,7 +63,16 @@ struct TimeReply {
   Stamp ros = 0;  // ROS time of the answering node at t3; 0 when it has none
 };
 
-using Frame = std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply, AckRequest>;
+// Control messages, with a line feed between two, compressed as the difference to those before
+// (core/flow/text_history.hpp). The frame is a message of its own, for which no part follows.
+struct TextsFrame {
+  bool kept = false;            // they follow texts of an earlier connection, which both sides keep
+  std::uint32_t raw_bytes = 0;  // size after decompression
+  ByteView body;
+};
+
+using Frame =
+    std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply, AckRequest, TextsFrame>;
 
 // The largest stamp on the wire (the year 2116). Every stamp is 0 (unknown) to this, so that sums
 // and differences of two fit 64 bits. append_header writes any other value as 0.
@@ -84,6 +93,11 @@ inline constexpr std::size_t kAckBytes = 24;
 inline constexpr std::size_t kTimeRequestBytes = 16;
 inline constexpr std::size_t kTimeReplyBytes = 40;
 inline constexpr std::size_t kAckRequestBytes = 8;
+inline constexpr std::size_t kTextsHeaderBytes = 12;
+
+// Limits of one TextsFrame. All its control messages are handled in one step.
+inline constexpr std::uint32_t kTextsRawMax = 32 << 10;
+inline constexpr std::size_t kTextsMax = 64;
 
 // More frames in a packet would keep the receiver's loop busy for too long at a time
 // (docs/protocol.md, section 6).

@@ -91,7 +91,7 @@ TEST(OutboxOrder, NothingIsNoPacket) {
 
 TEST(OutboxOrder, SmallThenControlThenData) {
   Outbox outbox(gathered());
-  outbox.add_channel(kA, queue(Priority::kUrgent));
+  outbox.add_channel(kA, queue(Priority::kHigh));
   outbox.push(kA, message(12), now_ms(0));
   outbox.push_small(TimeRequest{1});
   outbox.push_small(AckFrame{5});

@@ -20,6 +20,8 @@ std::string word_of(const Frame& frame) {
     return "ack " + std::to_string(ack->received_bytes);
   }
   if (std::holds_alternative<AckRequest>(frame)) return "at once";
+  if (const auto* texts = std::get_if<TextsFrame>(&frame))
+    return "texts of " + std::to_string(texts->raw_bytes);
   return std::holds_alternative<TimeRequest>(frame) ? "ask" : "answer";
 }
 

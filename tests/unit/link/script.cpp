@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -22,6 +23,7 @@ ConnectionOptions options(bool server) {
   result.credential = {'p', 'w'};
   result.login_timeout = std::chrono::seconds(5);
   result.dead_after = std::chrono::seconds(3);
+  result.outbox.compressed_texts_min = std::numeric_limits<std::size_t>::max();
   return result;
 }
 
@@ -83,6 +85,7 @@ class Recorder final : public ConnectionUser, private IncomingChannel {
     return it == expected_.end() ? nullptr : &it->second;
   }
   Result<Nothing> on_control(Control&, const Now&) override { return note("control"); }
+  bool may_inflate(std::uint32_t, std::size_t, const Now&) override { return inflates; }
   Result<Nothing> on_message(InMessage message, const Now&) override {
     if (message.channel == last_) forget(last_);
     return note("message " + std::to_string(message.channel.value) + "#" +
@@ -100,6 +103,7 @@ class Recorder final : public ConnectionUser, private IncomingChannel {
   }
 
   std::string words;
+  bool inflates = true;
 
  private:
   void on_withdraw(const Withdraw&, const Now&) override {}
@@ -158,6 +162,10 @@ void Script::forget(std::uint32_t channel) {
 
 void Script::expect_one(std::uint32_t channel) {
   user_->expect_one({channel});
+}
+
+void Script::inflates(bool may) {
+  user_->inflates = may;
 }
 
 void Script::let_go(std::uint32_t channel) {

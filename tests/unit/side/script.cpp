@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <utility>
 #include <variant>
 
@@ -30,7 +31,17 @@ SideOptions keeping(const Treatment& treatment) {
   return options;
 }
 
-Script::Script(SideOptions options) : side(std::move(options), 1, 0) {}
+namespace {
+
+SideOptions in_plain(SideOptions options) {
+  options.outbox.compressed_texts_min = std::numeric_limits<std::size_t>::max();
+  return options;
+}
+
+}  // namespace
+
+Script::Script(SideOptions options, bool plain)
+    : side(plain ? in_plain(std::move(options)) : std::move(options), 1, 0) {}
 Script::~Script() = default;
 
 void Script::give(Input input) {

@@ -22,7 +22,8 @@ SideOptions keeping(const Treatment& treatment = {});
 // peers that are on the line give a sign of life whenever time passes, unless they are silent.
 class Script {
  public:
-  explicit Script(SideOptions options);
+  // `plain`: control messages leave as texts, so that said() reads them.
+  explicit Script(SideOptions options, bool plain = true);
   ~Script();
 
   // ---- inputs

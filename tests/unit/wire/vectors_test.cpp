@@ -37,6 +37,12 @@ Json json_of(const PartFrame& frame) {
 Json json_of(const AckFrame& frame) {
   return {{"type", "ack"}, {"received_bytes", frame.received_bytes}, {"arrived", frame.arrived}};
 }
+Json json_of(const TextsFrame& frame) {
+  return {{"type", "texts"},
+          {"kept", frame.kept},
+          {"raw_bytes", frame.raw_bytes},
+          {"body", to_hex(frame.body)}};
+}
 Json json_of(const AckRequest&) {
   return {{"type", "ack_request"}};
 }
@@ -54,6 +60,7 @@ Json json_of(const TimeReply& frame) {
 ByteView part_of(const Frame& frame) {
   if (const auto* message = std::get_if<MessageFrame>(&frame)) return message->part;
   if (const auto* part = std::get_if<PartFrame>(&frame)) return part->part;
+  if (const auto* texts = std::get_if<TextsFrame>(&frame)) return texts->body;
   return {};
 }
 
