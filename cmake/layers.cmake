@@ -56,7 +56,7 @@ set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/base/sha256.cp
 # The flow of messages over one byte stream stands alone: it knows neither links nor ROS.
 connect_layer(flow "core/base;core/wire;core/compress;core/media;core/flow" ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json
   fmt::fmt OpenSSL::Crypto)
-connect_layer(core "core/policy;core/ports;core/jobs;core/link;core/graph;core/offers;core/topics;core/services;core/side"
+connect_layer(core "core/policy;core/ports;core/jobs;core/link;core/graph;core/offers;core/topics;core/services;core/side;core/driving"
   connect_flow)
 connect_layer(config config connect_core yaml-cpp)
 connect_layer(login access/login connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp

@@ -48,6 +48,7 @@ class ConfigMaker {
     config_.limits.resumes_exported = config_.is_robot();
     config_.limits.resumes_imported = !config_.is_robot();
     config_.limits.robot = config_.is_robot() ? "sender" : "receiver";
+    config_.limits.at_robot = config_.is_robot();
     // A single link can use a third of the memory (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
     if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)

@@ -131,6 +131,25 @@ void add_rule_exceptions(Rows& rows) {
       [](Rule& r) { return &r.treatment.allow_type_mismatch; });
 }
 
+// Who steers, at the side that is the robot.
+void add_rule_driving(Rows& rows) {
+  const auto add = rule_row_adder(rows, kTreats);
+  add({.key = "wheel",
+       .fallback = true,
+       .help = "At the robot, for Twist, TwistStamped, AckermannDrive and AckermannDriveStamped: "
+               "one peer steers a topic at a time (docs/driving.md)."},
+      [](Rule& r) { return &r.treatment.wheel; });
+  add("halt_after", {0.05, 10}, "s",
+      "The same topics: when the peer that steers has been silent for this time, and its last "
+      "command moved, the robot's side publishes a zero. Unset: never.",
+      [](Rule& r) { return &r.treatment.halt_after; });
+  add({.key = "let_go",
+       .fallback = true,
+       .help = "The same topics: a peer that was halted says neutral, or begins a command again, "
+               "before it moves the robot. `false`: for a controller that never says neutral."},
+      [](Rule& r) { return &r.treatment.let_go; });
+}
+
 // The treatment of calls of services.
 void add_rule_calls(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
@@ -170,6 +189,7 @@ void add_rule_rows(std::vector<KeySpec>& rows) {
   add_rule_treatment(rows);
   add_rule_clock(rows);
   add_rule_exceptions(rows);
+  add_rule_driving(rows);
   add_rule_calls(rows);
   add_rule_qos(rows);
 }

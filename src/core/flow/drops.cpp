@@ -22,6 +22,7 @@ std::string_view name_of(DropReason reason) {
     case DropReason::kNotPermitted: return "not_permitted";
     case DropReason::kResumeBound: return "resume_bound";
     case DropReason::kLostHere: return "lost_here";
+    case DropReason::kWheel: return "wheel";
     case DropReason::kCount: break;
   }
   return "unknown";

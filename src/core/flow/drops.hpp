@@ -27,6 +27,7 @@ enum class DropReason : std::uint8_t {
   kNotPermitted,    // a parameter event of a node that no rule opens, or not of its origin's
   kResumeBound,     // kept for a lost link, beyond the bytes or the time for that
   kLostHere,        // exported: lost in the local middleware before this side got it
+  kWheel,           // a command of a peer that may not steer now
   kCount,
 };
 

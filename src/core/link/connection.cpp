@@ -217,7 +217,7 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
   const auto& reply = std::get<TimeReply>(frame);
   if (std::erase(time_asked_, reply.t1) == 0) return false;  // never requested, or too long ago
   clock_.add(reply, now.system);
-  user_->on_peer_time(reply, now.system);
+  user_->on_peer_time(reply, now);
   return false;
 }
 

@@ -60,8 +60,8 @@ class ConnectionUser {
                                          const Now& now) = 0;
   // The peer has received all of a tracked message.
   virtual void on_delivered(const Outbox::Delivered& whole, const Now& now) = 0;
-  // A sample of the peer's ROS time; `t4` is our system clock at its arrival, in ns.
-  virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
+  // A sample of the peer's clocks has arrived now, and clock() includes it.
+  virtual void on_peer_time(const TimeReply& reply, const Now& now) = 0;
 
  protected:
   ~ConnectionUser() = default;

@@ -46,7 +46,7 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, const Answered& answer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
-  virtual void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) = 0;
+  virtual void on_peer_time(Link& link, const TimeReply& reply, const Now& now) = 0;
 
   // ---- changes of the link's state (Links)
   // A connection carries the link from now on.
@@ -251,8 +251,8 @@ class Link final : public ConnectionUser {
                                  const Now& now) override {
     return account->may_inflate(raw_bytes, body_bytes, now.steady);
   }
-  void on_peer_time(const TimeReply& reply, Stamp t4) override {
-    user_.on_peer_time(*this, reply, t4);
+  void on_peer_time(const TimeReply& reply, const Now& now) override {
+    user_.on_peer_time(*this, reply, now);
   }
 
  private:

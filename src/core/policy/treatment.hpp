@@ -62,6 +62,9 @@ struct Treatment {
   QosOverride qos;
   std::optional<bool> resume;        // none: see resumes()
   std::optional<bool> drives;        // none: see drives()
+  bool wheel = true;                 // one peer steers at a time, where the robot imports commands
+  Duration halt_after = kForever;    // of silence of who steers: then the robot's side says zero
+  bool let_go = true;                // whoever was halted lets go before the next command
   std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
   std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not limited here
   Duration call_timeout = kForever;  // after it a call is given up, except for an action's result

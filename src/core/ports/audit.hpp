@@ -35,10 +35,13 @@ enum class AuditEvent : std::uint8_t {
   kCall,  // of a peer; the service here gets it now
   kGoal,  // the same for an action
   kCallRefused,
+  kWheelTaken,  // a peer steers a topic from now on
+  kHalted,      // this side said zero in place of who steers
+  kWheelLeft,
 };
 
 // The words of the audit log.
-inline constexpr std::array<Word<AuditEvent>, 19> kAuditWords{{
+inline constexpr std::array<Word<AuditEvent>, 22> kAuditWords{{
     {AuditEvent::kStarted, "started"},
     {AuditEvent::kStopped, "stopped"},
     {AuditEvent::kRulesChanged, "rules_changed"},
@@ -58,6 +61,9 @@ inline constexpr std::array<Word<AuditEvent>, 19> kAuditWords{{
     {AuditEvent::kCall, "call"},
     {AuditEvent::kGoal, "goal"},
     {AuditEvent::kCallRefused, "call_refused"},
+    {AuditEvent::kWheelTaken, "wheel_taken"},
+    {AuditEvent::kHalted, "halted"},
+    {AuditEvent::kWheelLeft, "wheel_left"},
 }};
 
 struct AuditChannel {

@@ -52,4 +52,13 @@ void LinkStatus::sum_up() {
   }
 }
 
+std::optional<WheelState> LinkStatus::wheel() const {
+  std::optional<WheelState> most;
+  for (const WheelState state :
+       {WheelState::kFree, WheelState::kTaken, WheelState::kYours, WheelState::kHalted})
+    for (const TopicStatus& topic : topics)
+      if (topic.wheel == state) most = state;
+  return most;
+}
+
 }  // namespace connect_bridge

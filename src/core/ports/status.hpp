@@ -14,6 +14,7 @@
 #include "core/flow/drops.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/ports/failure.hpp"
+#include "core/wire/control.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {
@@ -75,6 +76,10 @@ struct TopicStatus {
   // Imported: what some subscriber here requests and no publisher offers ("reliability"); empty:
   // all can receive.
   std::string misfit;
+  // Of a topic that drives a robot: who steers, as the operator is told. nullopt: not known.
+  std::optional<WheelState> wheel;
+  // Imported: the clock of a publisher's machine is ahead of its bridge's.
+  std::optional<double> ahead_ms;
 
   // The growth of some counts in the last minutes. Whoever takes pictures adds it.
   struct Lately {
@@ -246,6 +251,9 @@ struct LinkStatus {
   TopicStatus further;  // without a name
   // Puts what is beyond kShownMax into these.
   void sum_up();
+  // Who steers the robot at the other end, or here, in one word: of its topics that which says
+  // most. nullopt: none is driven.
+  [[nodiscard]] std::optional<WheelState> wheel() const;
   // Names that somebody here wants and does not get over this link, and why.
   std::vector<MissingName> missing;
   std::uint64_t further_missing = 0;  // beyond kMissingMax

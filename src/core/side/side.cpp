@@ -184,6 +184,7 @@ void Side::recheck_rights(const Now& now) {
 
 void Side::on(StopRequested&, const Now& now) {
   stopping_ = true;
+  imports_.on_stop(now);
   links_.stop(now);
   claims_topic_.end(side_, now);
   clock_publisher_.stop(outputs_);

@@ -127,8 +127,9 @@ class Side final : private LinkUser {
     return Nothing{};
   }
   void on_identity_changed(Link& link, const Now& now) override;
-  void on_peer_time(Link& link, const TimeReply& reply, Stamp t4) override {
-    if (link.id == clock_from_) clock_publisher_.on_reply(reply, t4);
+  void on_peer_time(Link& link, const TimeReply& reply, const Now& now) override {
+    if (link.id == clock_from_) clock_publisher_.on_reply(reply, now.system);
+    imports_.on_clock(link, now);
   }
   void on_link_open(Link& link, const Now& now) override;
   void on_peer_replaced(Link& link, const Now& now) override;

@@ -5,6 +5,7 @@
 
 #include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
+#include "core/topics/clock_publisher.hpp"
 #include "core/topics/peer_topic.hpp"
 
 namespace connect_bridge {
@@ -97,6 +98,16 @@ bool ImportContext::forget_kept(const std::map<OriginId, TopicMirror*>& origins,
     mirror->update(now);
   }
   return true;
+}
+
+bool ImportContext::has_simulated_time() const {
+  if (options.clock_publish_period > Duration::zero()) return true;
+  const TopicKey clock{"/clock", kClockType};
+  const TopicState* const here = graph.find(clock);
+  if (here && !here->publishers.empty()) return true;
+  return std::any_of(made.begin(), made.end(), [&](const auto& one) {
+    return one.second.mirror->key().first.second == kClockType;
+  });
 }
 
 std::string ImportContext::misfit(const TopicKey& topic,

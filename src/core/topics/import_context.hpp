@@ -11,6 +11,7 @@
 #include "core/graph/side_view.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/topic_mirror.hpp"
+#include "core/topics/wheels.hpp"
 
 namespace connect_bridge {
 
@@ -32,7 +33,11 @@ struct ImportContext : SideView {
   };
   std::map<MirrorId, Made> made{};
   std::vector<Gid> unmade{};  // ids of mirrors that have ended, still to be reported
+  Wheels wheels{};            // of topics that drive this robot
   std::map<MirrorKey, TopicMirror> mirrors{};
+
+  // Nodes here, or at a peer whose /clock is imported, use simulated time.
+  [[nodiscard]] bool has_simulated_time() const;
 
   // The mirror of this origin that the link offers, created if necessary. Null: there are too many.
   [[nodiscard]] TopicMirror* mirror_of(const MirrorKey& key, const Link& link);

@@ -92,6 +92,11 @@ void LinkTopics::on_link_lost(const Now& now) {
   for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) it->second.lose(now);
 }
 
+void LinkTopics::on_clock(const Now& now) {
+  if (std::exchange(has_clock_, true)) return;
+  for (auto& [number, topic] : topics_) topic.publish_unjudged(now);
+}
+
 void LinkTopics::change_demand(const PeerTopic& topic, bool on) {
   context_.demands_changed.insert(link_.id);
   context_.outputs.follow_up(FollowUp::kDemands);

@@ -30,6 +30,8 @@ class LinkTopics {
   // or the sample is malformed.
   [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
   void on_link_lost(const Now& now);
+  // A reply has measured the peer's clock.
+  void on_clock(const Now& now);
 
   // The demand for a topic has changed; send_demands() sends it.
   void change_demand(const PeerTopic& topic, bool on);
@@ -56,6 +58,7 @@ class LinkTopics {
   Throttle at_once_{kAtOnceMax, {}};
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
+  bool has_clock_ = false;        // the peer's clock is known
   std::uint16_t demands_ = 0;     // number of the last demand; skips 0 when it wraps
   std::set<ChannelId> left_out_;  // topics with origins without a place
   ChannelId looked_at_;           // the topic of left_out_ that looked for a place last

@@ -21,6 +21,7 @@ struct TopicOptions {
   // the robot, whatever the other end is set to.
   bool resumes_exported = true;
   bool resumes_imported = true;
+  bool at_robot = false;                       // this side is the robot: imported commands drive it
   std::uint64_t resume_bytes_max = 16 << 20;   // of the backlog of one lost link
   std::uint64_t history_bytes_max = 64 << 20;  // transient-local samples kept for later links
   // Mirrors of one peer, 25 kB each; more than any robot has.

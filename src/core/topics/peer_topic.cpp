@@ -29,10 +29,12 @@ PeerTopic::PeerTopic(LinkTopics& peer, TopicKey key, const ChannelOffer& offer, 
       decision_(std::move(decision)),
       offers_resume_(offer.resume),
       held_(link_.memory, {context_.held, this}),
+      unjudged_(link_.memory, {context_.held, this}),
       deltas_(peer.bases()) {
   const auto wire_name = link_.names.to_wire(key_.first);
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
                       is_parameter_events(InterfaceKind::kTopic, *wire_name);
+  if (context_.options.at_robot) command_ = driving::command_type(key_.second);
   link_.take_offered(number_, *this);
   if (!offers_resume_) link_.arrived.erase(key_);
 }
@@ -63,6 +65,7 @@ void PeerTopic::add_origin(const OriginOffer& origin, const Now& now) {
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice
   origins_[origin.origin] = mirror;
+  if (command_) context_.wheels.on_offered(key_, now);
   volatile_ += !is_transient_local(origin.qos);
   mirror->update(now, this);
 }
@@ -93,6 +96,7 @@ bool PeerTopic::recheck(const Now& now) {
   auto decision = import_right(context_, link_, InterfaceKind::kTopic, key_, action_type_);
   if (!decision) return false;
   decision_ = *std::move(decision);
+  if (command_ && !treatment().wheel) context_.wheels.on_rule_without(key_, link_);
   const std::size_t before = origins_.size();
   for (auto it = origins_.begin(); it != origins_.end();) {
     const auto origin = it++;
@@ -112,6 +116,7 @@ void PeerTopic::renew(const Now& now) {
 // ---- the end
 
 void PeerTopic::decline(const Now& now) {
+  if (command_) context_.wheels.on_right_end(context_, key_, link_, now);
   if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
   const Ending why = no_longer_permitted();
   note_end(why);
@@ -219,7 +224,7 @@ void PeerTopic::end_demand() {
   job_.cancel();
   dropped_.add(DropReason::kNoDemand, waiting_.size());
   waiting_.clear();
-  while (held_.take()) dropped_.add(DropReason::kNoDemand);
+  while (held_.take() || unjudged_.take()) dropped_.add(DropReason::kNoDemand);
   deltas_.clear();
 }
 
@@ -336,22 +341,114 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
   if (parameter_events_ &&
       !is_event_of(mirror.origin().node, raw.view(), link_.names, context_.graph.find(key_)))
     return dropped_.add(DropReason::kNotPermitted);  // mutant: foreign_events
-  const ClockEstimate* clock = link_.connection() ? &link_.clock() : nullptr;
+  if (command_ && !was_held)
+    mirror.steered().seen.note({link_.connection() ? link_.connection()->id() : ConnectionId{},
+                                message.demand, message.number, message.stamp},
+                               now.steady);
+  if (waits_for_clock(message, raw, now)) return;
   Duration age{0};
-  if (clock && clock->known() && is_plausible(message.stamp)) {
-    age = Duration(now.system - (message.stamp - clock->offset().count()));
-    if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);  // mutant: max_age
-    latency_ms_ = static_cast<double>(age.count()) / 1e6;
+  if (!is_fresh(message, mirror, age, now)) {
+    if (command_) context_.wheels.on_old(mirror);
+    return dropped_.add(DropReason::kMaxAge);
   }
   if (!was_held && !admits(message, raw, mirror, now)) return;
-  const Duration max_age = treatment().max_age;
+  std::optional<Payload> out = raw;
+  if (command_) {
+    if (mirror.has_published(message.number)) return dropped_.add(DropReason::kDuplicate);
+    out = steer(message, raw, age, mirror, now);
+    if (!out) return dropped_.add(DropReason::kWheel);
+  }
+  const Duration limit = age_limit();
   const TimePoint expires =
-      max_age == kForever ? TimePoint::max() : now.steady + max_age - std::max(age, Duration(0));
-  if (const auto reason = mirror.publish(message.number, raw, expires, now))
+      limit == kForever ? TimePoint::max() : now.steady + limit - std::max(age, Duration(0));
+  if (const auto reason = mirror.publish(message.number, *out, expires, now))
     return dropped_.add(*reason);
   may_keep_ = true;
   ++published_;
   bytes_ += raw.size();
+}
+
+// A command without a known age moves nothing. A middleware without times of publication is known
+// to have none.
+bool PeerTopic::waits_for_clock(const MessageHead& message, const Payload& raw, const Now& now) {
+  const Duration limit = age_limit();
+  if (!command_ || limit == kForever || !is_plausible(message.stamp) || !link_.connection() ||
+      link_.clock().known())
+    return false;
+  if (unjudged_.hold(message.subject.origin(), {message, out_of_packet(raw)}, raw.size(),
+                     now.steady + limit))  // mutant: unknown_age
+    dropped_.add(DropReason::kMaxAge);
+  return true;
+}
+
+void PeerTopic::publish_unjudged(const Now& now) {
+  while (const auto held = unjudged_.take()) publish(held->head, held->raw, now, true);
+}
+
+driving::PeerClock PeerTopic::peer_clock() const {
+  if (!link_.connection() || !link_.clock().known()) return {};
+  const ClockEstimate& clock = link_.clock();
+  return {clock.offset(), clock.error_bound(), clock.total()};
+}
+
+bool PeerTopic::is_fresh(const MessageHead& message, TopicMirror& mirror, Duration& age,
+                         const Now& now) {
+  const driving::PeerClock clock = peer_clock();
+  if (clock.replies == 0 || !is_plausible(message.stamp)) return true;
+  age = Duration(now.system - (message.stamp - clock.offset.count()));
+  const Duration limit = age_limit();
+  if (!command_ || limit == kForever) {
+    if (age > limit) return false;  // mutant: max_age
+  } else {
+    TopicMirror::Steered& steered = mirror.steered();
+    if (std::exchange(steered.judged_on, link_.connection()->id()) != link_.connection()->id())
+      steered.ages = {};
+    const auto verdict = steered.ages.judge(age, limit, clock);
+    if (verdict == driving::AgeJudge::Verdict::kOld) return false;  // mutant: old_commands
+    if (verdict == driving::AgeJudge::Verdict::kFreshAhead) warn_ahead(mirror, age);
+    age = steered.ages.corrected(age);
+  }
+  latency_ms_ = static_cast<double>(age.count()) / 1e6;
+  return true;
+}
+
+void PeerTopic::warn_ahead(const TopicMirror& mirror, Duration age) {
+  ahead_ms_ = -static_cast<double>(age.count()) / 1e6;
+  const std::string& node = mirror.origin().node;
+  context_.outputs.log_once(
+      link_.account->told, LogLevel::kWarn,
+      "the clock of the machine of " + (node.empty() ? "a publisher" : node) + " (" + key_.first +
+          " of " + link_.label() + ") is " + std::to_string(-age / std::chrono::milliseconds(1)) +
+          " ms ahead of its bridge's: the age of its commands counts from the youngest one. "
+          "Synchronize both clocks");
+}
+
+std::optional<Payload> PeerTopic::steer(const MessageHead& message, const Payload& raw,
+                                        Duration age, TopicMirror& mirror, const Now& now) {
+  const driving::Command command = driving::read_command(*command_, raw.view());
+  const driving::PeerClock clock = peer_clock();
+  std::optional<Payload> shifted;
+  if (command.stamp.at != 0 && clock.replies > 0)
+    shifted = driving::shifted(*command_, command, raw.view(),
+                               {clock, message.stamp, context_.has_simulated_time()}, now.system);
+  const Payload& out = shifted ? *shifted : raw;
+  const Treatment& rule = treatment();
+  if (!rule.wheel) return out;
+  const auto halt_after =
+      rule.halt_after == kForever ? std::nullopt : std::optional(rule.halt_after);
+  const SteeringCommand steering{*command_,     out, command.moves, age, {halt_after, rule.let_go},
+                                 decision_.rule};
+  if (context_.wheels.judge(context_, mirror, link_, steering, now)) return std::nullopt;
+  return out;
+}
+
+void PeerTopic::tell_wheel(WheelState state) {
+  if (std::exchange(told_wheel_, state) != state) link_.send(Wheel{number_, state});
+}
+
+void PeerTopic::on_wheel_wanted(WheelWant want, const Now& now) {
+  if (command_ && treatment().wheel)
+    context_.wheels.on_wanted(context_, key_, link_, want, decision_.rule, now);
 }
 
 bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const TopicMirror& mirror,
@@ -371,6 +468,7 @@ bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const Top
 }
 
 void PeerTopic::publish_held(const Now& now) {
+  while (unjudged_.take_due(now.steady)) dropped_.add(DropReason::kMaxAge);
   while (const auto held = held_.take_due(now.steady)) {
     const auto origin = origins_.find(held->head.subject.origin());
     const Gid gid = origin == origins_.end() ? Gid{} : origin->second->origin().gid;
@@ -395,11 +493,13 @@ void PeerTopic::add_status(LinkStatus& status) const {
   s.messages = published_;
   s.bytes = bytes_;
   s.wire_bytes = wire_bytes_;
-  s.queued = waiting_.size() + held_.size();
+  s.queued = waiting_.size() + held_.size() + unjudged_.size();
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
   s.rule = decision_.rule;
   s.misfit = context_.misfit(key_, origins_);
+  if (command_ && treatment().wheel) s.wheel = told_wheel_;
+  s.ahead_ms = ahead_ms_;
   status.topics.push_back(std::move(s));
 }
 

@@ -73,10 +73,15 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   }
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
+  void on_wheel_wanted(WheelWant want, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
   // Publishes the messages that a rate limit has held back, when their time has come.
   void publish_held(const Now& now);
+  // The peer's clock is known now: judges the commands that waited for it.
+  void publish_unjudged(const Now& now);
+  // Tells the peer who steers, if that has changed.
+  void tell_wheel(WheelState state);
   // Counts messages as dropped that were counted as published: the mirror has lost them.
   void on_lost(std::uint64_t count, DropReason reason);
 
@@ -117,6 +122,24 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // Does the publisher's rate let the message pass? If not, it is held back.
   [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw,
                             const TopicMirror& mirror, const Now& now);
+  // How long a message may be under way.
+  [[nodiscard]] Duration age_limit() const {
+    const Treatment& rule = treatment();
+    if (command_ && rule.max_age == kForever) return rule.halt_after;
+    return rule.max_age;
+  }
+  // A command came before the peer's clock was known: true. The newest one of its publisher waits.
+  [[nodiscard]] bool waits_for_clock(const MessageHead& message, const Payload& raw,
+                                     const Now& now);
+  // May the message be published by its age? `age`: gets it, if it is known.
+  [[nodiscard]] bool is_fresh(const MessageHead& message, TopicMirror& mirror, Duration& age,
+                              const Now& now);
+  // The publisher's clock is ahead of the peer's, by minus this age.
+  void warn_ahead(const TopicMirror& mirror, Duration age);
+  [[nodiscard]] driving::PeerClock peer_clock() const;
+  // The bytes to publish for a command. nullopt: the wheel is another's.
+  [[nodiscard]] std::optional<Payload> steer(const MessageHead& message, const Payload& raw,
+                                             Duration age, TopicMirror& mirror, const Now& now);
   // Removes the origin, and returns its mirror.
   TopicMirror& take_out(std::map<OriginId, TopicMirror*>::iterator origin) {
     TopicMirror& mirror = *origin->second;
@@ -148,7 +171,10 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   std::string action_type_;
   Decision decision_;
   bool parameter_events_ = false;
-  std::size_t volatile_ = 0;  // number of volatile origins
+  std::optional<driving::CommandType> command_;  // the topic drives this robot
+  WheelState told_wheel_ = WheelState::kFree;
+  std::optional<double> ahead_ms_;  // of the last publisher with such a clock
+  std::size_t volatile_ = 0;        // number of volatile origins
   MirrorWishes wishes_;
   bool may_keep_ = false;
   bool demanded_ = false;
@@ -166,6 +192,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
     Payload raw;
   };
   HeldBack<HeldMessage, PeerTopic*> held_;
+  HeldBack<HeldMessage, PeerTopic*> unjudged_;  // commands that wait for the peer's clock
   DeltaDecoder deltas_;
   std::uint64_t published_ = 0;
   std::uint64_t bytes_ = 0;

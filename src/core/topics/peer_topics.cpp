@@ -32,6 +32,7 @@ void PeerTopics::on_link_lost(LinkId link, const Now& now) {
 }
 
 void PeerTopics::on_link_dead(const Link& link, const Now& now) {
+  context_.wheels.on_link_end(context_, link, now);  // mutant: halt_at_the_links_end
   for (TopicMirror* const mirror : context_.mirrors_of(link)) {
     // lose_link() comes first, as it needs the candidate: if another link may feed the mirror
     // meanwhile, the returning link resumes nothing.
@@ -145,6 +146,10 @@ void PeerTopics::on_publish_failed(const PublishFailed& failed) {
     feeder->on_lost(failed.count, DropReason::kPublishFailed);
 }
 
+void PeerTopics::on_clock(const Link& link, const Now& now) {
+  if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.on_clock(now);
+}
+
 void PeerTopics::on_time(const Now& now) {
   for (int n = 0; n < kDueAtOnce; ++n) {
     const auto due = context_.timers.take_due(now.steady);
@@ -154,6 +159,7 @@ void PeerTopics::on_time(const Now& now) {
     if (mirror.is_over()) context_.mirrors.erase(MirrorKey(mirror.key()));
   }
   while (const auto due = context_.held.take_due(now.steady)) (*due)->publish_held(now);
+  context_.wheels.on_time(context_, now);
   if (context_.looks_again_at.value_or(TimePoint::max()) > now.steady) return;
   context_.looks_again_at.reset();
   for (auto& [link, peer] : peers_) peer.try_left_out(now);

@@ -44,6 +44,10 @@ class PeerTopics {
   void on_mirror_failed(const MirrorFailed& failed, const Now& now);
   void on_type_differs(const TypeDiffers& differs);
   void on_publish_failed(const PublishFailed& failed);
+  // A reply has measured the clock of the link's peer.
+  void on_clock(const Link& link, const Now& now);
+  // This side stops.
+  void on_stop(const Now& now) { context_.wheels.on_stop(context_, now); }
   void on_time(const Now& now);
 
   // Sends the demands that changed, one message per link and direction.
@@ -53,7 +57,7 @@ class PeerTopics {
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
-                    context_.looks_again_at);
+                    earliest(context_.looks_again_at, context_.wheels.deadline()));
   }
   // Is a peer's publisher of this topic mirrored here?
   [[nodiscard]] bool has_mirror(const TopicKey& key) const;

@@ -110,7 +110,9 @@ void TopicMirror::remove_candidate(LinkId link, const Now& now) {
   charge();
   if (candidates_.empty()) {
     if (!id_) give_up_claim();
-    ends_ = context_.timers.set(now.steady + kMirrorLinger, this);
+    const TimePoint lingers = now.steady + kMirrorLinger;
+    ends_ = context_.timers.set(std::max(lingers, context_.wheels.needs(*this).value_or(lingers)),
+                                this);
     return;
   }
   const bool taken_over = refresh(now);
@@ -122,7 +124,8 @@ void TopicMirror::lose_link(LinkId link) {
   if (candidates_.size() > 1) return static_cast<void>(lost.arrived.erase(key_.first));
   note_end(lost.arrived, key_.first, key_.second, lost.memory);
   note_published(lost);
-  vanish();
+  // Subscribers here may miss a zero of a publisher that ends at once.
+  if (!context_.wheels.needs(*this)) vanish();  // mutant: mirror_of_a_halt
 }
 
 void TopicMirror::note_published(Link& lost) const {
@@ -378,8 +381,7 @@ std::optional<DropReason> TopicMirror::refusal(const Link& link) const {
 // behind the first. The number is the origin's own, so it does not depend on the sample's path.
 std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Payload& raw,
                                                TimePoint expires, const Now& now) {
-  if (number != 0 && number <= last_number_)
-    return DropReason::kDuplicate;  // mutant: duplicate_samples
+  if (has_published(number)) return DropReason::kDuplicate;  // mutant: duplicate_samples
   if (keeps_samples() && raw.size() > sample_bytes_) {
     const std::uint32_t fitting = context_.mirror_depth(*this, depth(), raw.size());
     if (fitting == 0) return DropReason::kQueueBytes;
@@ -402,6 +404,13 @@ std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Paylo
   first_.publish(context_.outputs, id_, feeder(), now);
   context_.outputs.push(Publish{id_, held_if_large(raw)});
   return std::nullopt;
+}
+
+void TopicMirror::halt(const Payload& zero, const Now& now) {
+  if ((!id_ || first_.waits()) && first_.keep(zero, TimePoint::max(), feeder())) return;
+  if (!id_) return;
+  first_.publish(context_.outputs, id_, feeder(), now);
+  context_.outputs.push(Publish{id_, zero});
 }
 
 Payload TopicMirror::held_if_large(const Payload& raw) const {

@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "core/base/timers.hpp"
+#include "core/driving/stamp_shift.hpp"
+#include "core/driving/wheel.hpp"
 #include "core/graph/claiming.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/link/link.hpp"
@@ -115,6 +117,19 @@ class TopicMirror final : private Appearing::Waiting {
   // samples. A message that has to wait is lost if it cannot be published before it expires.
   [[nodiscard]] std::optional<DropReason> publish(std::uint64_t number, const Payload& raw,
                                                   TimePoint expires, const Now& now);
+  // Was the message with this number of the origin published before?
+  [[nodiscard]] bool has_published(std::uint64_t number) const {
+    return number != 0 && number <= last_number_;
+  }
+  // Publishes a zero that the origin has not sent, behind its messages.
+  void halt(const Payload& zero, const Now& now);
+  // What is known of the origin's commands, if it steers this robot.
+  struct Steered {
+    driving::OriginSeen seen;
+    driving::AgeJudge ages;
+    ConnectionId judged_on;  // the connection whose clock `ages` is about
+  };
+  [[nodiscard]] Steered& steered() { return steered_; }
   // Bytes that the middleware may keep for late subscribers, by the largest sample seen.
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
@@ -191,6 +206,7 @@ class TopicMirror final : private Appearing::Waiting {
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until the origin is offered again, or another attempt is due
+  Steered steered_;
 };
 
 }  // namespace connect_bridge

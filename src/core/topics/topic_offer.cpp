@@ -337,6 +337,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.rule = offer_.decision().rule;
   s.keep = keep_.keep;
   s.keep_because = keep_.why;
+  s.wheel = wheel_;
   s.dropped = dropped_;
   if (queue_) {
     const ChannelCounts& counts = queue_->counts();

@@ -43,6 +43,7 @@ class TopicOffer final : public OutgoingChannel {
 
   void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
+  void on_wheel(WheelState state, const Now&) override { wheel_ = state; }
 
   // May the topic be resumed? resumes(): the peer has requested that, too.
   [[nodiscard]] bool may_resume() const;
@@ -149,7 +150,8 @@ class TopicOffer final : public OutgoingChannel {
   HeldBack<OutSample, LocalTopic*> held_;
   std::set<OriginId> withheld_;  // only for /parameter_events: origins of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;
-  DropCounts dropped_;  // before the link's queue
+  std::optional<WheelState> wheel_;  // as the robot has told
+  DropCounts dropped_;               // before the link's queue
 };
 
 }  // namespace connect_bridge

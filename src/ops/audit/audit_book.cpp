@@ -48,7 +48,10 @@ AuditRank rank_of(const Audit& line) {
     case AuditEvent::kRulesChanged:
     case AuditEvent::kRulesRefused: return AuditRank::kOwn;
     case AuditEvent::kCall:
-    case AuditEvent::kGoal: return AuditRank::kCalls;
+    case AuditEvent::kGoal:
+    case AuditEvent::kWheelTaken:
+    case AuditEvent::kHalted:
+    case AuditEvent::kWheelLeft: return AuditRank::kCalls;
     case AuditEvent::kCallRefused: return AuditRank::kRefusals;
     case AuditEvent::kChannelOpened:
     case AuditEvent::kChannelRefused:

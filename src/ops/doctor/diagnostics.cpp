@@ -84,6 +84,21 @@ Diagnostic of_side(const StatusPicture& picture, Stamp now) {
   return made;
 }
 
+// Who steers, without names: whoever sees the topic may be anybody.
+void add_wheel(Diagnostic& to, const LinkStatus& link) {
+  const auto wheel = link.wheel();
+  if (!wheel) return;
+  const auto driven = std::find_if(link.topics.begin(), link.topics.end(),
+                                   [&](const TopicStatus& t) { return t.wheel == wheel; });
+  const char* const yours = driven->exported ? "you drive" : "somebody drives";
+  to.add(Level::kOk, *wheel == WheelState::kFree     ? "nobody drives"
+                     : *wheel == WheelState::kYours  ? yours
+                     : *wheel == WheelState::kHalted ? "halted: let go first"
+                                                     : "another peer drives");
+  if (driven->latency_ms)
+    to.values.emplace_back("last_command_ms", fmt::format("{:.1f}", *driven->latency_ms));
+}
+
 Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, Stamp now) {
   const std::string place = std::to_string(picture.places.of(link));
   Diagnostic made{Level::kOk, named_at(picture, "link " + place), {}, {}};
@@ -105,6 +120,7 @@ Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, Stamp n
     made.add(Level::kWarn,
              fmt::format("{} topic{} {}: the link carries less than is published", overloaded,
                          overloaded == 1 ? "" : "s", name_of(StateWord::kOverloaded)));
+  if (link.open) add_wheel(made, link);
   if (made.message.empty()) made.message = name_of(state_of(link));
   return made;
 }

@@ -158,6 +158,8 @@ void Doctor::topic(const Json& link, const Json& topic) {
   if (many("rate", kStarvedShare)) add("drops_rate", name, counted("rate"));
   if (many("too_large", kDroppedShare)) add("drops_too_large", name, counted("too_large"), true);
   if (many("memory", kDroppedShare)) add("drops_memory", name, counted("memory"), true);
+  if (const double ahead = number_in(topic, "ahead_ms"); ahead > 0)
+    add("publisher_ahead", name, fmt::format("by {:.1f} s", ahead / 1e3), true);
   if (!many("max_age", kDroppedShare)) return;
   const double offset = number_in(part_of(link, "clock"), "offset_ms");
   const bool all = number_in(dropped, "max_age") > 0 && messages == 0;

@@ -254,6 +254,11 @@ OrderedJson of_lately(const LinkStatus& link) {
   return link.lately ? OrderedJson((*link.lately).*member) : OrderedJson();
 }
 
+// As the operator of the link is told.
+OrderedJson wheel_word(const std::optional<WheelState>& wheel) {
+  return wheel ? OrderedJson(word_of(kWheelStateWords, *wheel)) : OrderedJson();
+}
+
 OrderedJson breaks(const LinkStatus& link) {
   if (link.breaks.empty()) return {};
   OrderedJson all = OrderedJson::array();
@@ -346,6 +351,14 @@ constexpr StatusField<LinkStatus> kLinkFields[] = {
      "TCP segments sent in this time"},
     {"lately.retransmitted", Unit::kNone, of_lately<&LinkStatus::Lately::retransmitted>,
      "of these: sent again"},
+    {"wheel", Unit::kNone, [](const LinkStatus& l) { return wheel_word(l.wheel()); },
+     "who steers the robot: [the words](driving.md#who-sees-it)"},
+    {"drives", Unit::kNone,
+     [](const LinkStatus& l) {
+       return l.wheel() ? OrderedJson(l.wheel() == WheelState::kYours) : OrderedJson();
+     },
+     "at the robot: the peer steers; at the operator: this side does",
+     gauge("link_drives", "Whether the operator of a link steers the robot")},
     {"login_valid_until", Unit::kNone, [](const LinkStatus& l) { return time_of(l.login_end); },
      "server: when the login expires"},
 };
@@ -466,6 +479,12 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
            "Age of the last message at its publication here, the most of all "
            "links"),
      {"age", As::kText, In::kWide}},
+    {"wheel", Unit::kNone, [](const TopicStatus& t) { return wheel_word(t.wheel); },
+     "of a topic that drives the robot: who steers"},
+    {"ahead_ms", Unit::kMilliseconds,
+     [](const TopicStatus& t) { return t.ahead_ms ? OrderedJson(*t.ahead_ms) : OrderedJson(); },
+     "of a topic that drives the robot: the clock of a publisher's machine is ahead of its "
+     "bridge's"},
     {"overload",
      Unit::kNone,
      overload,

@@ -125,6 +125,8 @@ const Case kCases[] = {
      "\"zstd:20\" is wrong"},
     {"max_age", kServer, "{rules: [a], rule: {a: {import_topics: [/a], max_age: -1}}}",
      "rule.a.max_age: -1 is wrong, expected a number from 0.001"},
+    {"halt_after", kServer, "{rules: [a], rule: {a: {import_topics: [/a], halt_after: 0.01}}}",
+     "rule.a.halt_after: 0.01 is wrong, expected a number from 0.05"},
     {"calls_max", kServer, "{rules: [a], rule: {a: {export_services: [/a], calls_max: 0}}}",
      "rule.a.calls_max: 0 is wrong, expected a whole number from 1 to 1000"},
     {"server_queue", kServer, "{rules: [a], rule: {a: {export_services: [/a], server_queue: -1}}}",

@@ -303,7 +303,7 @@ auth: {token: 0123456789abcdef}
 rules: [drive, camera]
 rule:
   drive: {import_topics: [/cmd_vel], types: [geometry_msgs/msg/Twist], identities: [ops],
-          priority: urgent, max_age: 0.3}
+          priority: urgent, max_age: 0.3, halt_after: 0.5}
   camera: {export_topics: ["/camera/**", /map], deny: [/camera/x], priority: bulk, max_rate: 15,
            compression: lz4}
 )"),
@@ -315,7 +315,7 @@ rule:
       "login: token, taken from the parameter auth.token\n"
       "rules, the first that allows an interface decides:\n"
       "  drive: the peer may publish to /cmd_vel (geometry_msgs/msg/Twist only), if logged in "
-      "as ops; priority urgent; max_age 0.3 s\n"
+      "as ops; priority urgent; max_age 0.3 s; halt_after 0.5 s\n"
       "  camera: the peer may receive /camera/** and /map; never /camera/x, whatever rules "
       "allow; priority bulk; compression lz4; max_rate 15.0 Hz\n");
 }

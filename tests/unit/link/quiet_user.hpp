@@ -15,7 +15,7 @@ class QuietUser : public LinkUser {
   Result<Nothing> on(Link&, const Answered&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renew&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renewed&, const Now&) override { return Nothing{}; }
-  void on_peer_time(Link&, const TimeReply&, Stamp) override {}
+  void on_peer_time(Link&, const TimeReply&, const Now&) override {}
 
   void on_link_open(Link&, const Now&) override {}
   void on_peer_replaced(Link&, const Now&) override {}

@@ -95,7 +95,7 @@ class Recorder final : public ConnectionUser, private IncomingChannel {
     note("delivered " + std::to_string(whole.channel.value) + "." +
          std::to_string(whole.subject.value));
   }
-  void on_peer_time(const TimeReply&, Stamp) override { note("clock"); }
+  void on_peer_time(const TimeReply&, const Now&) override { note("clock"); }
 
   Nothing note(const std::string& word) {
     words += (words.empty() ? "" : ", ") + word;

@@ -255,6 +255,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"drops_rate", topic_with(R"({"dropped": {"rate": 5000}})")},
         StatusCase{"stamps_old", topic_with(R"({"messages": 0, "dropped": {"max_age": 50}})")},
         StatusCase{"drops_max_age", topic_with(R"({"dropped": {"max_age": 50}})")},
+        StatusCase{"publisher_ahead", topic_with(R"({"ahead_ms": 5000})")},
         StatusCase{"drops_too_large", topic_with(R"({"dropped": {"too_large": 50}})")},
         StatusCase{"drops_memory", topic_with(R"({"dropped": {"memory": 50}})")},
         StatusCase{"link_too_thin", topic_with(R"({"dropped": {"newer_available": 50}})")},

@@ -92,6 +92,26 @@ TEST(Diagnostics, WhatIsWorthALook) {
   EXPECT_EQ(told(now)[0].level, Level::kError);
 }
 
+TEST(Diagnostics, WhoDrivesHasNoName) {
+  StatusPicture now = picture({7});
+  TopicStatus& topic = now.side.links[0].topics.emplace_back();
+  topic.topic = "/cmd_vel";
+  topic.latency_ms = 20;
+  const auto message = [&](WheelState state, bool exported) {
+    topic.wheel = state;
+    topic.exported = exported;
+    const auto all = told(now);
+    EXPECT_EQ(all[1].level, Level::kOk);
+    EXPECT_THAT(all[1].values, Contains(Pair("last_command_ms", "20.0")));
+    return all[1].message;
+  };
+  EXPECT_EQ(message(WheelState::kYours, true), "you drive");
+  EXPECT_EQ(message(WheelState::kYours, false), "somebody drives");
+  EXPECT_EQ(message(WheelState::kTaken, true), "another peer drives");
+  EXPECT_EQ(message(WheelState::kHalted, true), "halted: let go first");
+  EXPECT_EQ(message(WheelState::kFree, false), "nobody drives");
+}
+
 TEST(Diagnostics, AnOverloadARefusedFileAndALostRelayAreWorthALook) {
   StatusPicture now = picture({7});
   TopicStatus& topic = now.side.links[0].topics.emplace_back();
