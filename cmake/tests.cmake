@@ -130,13 +130,14 @@ if(sim_sources AND TARGET connect_core)
   add_test(NAME sim_twins COMMAND sim --twins --seeds ${CONNECT_SIM_SEEDS})
   add_test(NAME sim_uses COMMAND sim --uses)
   # Always the same: of drawn ones some three in a hundred miss a bound by little (docs/simulator.md).
+  add_test(NAME sim_driving COMMAND sim --driving --seeds 300)
   add_test(NAME sim_thin COMMAND sim --thin --seeds 245..340)
   # It weighs the heap, which is another one under a sanitizer.
   if(NOT CONNECT_SANITIZE)
     add_test(NAME sim_day COMMAND sim --day --seed 1)
     set_tests_properties(sim_day PROPERTIES LABELS sim TIMEOUT 1800)
   endif()
-  set_tests_properties(sim sim_twins sim_uses sim_thin PROPERTIES LABELS sim TIMEOUT 1800 RUN_SERIAL ON)
+  set_tests_properties(sim sim_twins sim_uses sim_thin sim_driving PROPERTIES LABELS sim TIMEOUT 1800 RUN_SERIAL ON)
 endif()
 
 # fuzz: one libFuzzer program per file.

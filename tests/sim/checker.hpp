@@ -16,6 +16,16 @@
 
 namespace connect_bridge::sim {
 
+// Gets what drives a robot, and what the audit log says of it.
+class DrivingListener {
+ public:
+  virtual void on_command(const Host& host, ByteView message) = 0;
+  virtual void on_audit(const Audit& line) = 0;
+
+ protected:
+  ~DrivingListener() = default;
+};
+
 class Checker {
  public:
   Checker(const Schedule& schedule, const Middleware& middleware, Network& network, bool overlaps)
@@ -29,6 +39,7 @@ class Checker {
   [[nodiscard]] const DeliveryCheck& deliveries() const { return deliveries_; }
   [[nodiscard]] const WireCheck& wire() const { return wire_; }
   CallCheck& calls() { return calls_; }
+  void set_driving(DrivingListener& driving) { driving_ = &driving; }
 
   // ---- what hosts report
   void on_start(const Host& host);
@@ -46,7 +57,11 @@ class Checker {
   }
   void on_mirror(const Host& host, const Host::MirrorInfo& mirror);
   void on_publish(const Host& host, const Host::MirrorInfo& mirror, ByteView message) {
+    if (driving_ && mirror.made.topic == kDriveTopic) driving_->on_command(host, message);
     deliveries_.on_publish(host, mirror, message);
+  }
+  void on_audit(const Audit& line) {
+    if (driving_) driving_->on_audit(line);
   }
   void on_subscription(const Host& host, const CreateSubscription& made);
   void on_service_mirror(const Host& host, const CreateServiceMirror& made);
@@ -88,6 +103,7 @@ class Checker {
   DeliveryCheck deliveries_;
   WireCheck wire_;
   CallCheck calls_;
+  DrivingListener* driving_ = nullptr;
   std::set<int> policy_changed_;
   std::map<int, TimePoint> policy_changed_at_;
   std::map<int, TimePoint> last_dial_;

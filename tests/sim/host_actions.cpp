@@ -180,6 +180,7 @@ void Host::act(const Log& action) {
 
 void Host::act(const Audit& action) {
   if (action.event != AuditEvent::kRefused && !action.link) violated("a line of no link");
+  world_.checker.on_audit(action);
 }
 
 void Host::act(const Stopped&) {

@@ -35,8 +35,11 @@ inline bool is_clock(const std::string& topic) {
 inline bool is_of_action(const std::string& topic) {
   return topic.find("/_action/") != std::string::npos;
 }
+// What drives a robot has a checker of its own (sim/driving.hpp).
+inline constexpr char kDriveTopic[] = "/driving/cmd_vel";
 inline bool is_ordinary(const std::string& topic) {
-  return !is_claims(topic) && !is_hostile(topic) && !is_clock(topic) && !is_of_action(topic);
+  return topic != kDriveTopic && !is_claims(topic) && !is_hostile(topic) && !is_clock(topic) &&
+         !is_of_action(topic);
 }
 
 // A client and the server it dials.

@@ -1,7 +1,7 @@
 // The simulation: worlds of sides, graphs and networks in virtual time, one per seed.
 //
 //   sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] [--minutes M] [--threads T]
-//       [--digest] [--twins] [--thin]
+//       [--digest] [--twins] [--thin] [--driving]
 //   sim --uses               what people do on thin links, one small world each
 //   sim --day [--seed S]     two sides for 24 hours of bad weather, about 1,900 disturbances
 //
@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "sim/digest.hpp"
+#include "sim/driving.hpp"
 #include "sim/thin.hpp"
 #include "sim/twins.hpp"
 #include "sim/uses.hpp"
@@ -33,6 +34,8 @@ namespace {
 
 using connect_bridge::sim::Coverage;
 using connect_bridge::sim::Digest;
+using connect_bridge::sim::Driving;
+using connect_bridge::sim::DrivingPlan;
 using connect_bridge::sim::Judged;
 using connect_bridge::sim::kJudgedCount;
 using connect_bridge::sim::kJudgedNames;
@@ -51,16 +54,18 @@ struct Options {
   bool verbose = false;
   bool stop = false;  // at the first failure
   bool digest = false;
-  bool twins = false;  // worlds of two bridges in one graph
-  bool thin = false;   // worlds of one thin link
-  bool uses = false;   // what people do on thin links
-  bool day = false;    // worlds that live for a day
-  double minutes = 0;  // > 0: go on with the next seeds for so long
+  bool twins = false;    // worlds of two bridges in one graph
+  bool thin = false;     // worlds of one thin link
+  bool driving = false;  // worlds of operators who drive one robot
+  bool uses = false;     // what people do on thin links
+  bool day = false;      // worlds that live for a day
+  double minutes = 0;    // > 0: go on with the next seeds for so long
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
 
 struct Totals {
   std::atomic<std::uint64_t> next{0}, passed{0}, failed{0}, events{0}, delivered{0}, frames{0};
+  std::atomic<std::uint64_t> moved{0}, halts{0};   // of robots
   Coverage coverage;                               // under `printing`
   std::map<std::uint64_t, std::uint64_t> digests;  // by seed, under `printing`
   std::mutex printing;
@@ -152,6 +157,25 @@ std::optional<std::string> run_thin(std::uint64_t seed, bool verbose, Totals& to
   return found;
 }
 
+std::optional<std::string> run_driving(std::uint64_t seed, bool verbose, Totals& totals) {
+  running_seed = seed;
+  const DrivingPlan plan = connect_bridge::sim::make_driving(seed);
+  if (verbose)
+    std::printf("driving %llu: %s\n", static_cast<unsigned long long>(seed), plan.text().c_str());
+  Driving driving(plan, verbose);
+  std::optional<std::string> found;
+  try {
+    driving.run();
+  } catch (const Violation& violation) {
+    found = violation.what();
+  }
+  totals.moved += driving.moved();
+  totals.halts += driving.halts();
+  const std::lock_guard lock(totals.printing);
+  totals.digests[seed] = driving.digest();
+  return found;
+}
+
 // Whether all get what they must.
 bool run_uses(bool verbose) {
   bool right = true;
@@ -213,6 +237,7 @@ std::optional<std::string> run_seed(std::uint64_t seed, const Options& options, 
 std::optional<std::string> run_worlds(std::uint64_t seed, const Options& options, Totals& totals) {
   if (options.twins) return run_twins(seed, options.verbose, totals);
   if (options.thin) return run_thin(seed, options.verbose, totals);
+  if (options.driving) return run_driving(seed, options.verbose, totals);
   return run_seed(seed, options, totals);
 }
 
@@ -233,8 +258,9 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     const std::lock_guard lock(totals.printing);
     const auto number = static_cast<unsigned long long>(seed);
     std::FILE* out = options.digest ? stderr : stdout;
-    const std::string text = options.twins ? connect_bridge::sim::make_twins(seed).text()
-                                           : scenario_of(seed, options).text();
+    const std::string text = options.twins     ? connect_bridge::sim::make_twins(seed).text()
+                             : options.driving ? connect_bridge::sim::make_driving(seed).text()
+                                               : scenario_of(seed, options).text();
     std::fprintf(out, "FAILED seed %llu: %s\n  found: %s\n  replay: sim %s--seed %llu --verbose\n",
                  number, text.c_str(), found->c_str(), running_mode, number);
     std::fflush(out);
@@ -244,14 +270,15 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
 bool parse(int argc, char** argv, Options& options) {
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
-    bool* const flag = arg == "--verbose"  ? &options.verbose
-                       : arg == "--stop"   ? &options.stop
-                       : arg == "--digest" ? &options.digest
-                       : arg == "--twins"  ? &options.twins
-                       : arg == "--thin"   ? &options.thin
-                       : arg == "--uses"   ? &options.uses
-                       : arg == "--day"    ? &options.day
-                                           : nullptr;
+    bool* const flag = arg == "--verbose"   ? &options.verbose
+                       : arg == "--stop"    ? &options.stop
+                       : arg == "--digest"  ? &options.digest
+                       : arg == "--twins"   ? &options.twins
+                       : arg == "--thin"    ? &options.thin
+                       : arg == "--driving" ? &options.driving
+                       : arg == "--uses"    ? &options.uses
+                       : arg == "--day"     ? &options.day
+                                            : nullptr;
     if (flag != nullptr) {
       *flag = true;
       continue;
@@ -310,7 +337,11 @@ void tell(const Options& options, const Totals& totals,
                static_cast<unsigned long long>(totals.events.load()),
                static_cast<unsigned long long>(totals.frames.load()),
                static_cast<unsigned long long>(totals.delivered.load()));
-  if (!options.twins) tell_coverage(out, totals.coverage);
+  if (options.driving)
+    std::fprintf(out, "%llu commands moved a robot, %llu halts\n",
+                 static_cast<unsigned long long>(totals.moved.load()),
+                 static_cast<unsigned long long>(totals.halts.load()));
+  if (!options.twins && !options.driving) tell_coverage(out, totals.coverage);
   std::fprintf(out, "%llu passed, %llu failed\n",
                static_cast<unsigned long long>(totals.passed.load()),
                static_cast<unsigned long long>(totals.failed.load()));
@@ -323,7 +354,8 @@ int main(int argc, char** argv) {
   if (!parse(argc, argv, options)) {
     std::fprintf(stderr,
                  "usage: sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] "
-                 "[--minutes M] [--threads T] [--digest] [--twins] [--thin]\n"
+                 "[--minutes M] [--threads T] [--digest] [--twins] [--thin] "
+                 "[--driving]\n"
                  "       sim --uses             what people do on thin links\n"
                  "       sim --day [--seed S]   a pair of sides for 24 hours of bad weather\n");
     return 2;
@@ -331,10 +363,11 @@ int main(int argc, char** argv) {
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(signal, on_fatal);
   if (options.uses) return run_uses(options.verbose) ? 0 : 1;
   if (options.last == 0) options.last = options.day ? 1 : 2000;
-  running_mode = options.twins  ? "--twins "
-                 : options.thin ? "--thin "
-                 : options.day  ? "--day "
-                                : "";
+  running_mode = options.twins     ? "--twins "
+                 : options.thin    ? "--thin "
+                 : options.driving ? "--driving "
+                 : options.day     ? "--day "
+                                   : "";
   // The memory in use in the course of a day is that of the first thread.
   if (options.verbose || options.day) options.threads = 1;
   Totals totals;

@@ -1,14 +1,16 @@
 #include "sim/small_world.hpp"
 
+#include <utility>
+
 #include "sim/label.hpp"
 
 namespace connect_bridge::sim {
 
 using namespace std::chrono_literals;
 
-SmallWorld::SmallWorld(std::uint64_t seed, const GraphPlan& graph, bool overlaps)
+SmallWorld::SmallWorld(std::uint64_t seed, std::vector<GraphPlan> graphs, bool overlaps)
     : rng_(seed),
-      middleware_(schedule_, {graph, graph}, rng_.fork(), *this),
+      middleware_(schedule_, std::move(graphs), rng_.fork(), *this),
       services_(schedule_, middleware_, rng_.fork(), *this),
       network_(schedule_, rng_.fork()),
       checker_(schedule_, middleware_, network_, overlaps) {}
@@ -78,6 +80,7 @@ void SmallWorld::on_delivery(const Reader& reader, const Writer& writer, const S
   if (reader.spec.host >= 0)
     return hosts_[static_cast<std::size_t>(reader.spec.host)]->on_sample(reader, writer, sample);
   checker_.on_delivery(reader, writer, sample);
+  if (!is_ordinary(reader.spec.topic)) return;
   on_heard(reader, *read_label(sample.payload.view()));
 }
 

@@ -22,7 +22,9 @@ class SmallWorld : Middleware::Listener, Services::Listener {
 
  protected:
   // Both graphs are as `graph`. `overlaps`: as the Checker has it.
-  SmallWorld(std::uint64_t seed, const GraphPlan& graph, bool overlaps);
+  SmallWorld(std::uint64_t seed, const GraphPlan& graph, bool overlaps)
+      : SmallWorld(seed, std::vector{graph, graph}, overlaps) {}
+  SmallWorld(std::uint64_t seed, std::vector<GraphPlan> graphs, bool overlaps);
 
   // Everything may cross.
   static Rule everything();
