@@ -287,7 +287,8 @@ void RelayDoor::fail(const Failure& why, DialFailure failure) {
   const bool was_welcome = std::exchange(welcome_, false);
   place_.connected_since = 0;
   place_.failure = why;
-  token_refused_ = why.cause == Cause::kRelayRefuses || why.cause == Cause::kTokenMissing;
+  token_refused_ = why.cause == Cause::kRelayRefuses || why.cause == Cause::kRobotTwice ||
+                   why.cause == Cause::kTokenMissing;
   const std::string text = "the relay " + options_.url.text("ws") + ": " + why.text;
   if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");
   told_ = text;
