@@ -99,7 +99,8 @@ void Gateway::apply(const SendResponse& action) {
 }
 
 void Gateway::apply(const DropRequest& action) {
-  if (auto* mirror = services_.mirrors.find(action.mirror)) mirror->drop(action.request);
+  if (auto* mirror = services_.mirrors.find(action.mirror))
+    mirror->drop(action.request, action.aborted);
 }
 
 void Gateway::apply(const SendRequest& action) {

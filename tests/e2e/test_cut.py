@@ -1,5 +1,6 @@
 """A bad line between client and server: cut, silent, and back; always without a restart."""
 
+import contextlib
 import threading
 import time
 
@@ -8,6 +9,9 @@ from connect_bridge_test_interfaces.msg import Blob
 from geometry_msgs.msg import Twist, Vector3
 from std_msgs.msg import String
 
+from action_msgs.msg import GoalStatus
+from actions import Client, FibonacciServer, Goal
+from calls import OPEN_CALLS, servers_graph
 from conftest import OPEN
 from graph import connect, qos, until
 
@@ -39,7 +43,7 @@ def test_dead_after_3_s_and_back_within_2_s(relayed, how):
     pair, relay = relayed()
     down, received = pair.opened(String, "/t/down", String(data="x"))
     up, arrived = pair.opened(String, "/o/up", String(data="x"), backward=True)
-    # What one break leaves behind does not hinder the next one.
+#What one break leaves behind does not hinder the next one.
     for _ in range(2 if how == "cut" else 1):
         getattr(relay, how)()
         times = [0.0, 0.0]
@@ -89,6 +93,54 @@ def test_a_break_reconnects_at_once(relayed):
         assert back_after(publisher, collector) < 2
     (same,) = pair.operator.publishers("/t/steady")
     assert list(same.endpoint_gid) == list(mirror.endpoint_gid), "the mirror was made again"
+
+
+@contextlib.contextmanager
+def awaited_result(pair, name, seconds):
+    """A goal of so many seconds, whose client waits for the result: a list of that."""
+    robot = servers_graph(pair, 4)
+    server = FibonacciServer(robot, name)
+    client = Client(pair.operator, name)
+    until(client.server_is_ready, "the action is ready")
+    goal = Goal(client, 20, period_ms=int(seconds * 1000 / 19))
+    assert goal.handle.accepted
+    results = []
+    thread = threading.Thread(target=lambda: results.append(goal.result(30)))
+    thread.start()
+    yield results, client
+    thread.join()
+    client.destroy()
+    server.stop()
+    robot.close()
+
+
+def test_a_result_outlasts_a_break(relayed):
+    """The link is gone for three times dead_after while the goal runs, and its client gets the
+    result."""
+    pair, relay = relayed(server={**OPEN_CALLS, **SOON_DEAD}, client=SOON_DEAD)
+    with awaited_result(pair, "/a/long", 6) as (results, client):
+        time.sleep(1)
+        relay.cut()
+        until(lambda: not client.server_is_ready(), "the action has vanished")
+        time.sleep(2)
+        relay.heal()
+        until(lambda: results, "a result", 20)
+    assert results[0].status == GoalStatus.STATUS_SUCCEEDED
+    assert len(results[0].result.sequence) == 21
+    assert pair.client.status()["made_unanswered"] == 0
+
+
+def test_a_goal_is_aborted_when_the_break_is_too_long(relayed):
+    pair, relay = relayed(
+        server={**OPEN_CALLS, **SOON_DEAD}, client={**SOON_DEAD, "resume": {"seconds": 2.0}}
+    )
+    with awaited_result(pair, "/a/longer", 10) as (results, _):
+        time.sleep(1)
+        relay.cut()
+        until(lambda: results, "an end", 10)
+    assert results[0].status == GoalStatus.STATUS_ABORTED
+    assert pair.client.status()["made_unanswered"] == 1
+    assert "get no answer" in pair.client.text(whole=True)
 
 
 def test_flapping(relayed):

@@ -17,10 +17,10 @@ class LogLimit {
   LogLimit() : LogLimit(1, std::chrono::seconds(10)) {}  // one line is enough as an example
   LogLimit(int at_once, Duration period) : pace_(at_once, period) {}
 
-  // Counts one more. Returns how many there were since the last line, this one among them; nullopt:
-  // it is not to be written.
-  std::optional<std::uint64_t> count(const Now& now) {
-    ++count_;
+  // Counts one more, or several. Returns how many there were since the last line, these among them;
+  // nullopt: it is not to be written.
+  std::optional<std::uint64_t> count(const Now& now, std::uint64_t more = 1) {
+    count_ += more;
     if (!pace_.take(now.steady)) return std::nullopt;
     return std::exchange(count_, 0);
   }

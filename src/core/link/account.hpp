@@ -61,7 +61,7 @@ struct Shares {
 
 // Limits for log lines about calls that had no answer.
 struct CallLines {
-  LogLimit refusals, timeouts;
+  LogLimit refusals, timeouts, losses, kept;
 };
 
 // An account outlives its links: an identity that logs in again and again, or with many links, gets

@@ -64,6 +64,8 @@ class LinkUser {
   // A dead link will not return: backlogs and state kept for it are dropped.
   virtual void on_link_forgotten(Link& link, const Now& now) = 0;
   // The time for offers after a reconnect is over: the peer will not offer the rest again.
+  // The link goes on with the same process, which has forgotten the session and its backlogs.
+  virtual void on_session_forgotten(Link& link, const Now& now) = 0;
   virtual void on_offers_over(Link& link, const Now& now) = 0;
 
  protected:

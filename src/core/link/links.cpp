@@ -212,7 +212,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   const std::string before = past_of(link, peer, user_.resumes(link));
   // A server that forgot the session does not know what the session had delivered.
   if (link.life.connects() > 0 && link.login.session() != peer.session)
-    user_.on_link_forgotten(link, now);
+    user_.on_session_forgotten(link, now);
   carrying_.emplace(connection->id(), &link);
   link.opened(std::move(connection), now);
   // The limit may have changed during the login.

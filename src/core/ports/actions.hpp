@@ -66,6 +66,8 @@ struct DropRequest {
   ServiceMirrorId mirror;
   RequestId request;
 };
+  // The request is for the result of a goal. Its caller is told that the goal was aborted.
+  bool aborted = false;
 struct CreateServiceClient {
   ServiceClientId id;
   std::string service;

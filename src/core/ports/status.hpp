@@ -282,6 +282,9 @@ struct Status {
   std::uint64_t shared_bytes = 0;      // of memory_max
   std::uint64_t shared_bytes_max = 0;  // memory_max
   Failure last_failure;                // why the last connection ended
+  // Calls that ended without an answer while their callers waited, on all links since the start.
+  std::uint64_t made_unanswered = 0;    // of callers here
+  std::uint64_t served_unanswered = 0;  // of peers
 };
 
 }  // namespace connect_bridge

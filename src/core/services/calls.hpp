@@ -20,6 +20,8 @@ namespace connect_bridge {
 inline constexpr std::uint32_t kPeerCallsMax = 8192;
 // Unanswered calls of one peer at one service that returns results of actions.
 inline constexpr std::uint32_t kResultCallsMax = 1000;
+// The largest request for a result that is made again after a break; a goal's id has 20 bytes.
+inline constexpr std::size_t kResultRequestMax = 64;
 // The upper limit of call numbers; an exporter begins a new epoch long before.
 inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
 
@@ -64,8 +66,10 @@ using CallLoads = std::map<LinkId, CallLoad>;
 
 // Logs "3 call(s) refused, last one of /add: too many" at a limited rate.
 inline void log_calls(Outputs& outputs, LogLimit& limit, const std::string& what,
-                      const ServiceKey& service, const std::string& why, const Now& now) {
-  if (const auto count = limit.count(now))
+                      const ServiceKey& service, const std::string& why, const Now& now,
+                      std::uint64_t calls = 1) {
+  if (calls == 0) return;
+  if (const auto count = limit.count(now, calls))
     outputs.log(LogLevel::kWarn, std::to_string(*count) + " call(s) " + what + ", last one of " +
                                      service.first + (why.empty() ? "" : ": " + why));
 }

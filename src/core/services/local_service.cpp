@@ -104,7 +104,7 @@ void LocalService::on_link_lost(LinkId link) {
 
 void LocalService::on_link_dead(LinkId link, const Now& now) {
   const auto it = service_offers_.find(link);
-  if (it != service_offers_.end()) remove(it, LinkOffer::offered_again(), now);
+  if (it != service_offers_.end()) remove(it, {"the link has ended"}, now);
 }
 
 void LocalService::remove(ServiceOffers::iterator service_offer, const Ending& why,
@@ -117,7 +117,8 @@ void LocalService::remove(ServiceOffers::iterator service_offer, const Ending& w
 // The new service offer draws another epoch, so old numbers mean nothing any more. Other links keep
 // theirs: a peer that uses up its numbers ends only its own calls.
 void LocalService::renew(LinkId link, const Now& now) {
-  on_link_dead(link, now);
+  const auto it = service_offers_.find(link);
+  if (it != service_offers_.end()) remove(it, LinkOffer::offered_again(), now);
   exports_.outputs.follow_up(FollowUp::kOffers);
 }
 

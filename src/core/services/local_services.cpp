@@ -49,7 +49,7 @@ void LocalServices::on_time(const Now& now) {
     if (due->call) {
       due->service_offer->on_timeout(*due->call, now);
     } else if (due->service_offer) {
-      due->service_offer->detach(now);
+      due->service_offer->detach("the peer does not attach the service again", now);
     }
     with_room.push_back(due->service);
   }

@@ -71,6 +71,7 @@ class LocalServices final : public SideView {
   CallLoads loads{};
   std::unordered_map<ServiceClientId, LocalService*> by_client{};
   std::vector<ActionUse> action_uses{};  // changes that were not taken yet
+  std::uint64_t unanswered = 0;          // calls that ended without an answer
 
  private:
   template <class Input>

@@ -55,9 +55,9 @@ bool MadeCall::decode(const InMessage& answer) {
   return true;
 }
 
-void MadeCall::on_job(std::optional<Payload> result, const Now&) {
+void MadeCall::on_job(std::optional<Payload> result, const Now& now) {
   job_.cancel();
-  peer_service_.on_decoded(*this, std::move(result));
+  peer_service_.on_decoded(*this, std::move(result), now);
 }
 
 }  // namespace connect_bridge

@@ -14,6 +14,13 @@ namespace {
 
 constexpr char kNoMemoryOf[] = "no memory is left in the share of ";
 
+// The answer to a request for a result begins with the goal's status, behind the header of CDR.
+bool is_unknown_goal(ByteView answer) {
+  constexpr std::size_t kHeader = 4;
+  constexpr std::uint8_t kStatusUnknown = 0;  // action_msgs/msg/GoalStatus
+  return answer.size() > kHeader && answer[kHeader] == kStatusUnknown;
+}
+
 }  // namespace
 
 PeerService::PeerService(ServiceMirror& service, Link& link, PeerServices& imports)
@@ -42,7 +49,7 @@ void PeerService::on_withdraw(const Withdraw& why, const Now& now) {
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
   PeerServices& imports = imports_;  // outlives this object, and so may the service
   ServiceMirror& service = service_;
-  service.remove_feed(link_.id);
+  service.remove_feed(link_.id, "the peer withdrew the service", now);
   imports.update(service, now);
 }
 
@@ -74,7 +81,12 @@ Result<Nothing> PeerService::on_attached(const Attached& attached, const Now& no
     return Error{CloseCode::kIllegal, "more calls seen than can be made"};
   attached_ = true;
   type_hash_ = attached.type_hash;
-  reconcile(attached, now);
+  if (keeps_results() && !service_.fits(type_hash_)) {
+    service_.close("its type is another one after the break", now);
+  } else {
+    reconcile(attached, now);
+    if (keeps_results()) ask_again(now);
+  }
   imports_.update(service_, now);
   return Nothing{};
 }
@@ -99,7 +111,7 @@ void PeerService::reconcile(const Attached& attached, const Now& now) {
     } else if (!open.contains(call.id())) {
       if (call.has_answer()) continue;
       // The call was refused, forgotten or too large on the lost connection.
-      ++counts_.lost;
+      note_losses(1, "the peer gave it up while the connection was lost", now);
       give_up(call);
     } else {
       call.on_delivered();
@@ -121,21 +133,68 @@ Duration PeerService::call_timeout() const {
 }
 
 void PeerService::on_request(RequestId request, Payload payload, const Now& now) {
+  if (keeps_results() && !is_offered()) {
+    note_refusal("the link with " + link_.label() + " is lost", now);
+    return drop_request(request);
+  }
+  const std::size_t size = payload.size();
+  if (service_.gives_results() && size <= kResultRequestMax) results_[request] = {payload};
+  if (!make_call(request, std::move(payload), now)) return;
+  ++counts_.calls;
+  counts_.request_bytes += size;
+}
+
+bool PeerService::make_call(RequestId request, Payload payload, const Now& now) {
   const std::size_t size = payload.size();
   if (const std::string why = no_room(size); !why.empty()) {
     note_refusal(why, now);
-    return drop_request(request);
+    drop_request(request);
+    return false;
   }
   last_ = {last_.value + 1};
   const CallId id = last_;
   calls_.try_emplace(id, *this, id, request, size, now);
   by_request_[request] = id;
-  ++counts_.calls;
-  counts_.request_bytes += size;
-  if (!encoder_) return on_encoded(id, Codec::kNone, payload, payload, now);
+  if (!encoder_) {
+    on_encoded(id, Codec::kNone, payload, payload, now);
+    return true;
+  }
   // The encoder drops nothing: no_room() limits its input.
   (void)encoder_->push({id, now.system, 0, std::move(payload), {}});
   send_encoded(now);
+  return true;
+}
+
+// ---- results after a break
+
+bool PeerService::keep_results(const Now& now) {
+  if (keeps_results()) return true;
+  if (results_.empty() || !link_.life.may_return() || !link_.life.keeps()) return false;
+  std::vector<RequestId> others;
+  for (const auto& [request, id] : by_request_)
+    if (!results_.contains(request)) others.push_back(request);
+  std::sort(others.begin(), others.end());
+  note_losses(others.size(), "their requests are too large to be made again", now);
+  for (const RequestId request : others) drop_request(request);
+  calls_.clear();
+  by_request_.clear();
+  if (encoder_) encoder_->clear();
+  kept_for_ = link_.login.identity().name;
+  log_calls(imports_.outputs, link_.account->calls_made.kept,
+            "for results of goals wait for the return of " + link_.label(), service_.key(), {}, now,
+            results_.size());
+  return true;
+}
+
+void PeerService::ask_again(const Now& now) {
+  kept_for_.reset();
+  std::vector<std::pair<RequestId, Payload>> asked;
+  for (auto& [request, awaited] : results_) {
+    if (by_request_.contains(request)) continue;  // made since the service was offered again
+    awaited.again = true;
+    asked.emplace_back(request, awaited.request);
+  }
+  for (auto& [request, payload] : asked) make_call(request, std::move(payload), now);
 }
 
 std::string PeerService::no_room(std::size_t bytes) const {
@@ -222,7 +281,7 @@ Result<Nothing> PeerService::on_message(InMessage message, const Now& now) {
   }
   if (!why.empty() || large) return Nothing{};
   if (message.codec == Codec::kNone) {
-    respond(call, message.body);
+    respond(call, message.body, now);
     return Nothing{};
   }
   auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
@@ -230,19 +289,25 @@ Result<Nothing> PeerService::on_message(InMessage message, const Now& now) {
     give_up(call);
     return raw.error();
   }
-  respond(call, Payload::adopt(std::move(raw).value()));
+  respond(call, Payload::adopt(std::move(raw).value()), now);
   return Nothing{};
 }
 
-void PeerService::on_decoded(MadeCall& call, std::optional<Payload> answer) {
-  if (answer) return respond(call, *answer);
+void PeerService::on_decoded(MadeCall& call, std::optional<Payload> answer, const Now& now) {
+  if (answer) return respond(call, *answer, now);
   give_up(call);
   link_.fail({CloseCode::kMalformed, "a compressed answer does not decompress to its size"});
 }
 
-void PeerService::respond(MadeCall& call, const Payload& answer) {
+void PeerService::respond(MadeCall& call, const Payload& answer, const Now& now) {
+  const auto awaited = results_.find(call.request());
+  if (awaited != results_.end() && awaited->second.again && is_unknown_goal(answer.view())) {
+    note_losses(1, "its server does not know the goal any longer", now);
+    return give_up(call);
+  }
   ++counts_.answered;
   counts_.response_bytes += answer.size();
+  if (awaited != results_.end()) results_.erase(awaited);
   if (call.request())
     imports_.outputs.push(SendResponse{service_.mirror(), call.request(), answer});
   erase(call);
@@ -268,11 +333,13 @@ Result<Nothing> PeerService::on_refuse(const Refuse& refuse, const Now& now) {
 void PeerService::on_callers_gone(const std::vector<RequestId>& requests) {
   std::vector<CallId> forget;
   for (const RequestId request : requests) {
+    const bool awaited = results_.erase(request) > 0;
     const auto id = by_request_.find(request);
-    if (id == by_request_.end()) continue;
+    const bool under_way = id != by_request_.end();
+    if (!under_way && !awaited) continue;
     ++counts_.forgotten;
-    drop_request(request);
-    abandon(calls_.at(id->second), forget);  // mutant: callers_vanish
+    imports_.outputs.push(DropRequest{service_.mirror(), request});
+    if (under_way) abandon(calls_.at(id->second), forget);  // mutant: callers_vanish
   }
   say_forget(std::move(forget));
 }
@@ -305,7 +372,16 @@ void PeerService::give_up(MadeCall& call) {
 }
 
 void PeerService::drop_request(RequestId request) {
-  if (request) imports_.outputs.push(DropRequest{service_.mirror(), request});
+  if (!request) return;
+  ++imports_.unanswered;
+  results_.erase(request);
+  imports_.outputs.push(DropRequest{service_.mirror(), request, service_.gives_results()});
+}
+
+void PeerService::note_losses(std::uint64_t calls, const std::string& why, const Now& now) {
+  counts_.lost += calls;
+  log_calls(imports_.outputs, link_.account->calls_made.losses, "get no answer", service_.key(),
+            why, now, calls);
 }
 
 void PeerService::say_forget(std::vector<CallId> calls) {
@@ -323,8 +399,18 @@ void PeerService::erase(MadeCall& call) {
   calls_.erase(call.id());
 }
 
-void PeerService::end_calls() {
-  counts_.lost += calls_.size();
+void PeerService::end_calls(const char* why, const Now& now) {
+  std::set<RequestId> waiting;
+  for (const auto& [request, awaited] : results_) waiting.insert(request);
+  for (const auto& [request, id] : by_request_) waiting.insert(request);
+  note_losses(waiting.size(), why, now);
+  // Other requests end with their mirror.
+  if (service_.gives_results()) {
+    for (const RequestId request : waiting) drop_request(request);
+  } else {
+    imports_.unanswered += waiting.size();
+  }
+  kept_for_.reset();
   calls_.clear();
   by_request_.clear();
   if (encoder_) encoder_->clear();

@@ -1,4 +1,6 @@
 // A service of a peer, as one link offers it.
+// One unit: calls, their numbers and the requests for results that outlast them end together; what
+// one of them keeps decides which of the others a caller still waits for.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +34,10 @@ class PeerServices;
 // the lost connection, and no answer will come: the caller's request is dropped. Calls that it has
 // and that nobody here waits for are sent in `forget`. So each call is executed at most once, and
 // ends on both sides.
+//
+// Requests for the results of goals also outlast the link's death, as long as the link may return:
+// they are made again, under new numbers, when the same process at the peer attaches the service
+// again. A caller whose goal's result will not come learns that the goal was aborted.
 //
 // Owned by its service mirror.
 class PeerService final : public IncomingChannel, public OutgoingChannel, public JobOwner {
@@ -71,7 +77,18 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   // Withdraws our channel for requests, if it is open.
   void detach();
   // Gives up all calls, because their mirror is destroyed.
-  void end_calls();
+  void end_calls(const char* why, const Now& now);
+
+  // ---- results after a break (docs/protocol.md section 9.7)
+  // The peer has forgotten the calls. Requests for results are kept, and made again when it
+  // attaches the service again. False: there are none, or the link will not return.
+  [[nodiscard]] bool keep_results(const Now& now);
+  // The link is dead, or was, and the service is not attached again.
+  [[nodiscard]] bool keeps_results() const { return kept_for_.has_value(); }
+  // Nobody waits for a result any longer.
+  [[nodiscard]] bool keeps_nothing() const { return keeps_results() && results_.empty(); }
+  // The peer is the one whose results are awaited.
+  [[nodiscard]] bool is_awaited_peer() const { return kept_for_ == link_.login.identity().name; }
 
   // ---- messages of the peer; errors close the connection
   Result<Nothing> on_message(InMessage message, const Now& now) override;
@@ -88,7 +105,7 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
 
   // ---- for its calls
   // Takes the answer of a call; nullopt: its bytes do not decompress. Destroys the call.
-  void on_decoded(MadeCall& call, std::optional<Payload> answer);
+  void on_decoded(MadeCall& call, std::optional<Payload> answer, const Now& now);
   // A worker has compressed a request.
   void on_job(std::optional<Payload> result, const Now& now) override;
   [[nodiscard]] Duration call_timeout() const;
@@ -107,10 +124,15 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   [[nodiscard]] std::string no_room(std::size_t bytes) const;
   void push(MadeCall& call, const Now& now);
   void reconcile(const Attached& attached, const Now& now);
-  void respond(MadeCall& call, const Payload& answer);
+  // Makes the call of a request. False: there is no room, and the request is dropped.
+  bool make_call(RequestId request, Payload payload, const Now& now);
+  void ask_again(const Now& now);
+  void respond(MadeCall& call, const Payload& answer, const Now& now);
   // Drops the caller's request and destroys the call: there will be no answer.
   void give_up(MadeCall& call);
+  // The caller will get no answer.
   void drop_request(RequestId request);
+  void note_losses(std::uint64_t calls, const std::string& why, const Now& now);
   // Nobody waits for this call any longer: `forget` is sent now, or when the peer has the request.
   void abandon(MadeCall& call, std::vector<CallId>& forget);
   void say_forget(std::vector<CallId> calls);
@@ -130,7 +152,14 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   CallId last_;
   Calls calls_;
   std::unordered_map<RequestId, CallId> by_request_;
-  std::optional<Encoder> encoder_;  // none: requests are not compressed
+  // A request for a goal's result, which may be made again.
+  struct Awaited {
+    Payload request;
+    bool again = false;
+  };
+  std::map<RequestId, Awaited> results_;
+  std::optional<std::string> kept_for_;  // the identity of the link that died
+  std::optional<Encoder> encoder_;       // none: requests are not compressed
   ServiceStatus counts_;
 };
 

@@ -1,6 +1,7 @@
 #include "core/services/peer_services.hpp"
 
 #include <algorithm>
+#include <vector>
 
 #include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
@@ -52,14 +53,26 @@ void PeerServices::update_named(const std::string& name, const Now& now) {
     update((it++)->second, now);
 }
 
-// It takes its next element first, as an update may destroy its service. It may update others of
-// its action, too, but destroys none of them: a service is updated at once when its last feed has
-// gone, so each other one still has feeds.
+// An update may destroy its service, and those of its action that nobody offers any longer.
 template <class Change>
 void PeerServices::update_each(const Change& change, const Now& now) {
   for (auto it = services.begin(); it != services.end();) {
-    ServiceMirror& service = (it++)->second;
-    if (change(service)) update(service, now);
+    const ServiceKey key = it->first;
+    change(it->second);
+    update(it->second, now);
+    it = services.upper_bound(key);
+  }
+}
+
+template <class Change>
+void PeerServices::update_of(LinkId link, const Change& change, const Now& now) {
+  const auto of_link = by_link.find(link);
+  if (of_link == by_link.end()) return;
+  std::vector<ServiceKey> keys;
+  for (const ServiceMirror* service : of_link->second) keys.push_back(service->key());
+  for (const ServiceKey& key : keys) {
+    const auto at = services.find(key);
+    if (at != services.end() && change(at->second)) update(at->second, now);
   }
 }
 
@@ -71,31 +84,53 @@ void PeerServices::on_offer(Link& link, const ChannelOffer& offer, const Now& no
   if (has_too_many_types(*this, link, key))
     return decline(*this, link, offer, "limit", "its name is offered with too many types");
   ServiceMirror& service = services.try_emplace(key, key, *this).first->second;
-  if (!service.on_offer(link, offer, import->decision))
+  if (!service.on_offer(link, offer, import->decision, now))
     return decline(*this, link, offer, "failed", "this service is offered twice");
   note_import(*this, link, offer, import->decision.rule);
   update(service, now);
 }
 
 void PeerServices::forget_orphans(LinkId link, const Now& now) {
-  update_each(
+  update_of(
+      link,
       [&](ServiceMirror& service) {
-        const auto peer_service = service.feeds().find(link);
-        if (peer_service == service.feeds().end() || peer_service->second.is_offered())
-          return false;
-        return service.remove_feed(link);
+        if (service.feeds().at(link).is_offered()) return false;
+        service.remove_feed(link, "the peer does not offer the service again", now);
+        return true;
       },
       now);
 }
 
+// Services without a mirror give up their claim: another bridge may take them.
 void PeerServices::on_link_lost(LinkId link, const Now& now) {
-  // Services without a mirror give up their claim: another bridge may take them.
-  update_each([&](ServiceMirror& service) { return service.on_link_lost(link); }, now);
+  update_of(
+      link, [&](ServiceMirror& service) { return service.on_link_lost(link); }, now);
 }
 
 void PeerServices::on_link_dead(LinkId link, const Now& now) {
-  update_each([&](ServiceMirror& service) { return service.remove_feed(link); }, now);
+  const auto end = [&](ServiceMirror& service) {
+    service.on_link_dead(link, now);
+    return true;
+  };
+  update_of(link, end, now);
   // Last: the calls that have ended now gave their bytes back to it.
+  if (!keeps(link)) loads.erase(link);
+}
+
+bool PeerServices::keeps(LinkId link) const {
+  const auto of_link = by_link.find(link);
+  return of_link != by_link.end() &&
+         std::any_of(of_link->second.begin(), of_link->second.end(),
+                     [&](const ServiceMirror* service) { return service->keeps_results(link); });
+}
+
+void PeerServices::on_link_forgotten(LinkId link, const Now& now) {
+  const auto end = [&](ServiceMirror& service) {
+    if (!service.keeps_results(link)) return false;
+    service.remove_feed(link, "the peer has not returned, or was started again", now);
+    return true;
+  };
+  update_of(link, end, now);
   loads.erase(link);
 }
 
@@ -107,27 +142,18 @@ void PeerServices::on_graph(const Now& now, const GraphDifference& difference) {
 }
 
 void PeerServices::on_claims(const Now& now) {
-  update_each([](ServiceMirror&) { return true; }, now);
+  update_each([](ServiceMirror&) {}, now);
 }
 
 void PeerServices::on_lapse(const Now& now) {
   if (!graph_since) return;
   graph_since = now.steady;
   update_each(
-      [](ServiceMirror& service) {
-        service.close();
-        return true;
-      },
-      now);
+      [&](ServiceMirror& service) { service.close("another bridge may serve it now", now); }, now);
 }
 
 void PeerServices::on_policy(const Now& now) {
-  update_each(
-      [](ServiceMirror& service) {
-        service.on_policy();
-        return true;
-      },
-      now);
+  update_each([&](ServiceMirror& service) { service.on_policy(now); }, now);
 }
 
 // Null: the mirror may have been destroyed just now.
@@ -145,21 +171,24 @@ void PeerServices::on_request(RequestTaken& request, const Now& now) {
   if (auto* service = find(request.mirror)) service->on_request(request, now);
 }
 
-void PeerServices::on_callers_gone(const CallersGone& gone) {
-  if (auto* service = find(gone.mirror)) service->on_callers_gone(gone);
+void PeerServices::on_callers_gone(const CallersGone& gone, const Now& now) {
+  auto* service = find(gone.mirror);
+  if (!service) return;
+  service->on_callers_gone(gone);
+  update(*service, now);
 }
 
 void PeerServices::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
   auto* service = find(failed.id);
   if (!service) return;
-  service->on_mirror_failed(failed);
+  service->on_mirror_failed(failed, now);
   update(*service, now);
 }
 
 void PeerServices::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
   auto* service = find(differs.id);
   if (!service) return;
-  service->on_type_differs(differs);
+  service->on_type_differs(differs, now);
   update(*service, now);
 }
 
@@ -183,11 +212,15 @@ bool PeerServices::has_mirror(const ServiceKey& key) const {
 }
 
 void PeerServices::add_status(const Link& link, LinkStatus& status) const {
-  for (const auto& [key, service] : services) service.add_status(link, status);
+  const auto of_link = by_link.find(link.id);
+  if (of_link == by_link.end()) return;
+  for (const ServiceMirror* service : of_link->second) service->add_status(link, status);
 }
 
 void PeerServices::add_channels(const Link& link, std::vector<ChannelFacts>& channels) const {
-  for (const auto& [key, service] : services) service.add_channels(link, channels);
+  const auto of_link = by_link.find(link.id);
+  if (of_link == by_link.end()) return;
+  for (const ServiceMirror* service : of_link->second) service->add_channels(link, channels);
 }
 
 }  // namespace connect_bridge

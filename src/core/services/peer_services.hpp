@@ -1,8 +1,10 @@
 // The peers' services that exist here.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 
@@ -33,8 +35,13 @@ class PeerServices final : public SideView {
 
   // The connection is lost: mirrors and their calls wait for the link's return.
   void on_link_lost(LinkId link, const Now& now);
-  // The link is declared dead: its mirrors and their calls end.
+  // The link is declared dead: its mirrors and their calls end, except requests for results of a
+  // link that may return.
   void on_link_dead(LinkId link, const Now& now);
+  // Such requests are kept for the link.
+  [[nodiscard]] bool keeps(LinkId link) const;
+  // The dead link will not return: they end.
+  void on_link_forgotten(LinkId link, const Now& now);
   // Servers here changed.
   void on_graph(const Now& now, const GraphDifference& difference = {});
   void on_claims(const Now& now);  // what other bridges mirror changed
@@ -46,7 +53,7 @@ class PeerServices final : public SideView {
   // The action (local name) whose goals arrive at this mirror; null: none.
   [[nodiscard]] const std::string* goals_of(ServiceMirrorId mirror) const;
   void on_request(RequestTaken& request, const Now& now);
-  void on_callers_gone(const CallersGone& gone);
+  void on_callers_gone(const CallersGone& gone, const Now& now);
   void on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now);
   void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   void on_time(const Now& now);
@@ -74,15 +81,24 @@ class PeerServices final : public SideView {
   Timers<ServiceMirror*> looks{};  // services without a mirror, at their next update
   CallLoads loads{};
   std::unordered_map<ServiceMirrorId, ServiceMirror*> by_mirror{};
+  struct ByKey {
+    bool operator()(const ServiceMirror* a, const ServiceMirror* b) const {
+      return a->key() < b->key();
+    }
+  };
+  std::map<LinkId, std::set<ServiceMirror*, ByKey>> by_link{};  // that offers them
   std::optional<TimePoint> graph_since{};  // first graph; no mirror is made right after it
   std::map<ServiceKey, ServiceMirror> services{};
+  std::uint64_t unanswered = 0;  // calls that ended without an answer
 
  private:
   [[nodiscard]] ServiceMirror* find(ServiceMirrorId mirror) const;
   void update_named(const std::string& name, const Now& now);
-  // Updates each service of which this says that it changed.
+  // Changes and updates each service, or each one that the link offers.
   template <class Change>
   void update_each(const Change& change, const Now& now);
+  template <class Change>
+  void update_of(LinkId link, const Change& change, const Now& now);
 };
 
 }  // namespace connect_bridge

@@ -18,6 +18,8 @@ constexpr Duration kPlacePacing = std::chrono::seconds(2);
 // server.
 constexpr Duration kAttachMax = std::chrono::seconds(10);
 
+constexpr char kNoFeed[] = "no link offers the service any longer";
+
 // The next common time, so that all services try again together.
 TimePoint next_look(const Now& now) {
   return now.steady - now.steady.time_since_epoch() % kPlacePacing + kPlacePacing;
@@ -43,19 +45,20 @@ PeerService* ServiceMirror::feeding() {
 }
 
 bool ServiceMirror::update(const Now& now) {
+  if (feeding() && feeding()->keeps_nothing()) close(kNoFeed, now);
   if (peer_services_.empty()) {
-    destroy_mirror();
+    destroy_mirror(kNoFeed, now);
     return false;
   }
   if (const LinkId next = next_feeder(); next != feeder_) {
-    close();
+    close("another link is called now", now);
     feeder_ = next;
   }
   if (!feeding()) return true;
   PeerService& peer_service = *feeding();
   if (!may_exist(peer_service)) {
-    close();
-    return true;
+    close("the service may not exist here any longer", now);
+    return !peer_services_.empty();
   }
   if (peer_service.is_offered() && !peer_service.asked_to_attach()) {
     peer_service.attach();
@@ -158,6 +161,11 @@ bool ServiceMirror::is_served_by_bridge() const {
 bool ServiceMirror::may_exist(const PeerService& peer_service) {
   if (!imports_.graph_since || failed_ || peer_service.is_unfit()) return false;
   if (imports_.claims.service_taken(service_gid(key_.first), claiming_.holds())) return false;
+  // Another bridge has the goals now, and serves their results when this mirror has ended.
+  if (peer_service.keeps_results() && !link_of_goals() && !action_.empty() &&
+      imports_.claims.service_taken(service_gid(name_of_part(action_, ActionPart::kSendGoal)),
+                                    false))
+    return false;
   // Our own services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == imports_.own_node) return false;
   // Both ends are in one graph: the peer's exports are here already.
@@ -188,8 +196,8 @@ void ServiceMirror::create_mirror(const PeerService& peer_service) {
       any_definition_});
 }
 
-void ServiceMirror::destroy_mirror() {
-  if (PeerService* peer_service = feeding()) peer_service->end_calls();
+void ServiceMirror::destroy_mirror(const char* why, const Now& now) {
+  if (PeerService* peer_service = feeding()) peer_service->end_calls(why, now);
   give_up_claim();
   if (!mirror_) return;
   imports_.outputs.push(DestroyServiceMirror{mirror_});
@@ -202,18 +210,27 @@ void ServiceMirror::forget_mirror() {
   place_.release();
 }
 
-void ServiceMirror::close() {
-  if (PeerService* peer_service = feeding()) peer_service->detach();
-  destroy_mirror();
+void ServiceMirror::close(const char* why, const Now& now) {
+  PeerService* const peer_service = feeding();
+  const bool dead = peer_service && peer_service->keeps_results() && !peer_service->is_offered();
+  if (peer_service) peer_service->detach();
+  destroy_mirror(why, now);
+  if (dead) erase_feed(std::exchange(feeder_, {}));
 }
 
 // ---- links
 
-bool ServiceMirror::on_offer(Link& link, const ChannelOffer& offer, Decision decision) {
-  PeerService& peer_service =
-      peer_services_.try_emplace(link.id, *this, link, imports_).first->second;
+bool ServiceMirror::on_offer(Link& link, const ChannelOffer& offer, Decision decision,
+                             const Now& now) {
+  if (keeps_results(link.id) && !peer_services_.at(link.id).is_awaited_peer())
+    remove_feed(link.id, "the peer logs in as somebody else", now);
+  const auto [at, added] = peer_services_.try_emplace(link.id, *this, link, imports_);
+  if (added) imports_.by_link[link.id].insert(this);
+  PeerService& peer_service = at->second;
   if (peer_service.is_offered()) return false;
-  if (feeder_ == link.id && peer_service.offer().epoch != offer.epoch) destroy_mirror();
+  if (feeder_ == link.id && peer_service.offer().epoch != offer.epoch &&
+      !peer_service.keep_results(now))
+    destroy_mirror("the peer has forgotten them", now);
   if (peer_services_.size() > 1)
     imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
                               "several links offer " + key_.first + ": one of them is called");
@@ -222,21 +239,22 @@ bool ServiceMirror::on_offer(Link& link, const ChannelOffer& offer, Decision dec
   return true;
 }
 
-void ServiceMirror::on_policy() {
+void ServiceMirror::on_policy(const Now& now) {
   for (auto it = peer_services_.begin(); it != peer_services_.end();) {
     PeerService& peer_service = (it++)->second;
     if (auto decision = import_right(imports_, peer_service.link(), InterfaceKind::kService, key_,
                                      peer_service.offer().action_type)) {
       peer_service.on_decision(std::move(*decision));
       if (peer_service.any_definition()) peer_service.set_unfit(false);
-      if (feeding() == &peer_service && differs_ && !peer_service.any_definition()) close();
+      if (feeding() == &peer_service && differs_ && !peer_service.any_definition())
+        close("the type's definition differs", now);
       continue;
     }
     Link& link = peer_service.link();
     const ChannelId channel = peer_service.offer().channel;
     const Ending why = no_longer_permitted();
     if (channel) peer_service.note_end(why);
-    remove_feed(link.id);
+    remove_feed(link.id, "the rules no longer allow the service", now);
     if (!channel) continue;
     link.let_go(channel);
     link.decline(channel, InterfaceKind::kService, key_, why);
@@ -250,12 +268,31 @@ bool ServiceMirror::on_link_lost(LinkId link) {
   return true;
 }
 
-bool ServiceMirror::remove_feed(LinkId link) {
+void ServiceMirror::on_link_dead(LinkId link, const Now& now) {
+  const auto it = peer_services_.find(link);
+  if (it == peer_services_.end()) return;
+  if (feeder_ == link && it->second.keep_results(now)) return;  // mutant: results_kept
+  remove_feed(link, "the link has ended", now);
+}
+
+bool ServiceMirror::keeps_results(LinkId link) const {
+  const auto it = peer_services_.find(link);
+  return it != peer_services_.end() && it->second.keeps_results();
+}
+
+void ServiceMirror::remove_feed(LinkId link, const char* why, const Now& now) {
   if (feeder_ == link) {
-    close();
+    close(why, now);
     feeder_ = {};
   }
-  return peer_services_.erase(link) > 0;
+  erase_feed(link);
+}
+
+void ServiceMirror::erase_feed(LinkId link) {
+  if (peer_services_.erase(link) == 0) return;
+  const auto of_link = imports_.by_link.find(link);
+  of_link->second.erase(this);
+  if (of_link->second.empty()) imports_.by_link.erase(of_link);
 }
 
 // ---- the mirror
@@ -268,14 +305,14 @@ void ServiceMirror::on_callers_gone(const CallersGone& gone) {
   feeding()->on_callers_gone(gone.requests);
 }
 
-void ServiceMirror::on_mirror_failed(const ServiceMirrorFailed& failed) {
+void ServiceMirror::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
   PeerService* peer_service = feeding();
   const bool of_type = failed.code == "type_mismatch";
   // Changed rules may allow the type since the mirror was begun.
   const bool again = of_type && peer_service && peer_service->any_definition() && !any_definition_;
   if (!failed.hash_here.empty() && !again) log_difference(failed.hash_here, false);
   forget_mirror();
-  if (again) return close();
+  if (again) return close("the mirror failed", now);
   if (peer_service) {
     if (failed.hash_here.empty())
       imports_.outputs.log_once(peer_service->link().account->told, LogLevel::kError,
@@ -286,21 +323,21 @@ void ServiceMirror::on_mirror_failed(const ServiceMirrorFailed& failed) {
       peer_service->link().decline(peer_service->offer().channel, InterfaceKind::kService, key_,
                                    {failed.reason, failed.code});
   }
-  close();
+  close("the mirror failed", now);
   // Another link may offer the definition that is here.
-  if (of_type && peer_service) {
-    peer_service->set_unfit(true);
+  if (of_type && feeding()) {
+    feeding()->set_unfit(true);
   } else {
     failed_ = true;
   }
 }
 
-void ServiceMirror::on_type_differs(const ServiceTypeDiffers& differs) {
+void ServiceMirror::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
   const PeerService* peer_service = feeding();
   differs_ = true;
   log_difference(differs.hash_here, true);
   // Changed rules may forbid the type since the mirror was begun.
-  if (peer_service && !peer_service->any_definition()) close();
+  if (peer_service && !peer_service->any_definition()) close("the type's definition differs", now);
 }
 
 void ServiceMirror::log_difference(const std::string& hash_here, bool used) {

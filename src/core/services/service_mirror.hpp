@@ -23,7 +23,8 @@ class PeerServices;
 // is here, or another bridge claims the name. There is none either while the peer is a bridge in
 // this same graph. The service is claimed when its feeder is asked to attach, and the mirror is
 // made when others' claims would have arrived (Claiming). The mirror stays while its link is lost
-// and not yet dead, so that callers do not notice a short loss.
+// and not yet dead, so that callers do not notice a short loss. A mirror whose callers wait for
+// results of goals stays longer, until the dead link is forgotten.
 //
 // All services of one action are fed by the link of its goals, or not at all. If several robots
 // offer an action of one name, a cancel that goes to another robot stops nothing.
@@ -41,28 +42,37 @@ class ServiceMirror final : private Appearing::Waiting {
 
   // ---- links; the caller updates the mirror afterwards
   // False: the link offers the service already.
-  [[nodiscard]] bool on_offer(Link& link, const ChannelOffer& offer, Decision decision);
+  [[nodiscard]] bool on_offer(Link& link, const ChannelOffer& offer, Decision decision,
+                              const Now& now);
   [[nodiscard]] const std::map<LinkId, PeerService>& feeds() const { return peer_services_; }
   // Asks the rules again; a peer service that they no longer allow ends.
-  void on_policy();
+  void on_policy(const Now& now);
   // The connection is lost. True if the link has a peer service.
   [[nodiscard]] bool on_link_lost(LinkId link);
-  // Destroys the peer service of the link. True if there was one.
-  bool remove_feed(LinkId link);
+  // The link is dead: its peer service is destroyed, unless it keeps requests for results.
+  void on_link_dead(LinkId link, const Now& now);
+  // Its peer service keeps requests for results while the link is dead.
+  [[nodiscard]] bool keeps_results(LinkId link) const;
+  // Destroys the peer service of the link. `why`: for the line about its calls.
+  void remove_feed(LinkId link, const char* why, const Now& now);
   // Detaches from the feeding link and ends the mirror. The next update begins both again, if it
   // may.
-  void close();
+  void close(const char* why, const Now& now);
 
   // ---- the mirror
   void on_request(RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone);
   // The caller updates the mirror after these two.
-  void on_mirror_failed(const ServiceMirrorFailed& failed);
-  void on_type_differs(const ServiceTypeDiffers& differs);
+  void on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now);
+  void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // True if the service is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const ServiceKey& key() const { return key_; }
+  // The mirror's type is, as far as hashes show, the one with this hash.
+  [[nodiscard]] bool fits(const std::string& type_hash) const {
+    return any_definition_ || type_hash_.empty() || type_hash.empty() || type_hash_ == type_hash;
+  }
   [[nodiscard]] bool gives_results() const { return gives_results_; }
   // The action (local name) whose goals arrive here; empty: this is not a service for goals.
   [[nodiscard]] const std::string& goals_of() const { return goals_of_; }
@@ -98,8 +108,9 @@ class ServiceMirror final : private Appearing::Waiting {
   }
   void create_mirror(const PeerService& peer_service);
   void log_difference(const std::string& hash_here, bool used);
-  void destroy_mirror();
+  void destroy_mirror(const char* why, const Now& now);
   void forget_mirror();
+  void erase_feed(LinkId link);
 
   PeerServices& imports_;
   ServiceKey key_;

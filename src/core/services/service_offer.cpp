@@ -28,7 +28,7 @@ std::optional<ChannelOffer> ServiceOffer::offer(const Now& now) {
   if (!offer_.is_due()) return std::nullopt;
   auto offer = offer_.open(*this);
   if (!offer) {
-    if (held_) detach(now);  // a rule has changed while the link was lost
+    if (held_) detach("a rule has changed while the link was lost", now);
     return std::nullopt;
   }
   if (held_) {
@@ -78,7 +78,7 @@ void ServiceOffer::on_link_lost() {
 }
 
 void ServiceOffer::end(const Ending& why, const Now& now) {
-  end_calls(now);
+  end_calls(why.reason, now);
   // Requests may be on their way: they are accepted until the peer announces that no more follow.
   if (requests_) link_.let_go(requests_);
   offer_.close(why);
@@ -86,16 +86,19 @@ void ServiceOffer::end(const Ending& why, const Now& now) {
   held_ = attached_ = false;
 }
 
-void ServiceOffer::detach(const Now& now) {
-  end_calls(now);
+void ServiceOffer::detach(const std::string& why, const Now& now) {
+  end_calls(why, now);
   requests_ = {};
   held_ = attached_ = false;
   service_.release_client();
 }
 
-void ServiceOffer::end_calls(const Now& now) {
+void ServiceOffer::end_calls(const std::string& why, const Now& now) {
   not_back_.cancel();
-  counts_.lost += calls_.size();
+  std::size_t waiting = 0;
+  for (const auto& [id, call] : calls_)
+    if (call.state() != ServedCall::State::kAnswered || !link_.open()) ++waiting;
+  note_losses(waiting, service_.gives_results() ? why + "; the peer may ask again" : why, now);
   service_.gate().dismiss(link_.id);
   while (!calls_.empty()) erase(calls_.begin()->second);
   service_.begin_calls(now);  // others get its places
@@ -163,7 +166,7 @@ Result<Nothing> ServiceOffer::on_attach(const Attach& attach, const Now& now) {
 }
 
 void ServiceOffer::on_withdraw(const Withdraw&, const Now& now) {
-  detach(now);
+  detach("the peer has ended its mirror", now);
   link_.sending().clear_channel(offer_.number());
 }
 
@@ -289,6 +292,7 @@ void ServiceOffer::on_malformed(ServedCall& call) {
 void ServiceOffer::on_timeout(ServedCall& call, const Now& now) {
   ++counts_.timed_out;
   log_calls(exports_.outputs, link_.account->calls_served.timeouts,
+  ++exports_.unanswered;
             "of " + link_.owner() + " not answered in time", service_.key(), {}, now);
   refuse(call.id(), "timeout", "the server did not answer in time");
   erase(call);
@@ -298,7 +302,7 @@ void ServiceOffer::end_lost(TimePoint before, const Now& now) {
   for (auto it = calls_.begin(); it != calls_.end();) {
     ServedCall& call = (it++)->second;
     if (!call.handed_over_before(before)) continue;
-    ++counts_.lost;
+    note_losses(1, "the server that got the request is gone", now);
     refuse(call.id(), "lost", "the server that got the request is gone");
     erase(call);
   }
@@ -308,10 +312,18 @@ void ServiceOffer::end_lost(TimePoint before, const Now& now) {
 void ServiceOffer::note_refusal(const std::string& what, const std::string& why, const Now& now) {
   ++counts_.refused;
   log_calls(exports_.outputs, link_.account->calls_served.refusals,
+  ++exports_.unanswered;
             "of " + link_.owner() + " " + what, service_.key(), why, now);
 }
 
 // A refusal may be lost with its connection. The peer then learns of it when it attaches again: the
+void ServiceOffer::note_losses(std::uint64_t calls, const std::string& why, const Now& now) {
+  counts_.lost += calls;
+  exports_.unanswered += calls;
+  log_calls(exports_.outputs, link_.account->calls_served.losses,
+            "of " + link_.owner() + " get no answer", service_.key(), why, now, calls);
+}
+
 // call is missing in `attached`.
 void ServiceOffer::refuse(CallId call, const std::string& code, const std::string& reason) {
   if (attached_)

@@ -58,7 +58,7 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
   // Attached on this connection or the previous one: the service needs its client.
   [[nodiscard]] bool holds_client() const { return held_; }
   // The peer has not attached again in time.
-  void detach(const Now& now);
+  void detach(const std::string& why, const Now& now);
 
   // ---- messages of the peer; errors close the connection
   void on_decline(const Decline& decline, const Now& now) override;
@@ -104,12 +104,13 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
  private:
   void admit();
   void send_attached(const Now& now);
-  void end_calls(const Now& now);
+  void end_calls(const std::string& why, const Now& now);
   void take(InMessage message, const Now& now);
   [[nodiscard]] std::string no_room_for_request(std::size_t bytes) const;
   void refuse(CallId call, const std::string& code, const std::string& reason);
   void note_refusal(const std::string& what, const std::string& why, const Now& now);
   void push(ServedCall& call, const Now& now);
+  void note_losses(std::uint64_t calls, const std::string& why, const Now& now);
   void erase(ServedCall& call);
 
   LocalService& service_;

@@ -285,6 +285,11 @@ void Side::on_peer_replaced(Link& link, const Now& now) {
 void Side::end_calls(Link& link, const Now& now) {
   service_exports_.on_link_dead(link.id, now);
   service_imports_.on_link_dead(link.id, now);
+  service_imports_.on_link_forgotten(link.id, now);
+  on_session_forgotten(link, now);
+}
+
+void Side::on_session_forgotten(Link& link, const Now& now) {
 }
 
 void Side::on_offers_over(Link& link, const Now& now) {
@@ -407,4 +412,6 @@ Status Side::status(const Now& now) const {
   return status;
 }
 
+  status.made_unanswered = service_imports_.unanswered;
+  status.served_unanswered = service_exports_.unanswered;
 }  // namespace connect_bridge

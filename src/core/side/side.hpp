@@ -84,7 +84,7 @@ class Side final : private LinkUser {
   void on(QosIncompatible& input, const Now&) { exports_.on_incompatible(input); }
   void on(RequestTaken& input, const Now& now);
   void on(TypeDiffers& input, const Now&) { imports_.on_type_differs(input); }
-  void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
+  void on(CallersGone& input, const Now& now) { service_imports_.on_callers_gone(input, now); }
   void on(ServiceMirrorFailed& in, const Now& now) { service_imports_.on_mirror_failed(in, now); }
   void on(ServiceTypeDiffers& in, const Now& now) { service_imports_.on_type_differs(in, now); }
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
@@ -136,9 +136,11 @@ class Side final : private LinkUser {
   void on_link_lost(Link& link, const Now& now) override;
   void on_link_dead(Link& link, const Now& now) override;
   [[nodiscard]] bool resumes(const Link& link) const override {
-    return !link.arrived.empty() || !link.published.empty() || exports_.keeps(link.id);
+    return !link.arrived.empty() || !link.published.empty() || exports_.keeps(link.id) ||
+           service_imports_.keeps(link.id);
   }
   void on_link_forgotten(Link& link, const Now& now) override;
+  void on_session_forgotten(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;
 
   [[nodiscard]] bool may_give_time(const Link& link) const;

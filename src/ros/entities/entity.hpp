@@ -26,6 +26,8 @@ class Entity {
   // The topic or service of this endpoint.
   [[nodiscard]] const std::string& name() const { return name_; }
   void set_name(const std::string& name) { name_ = name; }
+  // How long the entity stays in the graph after its end, for what it has sent last.
+  [[nodiscard]] virtual Duration farewell() const { return Duration::zero(); }
   // The entity gets no turn from now on.
   void mute() { slot_->own = slot_->to_do = 0; }
 

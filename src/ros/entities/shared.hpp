@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -36,22 +37,36 @@ class Ended {
   // Adds an entity, which reports nothing from now on.
   void add(std::unique_ptr<Entity> entity) {
     entity->mute();
-    entities_.push_back(std::move(entity));
+    const Duration farewell = entity->farewell();
+    if (farewell == Duration::zero()) {
+      entities_.push_back(std::move(entity));
+    } else {
+      leaving_.emplace(std::chrono::steady_clock::now() + farewell, std::move(entity));
+    }
   }
   // Destroys the ended entities of one topic or service at once. True if there were any.
   bool free(const std::string& name) {
-    return std::erase_if(entities_, [&](const auto& entity) { return entity->name() == name; }) > 0;
+    const auto leaving =
+        std::erase_if(leaving_, [&](const auto& entry) { return entry.second->name() == name; });
+    return std::erase_if(entities_, [&](const auto& entity) { return entity->name() == name; }) +
+               leaving >
+           0;
   }
   // Destroys some entities. True if others are left.
   bool free_some() {
-    if (entities_.empty()) return false;
-    const auto end = std::chrono::steady_clock::now() + kTurn;
+    if (entities_.empty() && leaving_.empty()) return false;
+    const auto now = std::chrono::steady_clock::now();
+    for (; !leaving_.empty() && leaving_.begin()->first <= now; leaving_.erase(leaving_.begin()))
+      entities_.push_back(std::move(leaving_.begin()->second));
+    const auto end = now + kTurn;
     while (!entities_.empty() && std::chrono::steady_clock::now() < end) entities_.pop_front();
     return !entities_.empty();
   }
 
  private:
   std::deque<std::unique_ptr<Entity>> entities_;
+  // By the end of their farewell.
+  std::multimap<std::chrono::steady_clock::time_point, std::unique_ptr<Entity>> leaving_;
 };
 
 // Members that all entities of a gateway use. Thread: the loop's.

@@ -88,6 +88,37 @@ void ServiceMirror::respond(RequestId request, ByteView bytes) {
   if (const auto problem = send(id, bytes)) shared_.refuse_call(*problem);
 }
 
+void ServiceMirror::drop(RequestId request, bool aborted) {
+  const Payload result = aborted && requests_.contains(request) ? aborted_result() : Payload{};
+  if (result.view().empty()) {
+    requests_.erase(request);
+    return;
+  }
+  aborts_ = true;
+  respond(request, result.view());
+  shared_.look_again(farewell());
+}
+
+Payload ServiceMirror::aborted_result() {
+  // The status comes first in a result, behind the header of CDR.
+  constexpr std::size_t kStatusAt = 4;
+  constexpr std::uint8_t kStatusAborted = 6;  // action_msgs/msg/GoalStatus
+  MessageForm& form = *type_->response;
+  form.reset();
+  Batch unused;
+  const auto empty = type_->is_installed ? shared_.bytes_of(form, unused) : Payload{};
+  const auto* const result = std::get_if<Payload>(&empty);
+  if (result == nullptr || result->size() <= kStatusAt) {
+    shared_.refuse_call("a caller of " + create_.service +
+                        " is not told that its goal was aborted: the type is not installed");
+    return {};
+  }
+  const ByteView view = result->view();
+  Bytes bytes{view.begin(), view.end()};
+  bytes[kStatusAt] = kStatusAborted;
+  return Payload::adopt(std::move(bytes));
+}
+
 std::optional<std::string> ServiceMirror::send(rmw_request_id_t& request, ByteView bytes) {
   const Gid caller = caller_of(request);
   if (std::find(unconnected_.begin(), unconnected_.end(), caller) != unconnected_.end()) {

@@ -31,7 +31,12 @@ class ServiceMirror final : public Entity {
   // Sends the response. Blocks up to 100 ms if the middleware has not connected the caller yet, but
   // only once for each caller until graph_changed().
   void respond(RequestId request, ByteView bytes);
-  void drop(RequestId request) { requests_.erase(request); }
+  // The request gets no answer; `aborted`: the caller is told that its goal was aborted.
+  void drop(RequestId request, bool aborted);
+  // A server that vanishes takes its last answers along, if their callers have not read them yet.
+  [[nodiscard]] Duration farewell() const override {
+    return aborts_ ? std::chrono::seconds(1) : Duration::zero();
+  }
 
   // Callers that could not be reached may be reachable now.
   void graph_changed() { unconnected_.clear(); }
@@ -57,6 +62,8 @@ class ServiceMirror final : public Entity {
     std::chrono::steady_clock::time_point taken;
   };
 
+  // The bytes of a result with the status "aborted"; empty: the type is not installed.
+  [[nodiscard]] Payload aborted_result();
   // Sends the response. Returns an error text; nullopt: it was sent.
   std::optional<std::string> send(rmw_request_id_t& request, ByteView bytes);
   [[nodiscard]] Gid caller_in_graph(const rmw_request_id_t& request) const;
@@ -72,6 +79,7 @@ class ServiceMirror final : public Entity {
   std::unordered_set<Gid> callers_;  // in the graph at the last look
   bool new_callers_ = false;
   bool doubtful_callers_ = false;
+  bool aborts_ = false;           // a caller was told that its goal was aborted
   std::vector<Gid> unconnected_;  // callers that responses do not reach yet
 };
 

@@ -21,6 +21,7 @@ struct Notices final : QuietUser {
   void on_link_lost(Link& link, const Now&) override { note("lost", link); }
   void on_link_dead(Link& link, const Now&) override { note("dead", link); }
   void on_link_forgotten(Link& link, const Now&) override { note("forgotten", link); }
+  void on_session_forgotten(Link& link, const Now&) override { note("session_forgotten", link); }
   [[nodiscard]] bool resumes(const Link&) const override { return keeps; }
 
   void note(const std::string& word, const Link& link) {

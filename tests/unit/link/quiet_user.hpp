@@ -24,6 +24,7 @@ class QuietUser : public LinkUser {
   void on_identity_changed(Link&, const Now&) override {}
   [[nodiscard]] bool resumes(const Link&) const override { return false; }
   void on_link_forgotten(Link&, const Now&) override {}
+  void on_session_forgotten(Link&, const Now&) override {}
   void on_offers_over(Link&, const Now&) override {}
 
  protected:

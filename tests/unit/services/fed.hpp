@@ -44,7 +44,7 @@ struct OfferedServices : topics_test::Actions {
         Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
         from.link.login.identity());
     EXPECT_TRUE(decision);
-    EXPECT_TRUE(service.on_offer(from.link, offer, decision.value()));
+    EXPECT_TRUE(service.on_offer(from.link, offer, decision.value(), ms(at)));
     imports.update(service, ms(at));
     return imports.services.at(key);
   }

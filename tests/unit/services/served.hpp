@@ -118,8 +118,8 @@ struct Served : topics_test::Actions {
     while (const auto due = exports.timers.take_due(ms(at).steady)) {
       if (due->call) {
         due->service_offer->on_timeout(*due->call, ms(at));
-      } else {
-        due->service_offer->detach(ms(at));
+      } else if (due->service_offer) {
+        due->service_offer->detach("the peer does not attach again", ms(at));
       }
     }
   }

@@ -60,7 +60,7 @@ TEST(ServiceMirror, WhatAnotherLinkOffersMayFit) {
   OneLink other(2);
   Fed s;
   s.offer(other, service_channel(1, "/s"));
-  s.subject->on_mirror_failed({{1}, "type_mismatch", "other hash", "hash_here"});
+  s.subject->on_mirror_failed({{1}, "type_mismatch", "other hash", "hash_here"}, ms(s.at));
   s.update();
   EXPECT_EQ(s.said(), "decline 1 type_mismatch\nwithdraw 1\n");
   EXPECT_EQ(other.said(), "attach 1 1\n");
@@ -76,7 +76,7 @@ TEST(ServiceMirror, AFailureOfTheMiddlewareIsNoReasonToAskAnotherLink) {
   OneLink other(2);
   Fed s;
   s.offer(other, service_channel(1, "/s"));
-  s.subject->on_mirror_failed({{1}, "failed", "no memory"});
+  s.subject->on_mirror_failed({{1}, "failed", "no memory"}, ms(s.at));
   s.update();
   EXPECT_EQ(s.said(), "decline 1 failed\nwithdraw 1\n");
   EXPECT_EQ(other.said(), "");
@@ -85,7 +85,7 @@ TEST(ServiceMirror, AFailureOfTheMiddlewareIsNoReasonToAskAnotherLink) {
 TEST(ServiceMirror, AMirrorThatFailedIsTriedAgainWhenItIsOfferedAgain) {
   OneLink other(2);
   Fed s;
-  s.subject->on_mirror_failed({{1}, "failed", "no memory"});
+  s.subject->on_mirror_failed({{1}, "failed", "no memory"}, ms(s.at));
   s.update();
   EXPECT_EQ(s.said(), "decline 1 failed\nwithdraw 1\n");
   s.update();
@@ -112,8 +112,7 @@ TEST(ServiceMirror, TheMirrorOutlivesAConnectionButNotItsLink) {
   s.lose();
   s.update();
   EXPECT_EQ(s.did(), "");
-  EXPECT_TRUE(s.subject->remove_feed({1}));
-  s.update();
+  s.imports.on_link_dead({1}, ms(s.at));
   EXPECT_EQ(s.did(), "unmirror_service 1\n");
   EXPECT_TRUE(s.imports.services.empty());
 }

@@ -77,7 +77,8 @@ std::string word_of(const Action& action) {
                    text_of(a.payload.view());
           },
           [&](const DropRequest& a) {
-            return "drop_request " + id(a.mirror) + "." + id(a.request);
+            return (a.aborted ? "abort_request " : "drop_request ") + id(a.mirror) + "." +
+                   id(a.request);
           },
           [&](const CreateServiceClient& a) {
             return "call_service " + id(a.id) + " " + a.service;

@@ -37,6 +37,7 @@ TEST(StatusJson, WithoutLinks) {
     "started": "2026-01-30T12:00:00Z", "version": "1.2.3",
     "node": "/connect", "role": "client", "is_robot": true, "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
+     "made_unanswered": 0, "served_unanswered": 0,
      "taken": 2, "published": 3, "types_not_installed": 4, "reading_held": 0,
      "extra_frames": 0,
     "traffic": {"sent_bytes": 5, "received_bytes": 6},
