@@ -45,8 +45,8 @@ Workers::~Workers() {
 void Workers::add(Job job) {
   {
     const std::lock_guard lock(mutex_);
-    const LinkId turn = std::visit([](const auto& j) { return j.turn; }, job);
-    static_cast<void>(waiting_.add(turn, std::move(job)));  // never full
+    const JobTurn turn = std::visit([](const auto& j) { return j.turn; }, job);
+    waiting_.add(turn.identity, turn.link, std::move(job));
   }
   changed_.notify_one();
 }

@@ -15,7 +15,7 @@
 
 namespace connect_bridge {
 
-// Jobs are pure; a worker's thread passes their results to `done`. Links take turns. The queue
+// Jobs are pure; a worker's thread passes their results to `done`. Identities take turns. The queue
 // needs no limit: the core limits jobs to one per channel at a time, and cancels jobs of closed
 // channels. The results need one: a few bytes can decompress to many, faster than the loop handles
 // them.
@@ -44,7 +44,7 @@ class Workers {
   std::function<void(JobDone)> done_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  Turns<LinkId, Job> waiting_;
+  TurnsOfGroups<std::uint64_t, LinkId, Job> waiting_;
   std::size_t unhandled_bytes_ = 0;
   std::atomic<bool> ending_ = false;
   std::vector<std::thread> threads_;

@@ -89,4 +89,37 @@ class Turns {
   std::size_t size_ = 0;
 };
 
+// Turns of groups, and within a group of its lines: a group with many lines gets no more.
+// Unbounded.
+template <class Group, class Key, class Item>
+class TurnsOfGroups {
+ public:
+  void add(const Group& group, const Key& line, Item item) {
+    auto own = std::find_if(groups_.begin(), groups_.end(),
+                            [&](const auto& other) { return other.first == group; });
+    if (own == groups_.end()) own = groups_.insert(own, {group, {}});
+    static_cast<void>(own->second.add(line, std::move(item)));
+  }
+  std::optional<Item> take() {
+    if (groups_.empty()) return std::nullopt;
+    const auto next = groups_.begin();
+    auto item = next->second.take();
+    groups_.splice(groups_.end(), groups_, next);  // mutant: turns_of_groups
+    if (next->second.empty()) groups_.erase(next);
+    return item;
+  }
+  template <class Which>
+  void erase_if(Which which) {
+    for (auto it = groups_.begin(); it != groups_.end();) {
+      it->second.erase_if(which);
+      it = it->second.empty() ? groups_.erase(it) : std::next(it);
+    }
+  }
+  void clear() { groups_.clear(); }
+  [[nodiscard]] bool empty() const { return groups_.empty(); }
+
+ private:
+  std::list<std::pair<Group, Turns<Key, Item>>> groups_;  // in the order of their turns, none empty
+};
+
 }  // namespace connect_bridge

@@ -70,15 +70,15 @@ class Jobs {
     return bytes >= options_.compress_job_bytes;
   }
 
-  // `turn`: the link that the work is for; none: for all links.
+  // `turn`: of the link that the work is for.
   [[nodiscard]] Job compress(JobOwner& owner, const Compression& how, Payload raw,
-                             LinkId turn = {}) {
+                             JobTurn turn = {}) {
     const JobId id = begin(owner);
     outputs_.push(CompressJob{id, how, std::move(raw), turn});
     return Job(this, id);
   }
   [[nodiscard]] Job decompress(JobOwner& owner, Codec codec, std::uint32_t raw_bytes, Payload body,
-                               LinkId turn) {
+                               JobTurn turn) {
     const JobId id = begin(owner);
     outputs_.push(DecompressJob{id, codec, raw_bytes, std::move(body), turn});
     return Job(this, id);

@@ -103,10 +103,16 @@ struct Account {
     return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }
 
+  std::uint64_t number = 0;                         // of this account; none: it is the only one
   const Payer time = std::make_shared<LoopTime>();  // loop time that its links have used
   Budget memory;                                    // bytes that its links hold
   Budget places;                                    // its publishers here
   Budget service_places;                            // its services here
+  // Channels that its peers offer, and listeners that they report, on all links together.
+  static constexpr std::uint64_t kChannelsMax = 16384;
+  static constexpr std::uint64_t kListenersMax = 16384;
+  Budget channels;
+  Budget told_listeners;
   Budget listened;            // topics without a publisher here that its peers subscribe to
   Budget early;               // samples for its peers that wait for the answer to an offer
   Appearing::Line mirrors;    // its publishers and services here
@@ -140,7 +146,10 @@ class Accounts {
   [[nodiscard]] std::shared_ptr<Account> of(const std::string& identity) {
     if (accounts_.size() >= kept_) forget_unused();
     auto& account = accounts_[identity];
-    if (!account) account = std::make_shared<Account>(options_, &shares_);
+    if (!account) {
+      account = std::make_shared<Account>(options_, &shares_);
+      account->number = ++last_number_;
+    }
     return account;
   }
   [[nodiscard]] Appearing& appearing() { return shares_.appearing; }
@@ -167,6 +176,7 @@ class Accounts {
   AccountOptions options_;
   Shares shares_;
   std::size_t kept_ = kUnusedMax;
+  std::uint64_t last_number_ = 0;
   TimePoint now_{};      // time of the last on_time()
   TimePoint told_at_{};  // when records of lines that were logged once are next reviewed
   std::map<std::string, std::shared_ptr<Account>> accounts_;

@@ -65,6 +65,7 @@ void Link::drop_connection() {
   declined_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
+  channels_.release();
   login.lost();
   accepts.lost();
   connection_.reset();
@@ -93,7 +94,7 @@ void Link::let_go(ChannelId number) {
 void Link::forget(ChannelId number) {
   const auto it = incoming_.find(number);
   if (it == incoming_.end()) return;
-  if (it->second.offered) --offered_;
+  if (it->second.offered) channels_.resize(--offered_);
   if (!it->second.offered && !it->second.channel) --ended_;
   incoming_.erase(it);
   declined_.erase(number);

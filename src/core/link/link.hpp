@@ -27,6 +27,7 @@
 #include "core/link/link_mirrors.hpp"
 #include "core/link/published.hpp"
 #include "core/policy/names.hpp"
+#include "core/ports/actions.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/status.hpp"
 
@@ -61,11 +62,11 @@ class LinkUser {
   virtual void on_identity_changed(Link& link, const Now& now) = 0;
   // Is something kept for a dead link's return?
   [[nodiscard]] virtual bool resumes(const Link& link) const = 0;
-  // A dead link will not return: backlogs and state kept for it are dropped.
+  // A dead link will not return: all that is kept for it is dropped.
   virtual void on_link_forgotten(Link& link, const Now& now) = 0;
-  // The time for offers after a reconnect is over: the peer will not offer the rest again.
   // The link goes on with the same process, which has forgotten the session and its backlogs.
   virtual void on_session_forgotten(Link& link, const Now& now) = 0;
+  // The time for offers after a reconnect is over: the peer will not offer the rest again.
   virtual void on_offers_over(Link& link, const Now& now) = 0;
 
  protected:
@@ -152,6 +153,9 @@ class Link final : public ConnectionUser {
   // Belongs to the owner of the links, who waits for deadline() with it.
   DueLinks::Timer timer;
 
+  // Where its work takes turns.
+  [[nodiscard]] JobTurn turn() const { return {account->number, id}; }
+
   // The rate limit that our rules set for a publisher on a topic (name, type). Null: there is none.
   // Valid until the next call.
   [[nodiscard]] RateLimit* rate_of(const std::pair<std::string, std::string>& topic,
@@ -180,7 +184,7 @@ class Link final : public ConnectionUser {
   // are dropped, as after a decline.
   void expect_offered(ChannelId number, InterfaceKind kind) {
     incoming_[number] = {nullptr, true, kind == InterfaceKind::kService};
-    ++offered_;
+    channels_.resize(++offered_);
   }
   void take_offered(ChannelId number, IncomingChannel& channel) {
     incoming_[number].channel = &channel;
@@ -290,7 +294,8 @@ class Link final : public ConnectionUser {
   std::map<ChannelId, Incoming> incoming_;
   std::map<ChannelId, Declined> declined_;  // declined channels of incoming_
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
-  std::uint32_t offered_ = 0;       // channels that the peer offers on this connection
+  std::uint32_t offered_ = 0;  // channels that the peer offers on this connection
+  Budget::Hold channels_{account->channels.hold(0)};  // as many as are offered
   std::uint32_t ended_ = 0;         // ended request channels that the peer has not withdrawn
   std::uint32_t last_channel_ = 0;  // the last number on which this side has sent
   // The rate limits of our rules, by topic, type and publisher: a peer that offers a topic again

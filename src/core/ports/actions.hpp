@@ -1,6 +1,7 @@
 // Requests of the core: to ROS, the network, the login, the workers and the log.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -65,9 +66,9 @@ struct SendResponse {
 struct DropRequest {
   ServiceMirrorId mirror;
   RequestId request;
-};
   // The request is for the result of a goal. Its caller is told that the goal was aborted.
   bool aborted = false;
+};
 struct CreateServiceClient {
   ServiceClientId id;
   std::string service;
@@ -127,19 +128,24 @@ struct Authenticate {
   std::string turn{};    // takes turns as a connection's customer, or the link's identity
   bool renewal = false;  // of an open link
 };
-// Links take turns, so that one with much work does not hold up the others.
+// Identities take turns, and the links of one among themselves: neither one with much work nor one
+// with many links holds up the others. Zero: work for all links.
+struct JobTurn {
+  std::uint64_t identity = 0;  // the number of its account
+  LinkId link = {};
+};
 struct CompressJob {
   JobId job;
   Compression how;
   Payload raw;
-  LinkId turn = {};  // the link that gets the result; none: all links
+  JobTurn turn = {};  // of the link that gets the result
 };
 struct DecompressJob {
   JobId job;
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;
   Payload body;
-  LinkId turn = {};
+  JobTurn turn = {};
 };
 // The result is not wanted any longer; it may still come.
 struct CancelJob {

@@ -26,17 +26,33 @@ void CallGate::server_gone() {
 }
 
 void CallGate::admit(LinkId caller, const Terms& terms) {
+  Caller* known = find(caller);
+  if (known && known->terms.identity != terms.identity) quit(caller, *known);
   Caller& state = callers_[caller];
   state.terms = terms;
-  line_up(caller, state);
+  Group& group = groups_[terms.identity];
+  if (group.members.insert(caller).second) group.taken += state.taken;
+  line_up_all(group);
 }
 
 void CallGate::dismiss(LinkId caller) {
   Caller* const state = find(caller);
   if (!state) return;
   end_preparing(*state);
-  if (state->in_turns) std::erase(turns_, caller);
+  quit(caller, *state);
   callers_.erase(caller);
+}
+
+// The links that stay may use its places.
+void CallGate::quit(LinkId id, Caller& caller) {
+  const std::uint64_t identity = caller.terms.identity;
+  Group& group = groups_.at(identity);
+  group.taken -= caller.taken;
+  group.members.erase(id);
+  if (std::exchange(caller.in_turns, false)) std::erase(group.turns, id);
+  if (group.turns.empty()) std::erase(turns_, identity);
+  line_up_all(group);
+  if (group.members.empty()) groups_.erase(identity);
 }
 
 // ---- calls
@@ -72,7 +88,9 @@ void CallGate::leave(LinkId caller, CallId call) {
   if (!state || state->waiting.erase(call) > 0) return;
   if (state->preparing == call) end_preparing(*state);
   --state->taken;
-  line_up(caller, *state);
+  Group& group = groups_.at(state->terms.identity);
+  --group.taken;
+  line_up_all(group);
 }
 
 void CallGate::end_preparing(Caller& caller) {
@@ -86,32 +104,63 @@ void CallGate::end_preparing(Caller& caller) {
 void CallGate::line_up(LinkId id, Caller& caller) {
   if (caller.in_turns || caller.waiting.empty() || !has_place(caller)) return;
   caller.in_turns = true;
-  turns_.push_back(id);
+  Group& group = groups_.at(caller.terms.identity);
+  if (group.turns.empty()) turns_.push_back(caller.terms.identity);
+  group.turns.push_back(id);
+}
+
+void CallGate::line_up_all(const Group& group) {
+  for (const LinkId member : group.members) line_up(member, callers_.at(member));
 }
 
 // Turns without room wait until the server answers, or until it was silent for so long that its
 // requests count as taken (deadline).
 std::optional<CallGate::Next> CallGate::next(TimePoint now) {
   if (gone_) return std::nullopt;
-  for (auto turn = turns_.begin(); turn != turns_.end();) {
-    const LinkId id = *turn;
-    Caller& caller = callers_.at(id);
-    const bool may_begin = !caller.waiting.empty() && has_place(caller);
-    // Callers whose rules set no limit for the queue do not wait behind callers whose rules do.
-    if (may_begin && !queue_.has_room(caller.terms.queue_depth, preparing_, now)) {
-      ++turn;
-      continue;
+  for (std::size_t at = 0; at < turns_.size();) {
+    const std::uint64_t identity = turns_[at];
+    Group& group = groups_.at(identity);
+    for (auto turn = group.turns.begin(); turn != group.turns.end();) {
+      const LinkId id = *turn;
+      Caller& caller = callers_.at(id);
+      const bool may_begin = !caller.waiting.empty() && has_place(caller);
+      // Callers whose rules set no limit for the queue do not wait behind callers whose rules do.
+      if (may_begin && !queue_.has_room(caller.terms.queue_depth, preparing_, now)) {
+        ++turn;
+        continue;
+      }
+      turn = group.turns.erase(turn);
+      caller.in_turns = false;
+      if (!may_begin) continue;
+      const CallId call = *caller.waiting.begin();
+      ++caller.taken;
+      ++group.taken;
+      caller.waiting.erase(call);
+      // Behind all others: the identity, and the link among those of its identity.
+      turns_.erase(turns_.begin() + static_cast<std::ptrdiff_t>(at));  // mutant: gate_identities
+      if (!group.turns.empty()) turns_.push_back(identity);
+      line_up(id, caller);
+      wait_.reset();
+      return Next{id, call};
     }
-    turn = turns_.erase(turn);
-    caller.in_turns = false;
-    if (!may_begin) continue;
-    const CallId call = *caller.waiting.begin();
-    ++caller.taken;
-    caller.waiting.erase(call);
-    line_up(id, caller);
-    return Next{id, call};
+    if (group.turns.empty()) {
+      turns_.erase(turns_.begin() + static_cast<std::ptrdiff_t>(at));
+    } else {
+      ++at;
+    }
   }
+  note_wait(now);
   return std::nullopt;
+}
+
+void CallGate::note_wait(TimePoint now) {
+  const bool waits = std::any_of(callers_.begin(), callers_.end(), [](const auto& caller) {
+    return !caller.second.waiting.empty() && !caller.second.preparing;
+  });
+  const Obstacle obstacle = turns_.empty() ? Obstacle::kPlaces : Obstacle::kQueue;
+  if (!waits) return wait_.reset();
+  if (!wait_) wait_ = Wait{now};
+  wait_->obstacle = obstacle;
 }
 
 // ---- what there is
@@ -122,7 +171,9 @@ CallGate::Caller* CallGate::find(LinkId caller) {
 }
 
 bool CallGate::has_place(const Caller& caller) const {
-  return !caller.preparing && caller.taken < (results_ ? kResultCallsMax : caller.terms.places);
+  if (caller.preparing) return false;
+  return results_ ? caller.taken < kResultCallsMax
+                  : groups_.at(caller.terms.identity).taken < caller.terms.places;
 }
 
 // The limit of waiting calls uses this answer: a call with a place is not refused because its link

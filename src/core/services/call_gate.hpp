@@ -15,10 +15,11 @@ namespace connect_bridge {
 
 // The scheduler of the calls that peers make at one service. Calls are known only by their ids. A
 // call waits until next() returns it for the hand-over to the server, and takes one of its caller's
-// places until it leaves. A caller is a link.
+// places until it leaves. A caller is a link, and the links of one identity share its places.
 //
-// Callers with a call that may begin take turns, one call each time, so that a link with a thousand
-// calls delays no other. They share the server's short queue: a call begins only if the queue has
+// Identities with a call that may begin take turns, one call each time, and the links of one among
+// themselves: neither a link with a thousand calls nor an identity with many links delays others.
+// They share the server's short queue: a call begins only if the queue has
 // room. The calls of one caller begin in the order of their numbers; while a worker prepares
 // (decompresses) one, the later ones wait. A call for the result of an action lasts as long as its
 // goal, so its callers have more places.
@@ -35,6 +36,16 @@ class CallGate {
   struct Terms {
     std::uint32_t places = 1;
     std::uint32_t queue_depth = 10;  // depth of the server's queue; 0: no limit
+    std::uint64_t identity = 0;      // the number of the caller's account
+  };
+  // Why a call does not begin.
+  enum class Obstacle : std::uint8_t {
+    kPlaces,  // as many calls as its identity may have are without an answer
+    kQueue    // the server's queue may be full
+  };
+  struct Wait {
+    TimePoint since;  // when the first of the calls that wait now began to
+    Obstacle obstacle = Obstacle::kPlaces;
   };
 
   // `results`: calls for results of actions.
@@ -70,6 +81,9 @@ class CallGate {
     return turns_.empty() ? std::nullopt : queue_.deadline();
   }
 
+  // Calls wait, and none has begun since. Valid after next() has returned nothing.
+  [[nodiscard]] const std::optional<Wait>& wait() const { return wait_; }
+
   // ---- what there is
   // A further call would have to wait for a place.
   [[nodiscard]] bool would_wait(LinkId caller) const;
@@ -84,11 +98,22 @@ class CallGate {
     std::uint32_t taken = 0;  // places in use
     bool in_turns = false;
   };
+  struct Group {
+    std::uint32_t taken = 0;  // places in use by all links of the identity
+    std::set<LinkId> members;
+    std::deque<LinkId> turns;  // members whose next call may begin when there is room
+  };
 
   [[nodiscard]] Caller* find(LinkId caller);
   [[nodiscard]] bool has_place(const Caller& caller) const;
   // Gives a caller whose next call may begin a turn, behind the turns that exist.
   void line_up(LinkId id, Caller& caller);
+  // A place of the identity is free.
+  void line_up_all(const Group& group);
+  void give_back(Caller& caller, std::uint32_t places);
+  void join(LinkId id, std::uint64_t identity);
+  void quit(LinkId id, Caller& caller);
+  void note_wait(TimePoint now);
   void end_preparing(Caller& caller);
 
   bool results_;
@@ -96,7 +121,9 @@ class CallGate {
   ServerQueue queue_;
   std::uint32_t preparing_ = 0;  // calls of all callers with reserved room in the queue
   std::map<LinkId, Caller> callers_;
-  std::deque<LinkId> turns_;  // callers whose next call may begin when there is room
+  std::map<std::uint64_t, Group> groups_;  // by identity
+  std::deque<std::uint64_t> turns_;        // identities with members in turns
+  std::optional<Wait> wait_;
 };
 
 }  // namespace connect_bridge

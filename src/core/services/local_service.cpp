@@ -15,6 +15,13 @@ LocalService::LocalService(ServiceKey key, LocalServices& exports)
       gives_results_(is_result_service(what_->key.first)),
       gate_(gives_results_) {}
 
+namespace {
+
+// A wait of a call at a busy server that is worth a line.
+constexpr Duration kWaitTold = std::chrono::seconds(1);
+
+}  // namespace
+
 // ---- the graph
 
 void LocalService::update_servers(const ServiceState& state, const Now& now) {
@@ -144,6 +151,7 @@ void LocalService::release_client() {
                                 [](const auto& e) { return e.second.holds_client(); });
   if (held || !client_) return;
   room_.cancel();
+  told_wait_.cancel();
   exports_.outputs.push(DestroyServiceClient{client_});
   exports_.by_client.erase(client_);
   client_ = {};
@@ -190,6 +198,7 @@ void LocalService::on(const ServiceClientFailed& failed, const Now& now) {
   for (auto& [link, service_offer] : service_offers_)
     service_offer.end({failed.reason, failed.code}, now);
   room_.cancel();
+  told_wait_.cancel();
   client_ = {};
 }
 
@@ -239,6 +248,25 @@ void LocalService::begin_calls(const Now& now) {
   const auto deadline = gate_.deadline();
   if (deadline && (!room_ || room_.at() <= now.steady))
     room_ = exports_.timers.set(*deadline, {this});
+  tell_wait(now);
+}
+
+void LocalService::tell_wait(const Now& now) {
+  const auto& wait = gate_.wait();
+  if (!wait) return told_wait_.cancel();
+  const TimePoint at = wait->since + kWaitTold;
+  if (now.steady < at) {
+    if (!told_wait_) told_wait_ = exports_.timers.set(at, {this});
+    return;
+  }
+  const bool queue = wait->obstacle == CallGate::Obstacle::kQueue;
+  exports_.outputs.log_once(
+      LogLevel::kWarn,
+      "calls of " + key().first +
+          (queue ? " wait: its server has not answered the last ones, so its queue may be full. If "
+                   "it leaves calls unanswered, `server_queue: 0` in their rule ends the wait"
+                 : " wait: its server has left as many unanswered as `calls_max` allows. With a "
+                   "`call_timeout` in their rule they give their places back"));
 }
 
 void LocalService::add_status(const Link& link, LinkStatus& status) const {

@@ -78,6 +78,8 @@ class LocalService {
   void forget_ended();
   void end_lost(const Now& now);
   void note_action_use(bool on);
+  // Logs what holds up calls that wait.
+  void tell_wait(const Now& now);
   ServedCall* take_invocation(InvocationId invocation);
 
   LocalServices& exports_;
@@ -93,7 +95,8 @@ class LocalService {
   bool failed_ = false;
   std::string type_hash_;
   CallGate gate_;
-  Timers<CallDue>::Timer room_;  // calls wait for room in the server's queue
+  Timers<CallDue>::Timer room_;       // calls wait for room in the server's queue
+  Timers<CallDue>::Timer told_wait_;  // calls wait: when that is logged
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
   ServiceOffers service_offers_;
 };

@@ -50,8 +50,9 @@ bool MadeCall::decode(const InMessage& answer) {
   if (all.used() + bytes > kDecodingBytesMax || bytes > peer_service_.link().memory.room())
     return false;
   answer_bytes_ = all.hold(bytes);
-  job_ = peer_service_.imports().jobs.decompress(
-      *this, answer.codec, answer.raw_bytes, out_of_packet(answer.body), peer_service_.link().id);
+  job_ = peer_service_.imports().jobs.decompress(*this, answer.codec, answer.raw_bytes,
+                                                 out_of_packet(answer.body),
+                                                 peer_service_.link().turn());
   return true;
 }
 

@@ -67,7 +67,7 @@ void ServedCall::begin(const Now& now) {
   if (waits) {
     set_state(State::kDecoding);
     job_ = exports_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
-                                    service_offer_.link());
+                                    service_offer_.turn());
     return;
   }
   auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
@@ -93,7 +93,7 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
   if (exports_.jobs.is_large(size)) {
     answer_.codec = how.codec;  // used if the body becomes smaller
-    job_ = exports_.jobs.compress(*this, how, answer_.body, service_offer_.link());
+    job_ = exports_.jobs.compress(*this, how, answer_.body, service_offer_.turn());
     return;
   }
   auto body = compress(answer_.body.view(), how);

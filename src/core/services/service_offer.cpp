@@ -67,7 +67,8 @@ std::optional<Ending> ServiceOffer::review() {
 }
 
 void ServiceOffer::admit() {
-  service_.gate().admit(link_.id, {offer_.treatment().calls_max, offer_.treatment().server_queue});
+  service_.gate().admit(link_.id, {offer_.treatment().calls_max, offer_.treatment().server_queue,
+                                   link_.account->number});
 }
 
 void ServiceOffer::on_link_lost() {
@@ -291,8 +292,8 @@ void ServiceOffer::on_malformed(ServedCall& call) {
 
 void ServiceOffer::on_timeout(ServedCall& call, const Now& now) {
   ++counts_.timed_out;
-  log_calls(exports_.outputs, link_.account->calls_served.timeouts,
   ++exports_.unanswered;
+  log_calls(exports_.outputs, link_.account->calls_served.timeouts,
             "of " + link_.owner() + " not answered in time", service_.key(), {}, now);
   refuse(call.id(), "timeout", "the server did not answer in time");
   erase(call);
@@ -311,12 +312,11 @@ void ServiceOffer::end_lost(TimePoint before, const Now& now) {
 
 void ServiceOffer::note_refusal(const std::string& what, const std::string& why, const Now& now) {
   ++counts_.refused;
-  log_calls(exports_.outputs, link_.account->calls_served.refusals,
   ++exports_.unanswered;
+  log_calls(exports_.outputs, link_.account->calls_served.refusals,
             "of " + link_.owner() + " " + what, service_.key(), why, now);
 }
 
-// A refusal may be lost with its connection. The peer then learns of it when it attaches again: the
 void ServiceOffer::note_losses(std::uint64_t calls, const std::string& why, const Now& now) {
   counts_.lost += calls;
   exports_.unanswered += calls;
@@ -324,6 +324,7 @@ void ServiceOffer::note_losses(std::uint64_t calls, const std::string& why, cons
             "of " + link_.owner() + " get no answer", service_.key(), why, now, calls);
 }
 
+// A refusal may be lost with its connection. The peer then learns of it when it attaches again: the
 // call is missing in `attached`.
 void ServiceOffer::refuse(CallId call, const std::string& code, const std::string& reason) {
   if (attached_)

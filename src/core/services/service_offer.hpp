@@ -97,6 +97,7 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
   // The compression of an answer of this size before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
   [[nodiscard]] LinkId link() const { return link_.id; }
+  [[nodiscard]] JobTurn turn() const { return link_.turn(); }
 
   void add_status(LinkStatus& status) const;
   void add_channel(std::vector<ChannelFacts>& channels) const;
@@ -109,8 +110,8 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
   [[nodiscard]] std::string no_room_for_request(std::size_t bytes) const;
   void refuse(CallId call, const std::string& code, const std::string& reason);
   void note_refusal(const std::string& what, const std::string& why, const Now& now);
-  void push(ServedCall& call, const Now& now);
   void note_losses(std::uint64_t calls, const std::string& why, const Now& now);
+  void push(ServedCall& call, const Now& now);
   void erase(ServedCall& call);
 
   LocalService& service_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/offers/export_right.hpp"
+#include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -77,7 +78,9 @@ Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channel
     // Before an owner judges the channel: a declined channel stays offered, counts for the limit,
     // and may be withdrawn later.
     link.expect_offered(channel.channel, channel.kind);
-    if (channel.kind == InterfaceKind::kService) {
+    if (link.account->channels.used() > Account::kChannelsMax) {
+      decline(services, link, channel, "limit", "its identity offers too many channels");
+    } else if (channel.kind == InterfaceKind::kService) {
       services.on_offer(link, channel, now);
     } else {
       topics.on_offer(link, channel, now);

@@ -308,7 +308,8 @@ void PeerTopic::make_room(const InMessage& message) {
 
 void PeerTopic::start_job() {
   const InMessage& message = waiting_.front().message;
-  job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body, link_.id);
+  job_ =
+      context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body, link_.turn());
 }
 
 void PeerTopic::on_job(std::optional<Payload> result, const Now& now) {

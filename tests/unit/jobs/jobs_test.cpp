@@ -35,7 +35,7 @@ class JobsTest : public ::testing::Test {
 
 TEST_F(JobsTest, TheOwnerAndNobodyElseIsTold) {
   auto first = jobs.compress(one, {Codec::kZstd, 1}, Payload::copy_of(Bytes(200)));
-  auto second = jobs.decompress(other, Codec::kLz4, 300, Payload::copy_of(Bytes(20)), {7});
+  auto second = jobs.decompress(other, Codec::kLz4, 300, Payload::copy_of(Bytes(20)), {1, {7}});
   const JobId a = asked();
   const JobId b = asked();
   finish(b, Payload::copy_of(Bytes(300)));

@@ -94,8 +94,10 @@ struct Order {
           const std::lock_guard lock(mutex);
           order.push_back(done.job.value);
         }) {}
-  void add(std::uint64_t job, std::uint64_t link) {
-    workers.add(CompressJob{{job}, kHow, Payload::adopt(Bytes(kRaw)), {link}});
+  void add(std::uint64_t job, std::uint64_t identity) { add_of(job, identity, identity); }
+  void add_of(std::uint64_t job, std::uint64_t identity, std::uint64_t link) {
+    workers.add(CompressJob{
+        {job}, kHow, Payload::adopt(Bytes(kRaw)), {identity, {static_cast<std::uint32_t>(link)}}});
   }
   std::vector<std::uint64_t> done(std::size_t count) {
     all_added.set_value();
@@ -124,6 +126,20 @@ TEST(Workers, LinksTakeTurns) {
   };
   EXPECT_LT(place(10), 4);
   EXPECT_LT(place(11), 4);
+}
+
+TEST(Workers, AnIdentityWithManyLinksHasTheTurnsOfOne) {
+  Order order;
+  order.add(1, 1);
+  for (std::uint64_t job = 2; job <= 9; ++job) order.add_of(job, 1, job);  // each of another link
+  order.add(10, 2);
+  order.add(11, 2);
+  const auto done = order.done(11);
+  const auto place = [&](std::uint64_t job) {
+    return std::find(done.begin(), done.end(), job) - done.begin();
+  };
+  EXPECT_LT(place(10), 4);
+  EXPECT_LT(place(11), 6);
 }
 
 TEST(Workers, WhatIsCancelledDoesNotBegin) {

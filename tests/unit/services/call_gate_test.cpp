@@ -21,7 +21,7 @@ struct Step {
 //
 //   open 1, results 1     service 1 can be called, and has a gate of its own
 //   admit 1.2 3           link 1 has 3 places at service 2; with a further number, the depth of the
-//                         server's queue by its rule
+//                         server's queue by its rule; with a third one, its identity
 //   add 1.2 5             the next 5 calls of link 1 at service 2
 //   answer 1 7            service 1 answers what was handed over as its request 7, and the call of
 //                         that leaves
@@ -82,7 +82,9 @@ class Words {
     CallGate& gate = gates.at(who.service);
     if (verb == "admit") {
       CallGate::Terms terms;
-      words >> terms.places >> terms.queue_depth;
+      words >> terms.places;
+      if (!(words >> terms.queue_depth)) terms.queue_depth = CallGate::Terms{}.queue_depth;
+      if (!(words >> terms.identity)) terms.identity = who.link.value;
       gate.admit(who.link, terms);
     }
     if (verb == "dismiss") gate.dismiss(who.link);
@@ -234,6 +236,60 @@ TEST(CallGate, APreparedCallThatLeavesMakesWay) {
         {"slow 1.1 1", ""},
         {"add 1.1 2", "1.1/1"},
         {"leave 1.1 1", "1.1/2"}});
+}
+
+// 1, 2 and 3 are links of one identity.
+TEST(CallGate, AnIdentityWithManyLinksHasTheTurnsOfOne) {
+  play({{"open 1", ""},
+        {"admit 1.1 100 1 7", ""},
+        {"admit 2.1 100 1 7", ""},
+        {"admit 3.1 100 1 7", ""},
+        {"admit 4.1 100 1 8", ""},
+        {"add 1.1 2", "1.1/1"},
+        {"add 2.1 2", ""},
+        {"add 3.1 2", ""},
+        {"add 4.1 3", ""},
+        {"answer 1 1", "1.1/2"},
+        {"answer 1 2", "4.1/1"},
+        {"answer 1 3", "2.1/1"},
+        {"answer 1 4", "4.1/2"},
+        {"answer 1 5", "3.1/1"},
+        {"answer 1 6", "4.1/3"},
+        {"answer 1 7", "2.1/2"}});
+}
+
+TEST(CallGate, TheLinksOfAnIdentityShareItsPlaces) {
+  play({{"open 1", ""},
+        {"admit 1.1 2 10 7", ""},
+        {"admit 2.1 2 10 7", ""},
+        {"admit 3.1 2 10 8", ""},
+        {"add 1.1 2", "1.1/1 1.1/2"},
+        {"add 2.1 1", ""},
+        {"add 3.1 1", "3.1/1"},
+        {"answer 1 1", "2.1/1"},
+        {"add 2.1 1", ""},
+        {"dismiss 1.1", "2.1/2"}});
+}
+
+TEST(CallGate, SaysWhatACallWaitsFor) {
+  Words words;
+  words.does("open 1");
+  const CallGate& gate = words.gates.at(1);
+  words.does("admit 1.1 3 2");
+  words.does("add 1.1 2");
+  EXPECT_FALSE(gate.wait());
+  words.does("pass 100");
+  words.does("add 1.1 1");
+  ASSERT_TRUE(gate.wait());
+  EXPECT_EQ(gate.wait()->obstacle, CallGate::Obstacle::kQueue);
+  words.does("pass 100");
+  const TimePoint since = gate.wait()->since;
+  words.does("add 1.1 1");
+  EXPECT_EQ(gate.wait()->since, since);
+  EXPECT_EQ(words.does("pass 5000"), "1.1/3");  // the first two are presumed taken
+  ASSERT_TRUE(gate.wait());
+  EXPECT_EQ(gate.wait()->obstacle, CallGate::Obstacle::kPlaces);
+  EXPECT_GT(gate.wait()->since, since);
 }
 
 TEST(CallGate, TellsWhetherACallWouldWait) {

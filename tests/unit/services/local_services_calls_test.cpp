@@ -29,6 +29,28 @@ TEST(LocalServices, ACallAndItsAnswer) {
   EXPECT_EQ(s.said(1), "");
 }
 
+// A server may leave calls unanswered, and nobody knows how many it has taken.
+TEST(LocalServices, WhatHoldsUpCallsIsSaid) {
+  auto rule = callable();
+  rule.treatment.server_queue = 2;
+  rule.treatment.calls_max = 3;
+  Script s(server({rule}));
+  attached(s);
+  for (std::uint32_t call = 1; call <= 5; ++call) s.message(1, 1, call, "q");
+  EXPECT_EQ(s.did(), "invoke 1.1 q\ninvoke 1.2 q\n");
+  s.pass(999);
+  s.did();
+  EXPECT_EQ(s.logged.find("wait:"), std::string::npos);
+  s.pass(1);
+  s.did();
+  EXPECT_NE(s.logged.find("calls of /s wait: its server has not answered"), std::string::npos);
+  s.pass(4000);
+  EXPECT_EQ(s.did(), "invoke 1.3 q\n");
+  s.pass(1000);
+  s.did();
+  EXPECT_NE(s.logged.find("as many unanswered as `calls_max` allows"), std::string::npos);
+}
+
 TEST(LocalServices, BeyondWhatMayWaitACallIsRefused) {
   auto capped = callable();
   capped.treatment.calls_max = 2;
