@@ -169,6 +169,8 @@ void add_names(Rows& rows) {
        .syntax = check_prefix,
        .help = "Put before every name of the peer: /scan becomes /robot1/scan. Only local names "
                "below the prefix can be exported. Rules and the peer see all names without it. "
+               "/parameter_events alone stays where it is, and its events name the nodes with the "
+               "prefix. "
                "`by_identity`, at a server: the prefix of each client is its identity."},
       [](Config& c) { return &c.prefix; });
   add({.key = "identity_names",

@@ -16,7 +16,7 @@ class Mutant(NamedTuple):
 
 
 MUTANTS = [
-    # who may log in
+#who may log in
     Mutant("token_expiry", "an expired token logs in", never),
     Mutant("token_renamed", "a token of another name keeps its links",
            swap(" || then->second->name != now.name", "")),
@@ -47,7 +47,7 @@ MUTANTS = [
     Mutant("plugin_version", "a plugin of another version is loaded", never),
     Mutant("pairing_end", "a code pairs for ever", swap(" || is_over()", "")),
     Mutant("pairing_once", "a code pairs whoever shows it", always),
-    # what the network takes, and of whom
+#what the network takes, and of whom
     Mutant("gate_messages", "before the login a message costs its bytes alone", gone),
     Mutant("gate_reads", "before the login a read costs its bytes alone",
            swap(" + kStepOverhead * ++steps_", "")),
@@ -82,7 +82,7 @@ MUTANTS = [
     Mutant("visitors_of_robot", "visitors at a relay without a limit", never),
     Mutant("others_of_robot", "strangers cost a robot at a relay what they like", gone),
     Mutant("control_handshakes", "control handshakes without a limit", never),
-    # what a file of parameters allows
+#what a file of parameters allows
     Mutant("plaintext_reached", "without TLS anybody may be reached", never),
     Mutant("plaintext_dialed", "a client dials another machine without TLS", never),
     Mutant("login_needed", "no login is needed beyond this machine", never),
@@ -96,14 +96,14 @@ MUTANTS = [
     Mutant("whole_change", "half of a change is applied", gone),
     Mutant("secret_shown", "a token is shown", swap("spec.secret || ", "")),
     Mutant("url_password", "a user's password in a URL is shown", gone),
-    # who sees the status
+#who sees the status
     Mutant("status_beyond_loopback", "the status is served beyond loopback to everybody", always),
     Mutant("foreign_host", "a web page reads the status by a name of its own", always),
     Mutant("status_token", "any token reads the status", always),
     Mutant("names_of_people", "every local user sees who is linked",
            swap("transport_.tls()", "true")),
     Mutant("robots_addresses", "every local user sees where the robots of a relay are", always),
-    # the core: rights, order, at most once, limits, urgency, breaks
+#the core : rights, order, at most once, limits, urgency, breaks
     Mutant("deny", "what a rule denies is allowed", gone),
     Mutant("hidden_names", "hidden names match wildcards", value("false")),
     Mutant("export_right", "export right skipped", value("std::optional<Decision>(Decision{})")),
@@ -169,6 +169,10 @@ MUTANTS = [
            swap("std::nullopt", "std::vector<Delivered>{}")),
     Mutant("server_queue", "the server's queue is not watched", value("true")),
     Mutant("turns", "lines do not take turns", gone),
+    Mutant("turns_of_groups", "an identity with many links has many turns", gone),
+    Mutant("gate_identities", "an identity keeps its turn at a server", gone),
+    Mutant("results_kept", "results of goals end with the link", never),
+    Mutant("other_type_ends", "the end of another type is not noticed", gone),
     Mutant("light_first", "light before urgent",
            swap("std::size_t i = 0; i < kStrict; ++i", "std::size_t i = kStrict; i-- > 0;")),
     Mutant("light_strict", "light is not strict", value("4")),

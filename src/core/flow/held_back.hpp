@@ -13,9 +13,9 @@
 
 namespace connect_bridge {
 
-// Keeps for each publisher the newest message that a rate limit has refused, until its time comes
-// or another message of that publisher passes. So a rate limit never loses a publisher's last
-// message, which may say "stop". `Owner`: who is woken when the time of a message has come.
+// Keeps for each state of a publisher the newest message that a rate limit has refused, until its
+// time comes or another message of that state passes. So a rate limit never loses a publisher's
+// last message, which may say "stop". `Owner`: who is woken when the time of a message has come.
 // Single-threaded.
 template <class Message, class Owner>
 class HeldBack {
@@ -23,12 +23,15 @@ class HeldBack {
   // Held messages count in `memory`, which outlives this.
   HeldBack(Budget& memory, typename Timers<Owner>::Of timers) : memory_(memory), timers_(timers) {}
 
-  // Holds the message until `at`, instead of an older one of the publisher. Returns the message
-  // that is lost: the older one, or, where there is no room for it, this one.
-  std::optional<Message> hold(OriginId origin, Message message, std::size_t bytes, TimePoint at) {
+  // A state of a publisher.
+  using Key = std::pair<OriginId, std::uint64_t>;
+
+  // Holds the message until `at`, instead of an older one of the state. Returns the message that is
+  // lost: the older one, or, where there is no room for it, this one.
+  std::optional<Message> hold(const Key& state, Message message, std::size_t bytes, TimePoint at) {
     if (bytes > memory_.room()) return message;
-    auto older = take(origin);
-    entries_.try_emplace(origin, std::move(message), memory_.hold(bytes), timers_.set(at));
+    auto older = take(state);
+    entries_.try_emplace(state, std::move(message), memory_.hold(bytes), timers_.set(at));
     return older;
   }
   // The next message whose time has come.
@@ -39,9 +42,13 @@ class HeldBack {
     const bool due = first != entries_.end() && first->second.leaves.at() <= now;
     return due ? take(first) : std::nullopt;
   }
-  // The next message (of this publisher), whether or not its time has come.
+  // The next message (of this state, of this publisher), whether or not its time has come.
   std::optional<Message> take() { return take(entries_.begin()); }
-  std::optional<Message> take(OriginId origin) { return take(entries_.find(origin)); }
+  std::optional<Message> take(const Key& state) { return take(entries_.find(state)); }
+  std::optional<Message> take(OriginId origin) {
+    const auto first = entries_.lower_bound({origin, 0});
+    return first != entries_.end() && first->first.first == origin ? take(first) : std::nullopt;
+  }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
 
@@ -53,7 +60,7 @@ class HeldBack {
     Budget::Hold bytes;
     typename Timers<Owner>::Timer leaves;
   };
-  std::optional<Message> take(typename std::map<OriginId, Entry>::iterator at) {
+  std::optional<Message> take(typename std::map<Key, Entry>::iterator at) {
     if (at == entries_.end()) return std::nullopt;
     std::optional<Message> message(std::move(at->second.message));
     entries_.erase(at);
@@ -62,7 +69,7 @@ class HeldBack {
 
   Budget& memory_;
   typename Timers<Owner>::Of timers_;
-  std::map<OriginId, Entry> entries_;
+  std::map<Key, Entry> entries_;
 };
 
 }  // namespace connect_bridge

@@ -47,39 +47,62 @@ double RateLimit::window_of(Stamp ns) const {
   return std::floor(static_cast<double>(ns) / period_);
 }
 
-void RateLimit::advance(Stamp stamp, TimePoint now) {
-  const auto steady = [](TimePoint at) { return at.time_since_epoch().count(); };
-  const bool first = arrived_ == TimePoint::min();
-  if (!first && period_ > 0) {
-    const bool stamped = stamp > stamp_ && stamp_ != 0;
-    const double windows = stamped ? window_of(stamp) - window_of(stamp_)
-                                   : window_of(steady(now)) - window_of(steady(arrived_));
-    credit_ = std::min(credit_ + windows, kCreditMax);
-  }
-  stamp_ = stamp;
-  arrived_ = now;
+// What shares windows because there are too many states.
+constexpr std::uint64_t kOtherStates = ~std::uint64_t{0};
+
+TimePoint RateLimit::idle_at(const Windows& windows) const {
+  return windows.arrived + Duration(static_cast<Duration::rep>(period_));
 }
 
-bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now) {
-  advance(stamp, now);
+RateLimit::Windows& RateLimit::windows_of(std::uint64_t state, TimePoint now) {
+  if (period_ == 0) state = 0;
+  const auto known = states_.find(state);
+  if (known != states_.end()) return known->second;
+  if (states_.size() >= kStatesMax)
+    std::erase_if(states_, [&](const auto& entry) { return idle_at(entry.second) <= now; });
+  return states_[states_.size() >= kStatesMax ? kOtherStates : state];
+}
+
+void RateLimit::advance(Windows& windows, Stamp stamp, TimePoint now) const {
+  const auto steady = [](TimePoint at) { return at.time_since_epoch().count(); };
+  const bool first = windows.arrived == TimePoint::min();
+  if (!first && period_ > 0) {
+    const bool stamped = stamp > windows.stamp && windows.stamp != 0;
+    const double passed = stamped ? window_of(stamp) - window_of(windows.stamp)
+                                  : window_of(steady(now)) - window_of(steady(windows.arrived));
+    windows.credit = std::min(windows.credit + passed, kCreditMax);
+  }
+  windows.stamp = stamp;
+  windows.arrived = now;
+}
+
+bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state) {
+  Windows& windows = windows_of(state, now);
+  advance(windows, stamp, now);
   // Both or none: a message that one of them stops is not counted by the other.
-  if ((period_ > 0 && credit_ < 1) || !bytes_.ready(now)) return false;
-  if (period_ > 0) credit_ -= 1;
+  if ((period_ > 0 && windows.credit < 1) || !bytes_.ready(now)) return false;
+  if (period_ > 0) windows.credit -= 1;
   bytes_.take(static_cast<double>(bytes), now);
   return true;
 }
 
-TimePoint RateLimit::leaves_at() const {
-  return std::max(arrived_ + Duration(static_cast<Duration::rep>(period_)), bytes_.ready_at());
+TimePoint RateLimit::leaves_at(std::uint64_t state) const {
+  auto windows = states_.find(period_ == 0 ? 0 : state);
+  if (windows == states_.end()) windows = states_.find(kOtherStates);
+  if (windows == states_.end()) return bytes_.ready_at();
+  return std::max(idle_at(windows->second), bytes_.ready_at());
 }
 
 bool RateLimit::idle(TimePoint now) const {
-  return arrived_ == TimePoint::min() || now >= leaves_at();
+  return now >= bytes_.ready_at() &&
+         std::all_of(states_.begin(), states_.end(),
+                     [&](const auto& entry) { return now >= idle_at(entry.second); });
 }
 
-void RateLimit::leave(std::size_t bytes, TimePoint now) {
-  advance(stamp_ == 0 ? 0 : stamp_ + (now - arrived_).count(), now);
-  if (period_ > 0) credit_ -= 1;
+void RateLimit::leave(std::size_t bytes, TimePoint now, std::uint64_t state) {
+  Windows& windows = windows_of(state, now);
+  advance(windows, windows.stamp == 0 ? 0 : windows.stamp + (now - windows.arrived).count(), now);
+  if (period_ > 0) windows.credit -= 1;
   bytes_.take(static_cast<double>(bytes), now);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <unordered_map>
 
 #include "core/base/ids.hpp"
@@ -39,34 +40,47 @@ class Throttle {
 // those of the messages' own stamps, so topics that share stamps (an image and its CameraInfo) let
 // the same ones pass without knowing of each other. One window that was left out is made up for:
 // a source of exactly max_rate passes whole, though its clock shakes.
+//
+// Each state of the publisher has windows of its own: a node sends the frames of several parts in
+// turn, and a limit for all together would let some of them starve. Bytes are the publisher's.
 class RateLimit {
  public:
+  // States with windows of their own. Further ones share windows until some are idle.
+  static constexpr std::size_t kStatesMax = 256;
+  static constexpr std::size_t kStateBytes = 96;  // memory of each
+
   RateLimit() = default;  // no limit
   // Messages and bytes per second; 0: no limit.
   RateLimit(double max_rate, std::uint64_t bytes_per_second_max);
 
   // Whether a message of this size may pass now; if so, it is counted. `stamp`: the time that it
   // tells of, in ns; 0, or one that does not advance: the time of its arrival counts.
-  [[nodiscard]] bool admit(std::size_t bytes, Stamp stamp, TimePoint now);
-  // When the message that was refused last may leave after all, if no other one comes until then:
-  // its publisher was silent for a period.
-  [[nodiscard]] TimePoint leaves_at() const;
+  [[nodiscard]] bool admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state = 0);
+  // When the message of this state that was refused last may leave after all, if no other one comes
+  // until then: the state did not change for a period.
+  [[nodiscard]] TimePoint leaves_at(std::uint64_t state = 0) const;
   // The refused message leaves now: count it.
-  void leave(std::size_t bytes, TimePoint now);
+  void leave(std::size_t bytes, TimePoint now, std::uint64_t state = 0);
   [[nodiscard]] bool has_rates_of(const RateLimit& other) const {
     return period_ == other.period_ && bytes_.rate() == other.bytes_.rate();
   }
   // Whether a message of any size would pass now, as if none had come before.
   [[nodiscard]] bool idle(TimePoint now) const;
+  [[nodiscard]] std::size_t states() const { return states_.size(); }
 
  private:
-  void advance(Stamp stamp, TimePoint now);
+  struct Windows {
+    double credit = 1;  // messages that may pass
+    Stamp stamp = 0;    // of the message before
+    TimePoint arrived = TimePoint::min();
+  };
+  Windows& windows_of(std::uint64_t state, TimePoint now);
+  [[nodiscard]] TimePoint idle_at(const Windows& windows) const;
+  void advance(Windows& windows, Stamp stamp, TimePoint now) const;
   [[nodiscard]] double window_of(Stamp ns) const;
 
   double period_ = 0;  // ns; 0: no limit
-  double credit_ = 1;  // messages that may pass
-  Stamp stamp_ = 0;    // of the message before
-  TimePoint arrived_ = TimePoint::min();
+  std::map<std::uint64_t, Windows> states_;
   Throttle bytes_;
 };
 

@@ -219,6 +219,8 @@ RateLimit* Link::rate_of(const std::pair<std::string, std::string>& topic, const
   // The rules may have changed while nothing came.
   RateLimit& limit = at->second.limit;
   if (!limit.has_rates_of(fresh)) limit = fresh;
+  at->second.held.resize(bytes_of<Rate>(topic.first, topic.second) +
+                         limit.states() * RateLimit::kStateBytes);
   return &limit;
 }
 

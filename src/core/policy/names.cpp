@@ -21,6 +21,12 @@ std::size_t action_suffix(std::string_view name) {
   return at == 0 ? std::string_view::npos : at;
 }
 
+// The one topic on which all nodes of a graph tell of their parameters, and look for those of
+// others. Its messages name the node.
+bool is_of_all_nodes(std::string_view name) {
+  return name == kParameterEvents;
+}
+
 }  // namespace
 
 std::string NameMap::to_local(std::string_view wire) const {
@@ -30,7 +36,7 @@ std::string NameMap::to_local(std::string_view wire) const {
   for (const auto& pair : remap_) {
     if (pair.wire == wire) return pair.local;
   }
-  return prefix_ + std::string(wire);
+  return is_of_all_nodes(wire) ? std::string(wire) : prefix_ + std::string(wire);
 }
 
 std::optional<std::string> NameMap::to_wire(std::string_view local) const {
@@ -44,10 +50,14 @@ std::optional<std::string> NameMap::to_wire(std::string_view local) const {
   for (const auto& pair : remap_) {
     if (pair.local == local) return pair.wire;
   }
+  const bool is_moved = std::any_of(remap_.begin(), remap_.end(),
+                                    [&](const Pair& pair) { return pair.wire == local; });
+  if (is_of_all_nodes(local) && !is_moved) return std::string(local);
   if (local.substr(0, prefix_.size()) != prefix_) return std::nullopt;
   const auto wire = local.substr(prefix_.size());
   // Below the prefix, and not only beginning like it: /robot10/tf is nothing of /robot1.
-  if (wire.size() < 2 || wire.front() != '/') return std::nullopt;
+  if (wire.size() < 2 || wire.front() != '/' || (is_of_all_nodes(wire) && !prefix_.empty()))
+    return std::nullopt;
   // A name that remap moved does not also exist at its old place.
   for (const auto& pair : remap_) {
     if (pair.wire == wire) return std::nullopt;

@@ -26,6 +26,8 @@ class NameMap {
   // nullopt: this local name is not visible to the peer (outside the prefix, remapped away, or the
   // bridges' own).
   [[nodiscard]] std::optional<std::string> to_wire(std::string_view local) const;
+  // Before the local names of the peer; empty: they are the same as on the wire.
+  [[nodiscard]] const std::string& prefix() const { return prefix_; }
   // A name on the wire; of what has none, because it is outside the prefix, its own.
   [[nodiscard]] std::string wire_name(const std::string& local) const {
     return to_wire(local).value_or(local);

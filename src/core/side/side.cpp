@@ -123,6 +123,17 @@ void Side::on_claims(const Now& now) {
   update_exports(now);
   imports_.on_claims(links_.all(), now);
   service_imports_.on_claims(now);
+  for (const auto& [id, link] : links_.all()) tell_same_graph(link);
+}
+
+// Nothing crosses then, and nothing has to.
+void Side::tell_same_graph(const Link& link) {
+  if (!link.open() || !local_.claims.is_here(link.peer().side)) return;
+  outputs_.log_once(link.account->told, LogLevel::kWarn,
+                    link.label() +
+                        " is in this same ROS graph: its nodes are reached without a bridge, and "
+                        "nothing crosses this link. To keep two graphs apart on one network, start "
+                        "the programs at one end with another ROS_DOMAIN_ID");
 }
 
 void Side::on(SubscriptionFailed& input, const Now& now) {
@@ -222,6 +233,7 @@ void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
   told_listeners_.tell(link);
   missing_.on_link_open(link, now);
+  tell_same_graph(link);
   take_time_of(link, now);
 }
 
@@ -271,6 +283,11 @@ void Side::on_link_dead(Link& link, const Now& now) {
 }
 
 void Side::on_link_forgotten(Link& link, const Now& now) {
+  service_imports_.on_link_forgotten(link.id, now);
+  on_session_forgotten(link, now);
+}
+
+void Side::on_session_forgotten(Link& link, const Now& now) {
   link.arrived.clear();
   link.published.clear();
   link.forget_texts();
@@ -285,11 +302,6 @@ void Side::on_peer_replaced(Link& link, const Now& now) {
 void Side::end_calls(Link& link, const Now& now) {
   service_exports_.on_link_dead(link.id, now);
   service_imports_.on_link_dead(link.id, now);
-  service_imports_.on_link_forgotten(link.id, now);
-  on_session_forgotten(link, now);
-}
-
-void Side::on_session_forgotten(Link& link, const Now& now) {
 }
 
 void Side::on_offers_over(Link& link, const Now& now) {
@@ -400,6 +412,8 @@ Status Side::own_status() const {
   links_.add_status(status);
   status.memory_bytes = exports_.memory_bytes() + imports_.memory_bytes() +
                         service_exports_.memory_bytes() + service_imports_.memory_bytes();
+  status.made_unanswered = service_imports_.unanswered;
+  status.served_unanswered = service_exports_.unanswered;
   status.shared_bytes = links_.memory().used();
   status.shared_bytes_max = options_.account.memory_bytes_max;
   for (const auto& [id, link] : links_.all()) status.memory_bytes += link.memory_bytes();
@@ -412,6 +426,4 @@ Status Side::status(const Now& now) const {
   return status;
 }
 
-  status.made_unanswered = service_imports_.unanswered;
-  status.served_unanswered = service_exports_.unanswered;
 }  // namespace connect_bridge

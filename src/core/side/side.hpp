@@ -152,6 +152,7 @@ class Side final : private LinkUser {
   void hold_actions(const Now& now);
   void publish_claim(const Now& now);
   void on_claims(const Now& now);
+  void tell_same_graph(const Link& link);
   void on_graph(const GraphDifference& difference, const Now& now);
   void update_exports(const Now& now);  // the graph, or claims of other bridges, have changed
   void recheck(const std::vector<Link*>& links, const Now& now);

@@ -45,6 +45,29 @@ std::vector<TopicMirror*> ImportContext::mirrors_of(const Link& link) {
   return found;
 }
 
+void ImportContext::unmake(MirrorId mirror, bool existed) {
+  const auto ended = made.extract(mirror);
+  if (ended.mapped().gid != Gid{}) unmade.push_back(ended.mapped().gid);
+  if (existed) leave_name(*ended.mapped().mirror);
+}
+
+// A middleware may refuse a second type of a name. A node that was killed and returns with another
+// type is heard when the mirror of its former publisher ends.
+void ImportContext::leave_name(const TopicMirror& ended) {
+  const auto& [name, type] = ended.key().first;
+  std::vector<TopicMirror*> others;
+  for (auto it = mirrors.lower_bound({{name, ""}, Gid{}});
+       it != mirrors.end() && it->first.first.first == name; ++it) {
+    TopicMirror& mirror = it->second;
+    if (mirror.key().first.second != type) {
+      others.push_back(&mirror);
+    } else if (mirror.id() && &mirror != &ended) {
+      return;
+    }
+  }
+  for (TopicMirror* const other : others) other->try_again();  // mutant: other_type_ends
+}
+
 // Kept bytes count four times in room(). So with a share of a quarter, the mirrors of a link leave
 // at least as much to its messages as they hold themselves.
 std::uint64_t ImportContext::mirror_room(const TopicMirror& mirror, std::uint64_t share) const {

@@ -43,11 +43,8 @@ struct ImportContext : SideView {
   [[nodiscard]] TopicMirror* mirror_of(const MirrorKey& key, const Link& link);
   // The mirrors of origins that the link offers or is expected to offer again, in key order.
   [[nodiscard]] std::vector<TopicMirror*> mirrors_of(const Link& link);
-  // The mirror does not exist in the graph any more.
-  void unmake(MirrorId mirror) {
-    if (const auto ended = made.extract(mirror); ended.mapped().gid != Gid{})
-      unmade.push_back(ended.mapped().gid);
-  }
+  // The mirror does not exist in the graph any more, or never did.
+  void unmake(MirrorId mirror, bool existed);
   void look_again(const Now& now, Duration after = std::chrono::seconds(1)) {
     looks_again_at = earliest(looks_again_at, now.steady + after);
   }
@@ -77,6 +74,11 @@ struct ImportContext : SideView {
                                    const std::map<OriginId, TopicMirror*>& origins) const;
   // The link does not offer the origin any more. The mirror may end, too.
   void remove_candidate(TopicMirror& mirror, LinkId link, const Now& now);
+
+ private:
+  // The topic's name has no mirror of this type any more, perhaps: those of other types that could
+  // not be made are tried again.
+  void leave_name(const TopicMirror& ended);
 };
 
 }  // namespace connect_bridge

@@ -23,7 +23,9 @@ bool has_place(const Account& account) {
 // ---- reports of the peers
 
 Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
-  OfLink& of_link = links_.try_emplace(link.id, *this, link).first->second;
+  const auto [at, is_new] = links_.try_emplace(link.id, *this, link);
+  OfLink& of_link = at->second;
+  if (is_new) of_link.told = link.account->told_listeners.hold(0);
   auto& listeners = of_link.listeners;
   // Removals come first (docs/protocol.md, "listeners"), so a peer at its limit can replace all in
   // one message. Each removal may end a subscription here, so a peer must not repeat them without
@@ -42,6 +44,7 @@ Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change,
       return Error{CloseCode::kIllegal, "the number of a listener is in use"};
     add(of_link, told);
   }
+  of_link.told.resize(listeners.size());
   serve(of_link, now);
   return Nothing{};
 }
@@ -50,6 +53,14 @@ Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change,
 // to the same topic, and the claims topic is not for peers.
 void PeerListeners::add(OfLink& of_link, const ListenerTold& listener) {
   auto& topic = of_link.listeners[listener.listener];
+  // Links of one identity could tell of as many as they have times the limit of one.
+  const Account& account = *of_link.link->account;
+  const std::uint64_t others = account.told_listeners.used() - of_link.told.amount();
+  if (others + of_link.listeners.size() > Account::kListenersMax)
+    return side_.outputs.log_once(
+        of_link.link->account->told, LogLevel::kWarn,
+        "not all that " + of_link.link->owner() + " listens to counts here: at most " +
+            std::to_string(Account::kListenersMax) + " listeners for one identity");
   const NameMap& names = of_link.link->names;
   const std::string local = names.to_local(listener.name);
   if (names.to_wire(local) != listener.name || local == kClaimsTopic ||
@@ -129,6 +140,11 @@ void PeerListeners::review(const TopicKey& key, Topic& topic) {
     for (auto it = topic.links.begin(); it != topic.links.end() && !topic.payer; ++it)
       take_place(topic, *links_.at(it->first).link);
   count(key, topic, published || topic.payer);
+  if (topic.is_free()) {
+    free_.insert(key);
+  } else {
+    free_.erase(key);
+  }
 }
 
 void PeerListeners::take_place(Topic& topic, const Link& payer) {
@@ -151,10 +167,16 @@ void PeerListeners::count(const TopicKey& key, Topic& topic, bool counts) {
 }
 
 void PeerListeners::on_graph(const Now& now) {
-  // Published topics give their places back before other topics take them.
-  for (const bool published : {true, false})
-    for (auto& [key, topic] : topics_)
-      if (is_published(side_, key) == published && topic.is_free() != published) review(key, topic);
+  // As many steps as this graph has topics: the peers may have told many more. Published topics
+  // give their places back before other topics take them.
+  for (const auto& [key, state] : side_.graph.topics()) {
+    if (state.publishers.empty()) continue;
+    const auto told = topics_.find(key);
+    if (told != topics_.end() && !told->second.is_free()) review(key, told->second);
+  }
+  const std::vector<TopicKey> published(free_.begin(), free_.end());
+  for (const TopicKey& key : published)
+    if (!is_published(side_, key)) review(key, topics_.at(key));
   on_time(now);
 }
 
@@ -225,6 +247,7 @@ QosOverride PeerListeners::rules_of(const TopicKey& topic,
     if (told->rule.reliability == Reliability::kBestEffort)
       weakest.reliability = told->rule.reliability;
     if (told->rule.durability == Durability::kVolatile) weakest.durability = told->rule.durability;
+    if (told->rule.depth) weakest.depth = std::max(weakest.depth.value_or(0), *told->rule.depth);
   }
   return weakest;
 }

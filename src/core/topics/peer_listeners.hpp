@@ -75,6 +75,7 @@ class PeerListeners {
     // Keyed by the peer's numbers. Without a topic: the peer cannot have it.
     std::map<ListenerId, std::optional<TopicKey>> listeners;
     std::map<TopicKey, Told> topics;
+    Budget::Hold told;  // its listeners, among those of its identity
 
    private:
     PeerListeners& owner_;
@@ -108,6 +109,7 @@ class PeerListeners {
   const SideView& side_;
   std::map<LinkId, OfLink> links_;
   std::map<TopicKey, Topic> topics_;
+  std::set<TopicKey> free_;  // of these: topics that are free
   std::set<TopicKey> changed_;
   std::optional<TimePoint> due_;  // when topics that wait for a place are checked again
 };

@@ -353,11 +353,13 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
     return dropped_.add(DropReason::kMaxAge);
   }
   if (!was_held && !admits(message, raw, mirror, now)) return;
-  std::optional<Payload> out = raw;
+  std::optional<Payload> out;
   if (command_) {
     if (mirror.has_published(message.number)) return dropped_.add(DropReason::kDuplicate);
     out = steer(message, raw, age, mirror, now);
     if (!out) return dropped_.add(DropReason::kWheel);
+  } else {
+    out = with_names_here(mirror, raw);
   }
   const Duration limit = age_limit();
   const TimePoint expires =
@@ -452,6 +454,12 @@ void PeerTopic::on_wheel_wanted(WheelWant want, const Now& now) {
     context_.wheels.on_wanted(context_, key_, link_, want, decision_.rule, now);
 }
 
+// An event that names the node as it is called here already stays as it is.
+Payload PeerTopic::with_names_here(const TopicMirror& mirror, const Payload& raw) const {
+  if (parameter_events_ && node_of_parameter_event(raw.view()) != mirror.origin().node) return raw;
+  return with_local_names(key_.first, key_.second, raw.view(), link_.names).value_or(raw);
+}
+
 bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const TopicMirror& mirror,
                        const Now& now) {
   RateLimit* rate = link_.rate_of(key_, mirror.origin().gid, treatment(), now);
@@ -459,11 +467,13 @@ bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const Top
   const TopicState* topic = context_.graph.find(key_);
   const Stamp stamp = topic && topic->has_header ? header_stamp(raw.view()) : 0;
   const OriginId origin = message.subject.origin();
-  const bool passes = rate->admit(raw.size(), stamp, now.steady);
-  const bool lost =
-      passes ? held_.take(origin).has_value()
-             : held_.hold(origin, {message, out_of_packet(raw)}, raw.size(), rate->leaves_at())
-                   .has_value();
+  const std::uint64_t state = state_of(key_.second, raw.view()).value_or(0);
+  const bool passes = rate->admit(raw.size(), stamp, now.steady, state);
+  const bool lost = passes ? held_.take({origin, state}).has_value()
+                           : held_
+                                 .hold({origin, state}, {message, out_of_packet(raw)}, raw.size(),
+                                       rate->leaves_at(state))
+                                 .has_value();
   if (lost) dropped_.add(DropReason::kRate);
   return passes;
 }
@@ -474,7 +484,8 @@ void PeerTopic::publish_held(const Now& now) {
     const auto origin = origins_.find(held->head.subject.origin());
     const Gid gid = origin == origins_.end() ? Gid{} : origin->second->origin().gid;
     if (auto* rate = link_.rate_of(key_, gid, treatment(), now))
-      rate->leave(held->raw.size(), now.steady);
+      rate->leave(held->raw.size(), now.steady,
+                  state_of(key_.second, held->raw.view()).value_or(0));
     publish(held->head, held->raw, now, true);
   }
 }

@@ -119,6 +119,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // `was_held`: the rate limit of the publisher had refused the message, and lets it pass now.
   void publish(const MessageHead& message, const Payload& raw, const Now& now,
                bool was_held = false);
+  // The sample with the peer's nodes as they are called here.
+  [[nodiscard]] Payload with_names_here(const TopicMirror& mirror, const Payload& raw) const;
   // Does the publisher's rate let the message pass? If not, it is held back.
   [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw,
                             const TopicMirror& mirror, const Now& now);

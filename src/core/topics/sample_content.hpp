@@ -18,9 +18,9 @@ namespace connect_bridge {
 [[nodiscard]] Stamp header_stamp(ByteView sample);
 
 // The state of its publisher that the sample gives: a newer sample of the same state replaces it.
-// Most types have one state (0). A tf2_msgs/msg/TFMessage gives the state of its frames: nodes
-// publish the frames of several in turn. nullopt: the frames cannot be read, so the sample replaces
-// nothing.
+// Most types have one state (0). A tf2_msgs/msg/TFMessage gives the state of its frames, a
+// DiagnosticArray that of the parts that it names, a JointState that of its joints: nodes publish
+// several in turn. nullopt: the names cannot be read, so the sample replaces nothing.
 [[nodiscard]] std::optional<std::uint64_t> state_of(std::string_view type, ByteView sample);
 
 // The node whose parameters an rcl_interfaces/msg/ParameterEvent reports: the text after the stamp.
@@ -28,6 +28,13 @@ namespace connect_bridge {
 // representation that ROS 2 middlewares write. A reader may understand other representations, so
 // such an event is attributed to no node.
 [[nodiscard]] std::optional<std::string_view> node_of_parameter_event(ByteView sample);
+
+// The same sample with the peer's nodes as they are called here, for types whose messages name
+// them: parameter events; Log and DiagnosticArray on a topic that is not below the names' prefix
+// (`topic`: its local name), where nothing else tells whose they are. nullopt: it stays as it is.
+[[nodiscard]] std::optional<Payload> with_local_names(const std::string& topic,
+                                                      std::string_view type, ByteView sample,
+                                                      const NameMap& names);
 
 // Is the event about its origin's node (`node`, the peer's name for it)? False for a node that
 // publishes events here (`local`; may be null). Every node acts on an event with its name.

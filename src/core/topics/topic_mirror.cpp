@@ -269,7 +269,7 @@ void TopicMirror::vanish(bool exists) {
   first_.end_wait();
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
-  context_.unmake(id_);
+  context_.unmake(id_, exists);
   id_ = {};
   pauses_.cancel();
   kept_.release();
@@ -298,6 +298,10 @@ void TopicMirror::on_failed(const MirrorFailed& failed, const Now& now) {
                     {failed.reason, failed.code});
   }
   update(now);  // an offer with another definition may feed the mirror
+}
+
+void TopicMirror::try_again() {
+  if (retries_) retries_ = context_.timers.set(TimePoint{}, this);
 }
 
 void TopicMirror::on_time(const Now& now) {

@@ -95,6 +95,8 @@ class TopicMirror final : private Appearing::Waiting {
   // Requests the origin's last samples again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
   void on_failed(const MirrorFailed& failed, const Now& now);
+  // What kept the publisher from being made may be gone: the next try is due now.
+  void try_again();
   void on_time(const Now& now);
   // Logs once each subscriber here that cannot receive from the mirror because of its QoS, with the
   // name of its node. A subscriber whose node has no name yet is logged later.

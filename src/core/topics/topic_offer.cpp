@@ -231,18 +231,21 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   // samples of a publisher come at once: the rate would let the first pass and lose the rest.
   if (age != Age::kNew) return true;
   RateLimit& rate = rates_.of(origin);
-  if (rate.admit(bytes, sample.header, now.steady)) {
-    if (const auto older = held_.take(origin)) lose(*older, DropReason::kRate);
+  const std::uint64_t state = sample.state.value_or(0);
+  if (rate.admit(bytes, sample.header, now.steady, state)) {
+    if (const auto older = held_.take({origin, state})) lose(*older, DropReason::kRate);
     return true;
   }
-  if (const auto lost = held_.hold(origin, sample, bytes, rate.leaves_at()))
+  if (const auto lost = held_.hold({origin, state}, sample, bytes, rate.leaves_at(state)))
     lose(*lost, DropReason::kRate);
   return false;
 }
 
 std::optional<OutSample> TopicOffer::take_held(const Now& now) {
   auto sample = held_.take_due(now.steady);
-  if (sample) rates_.of(sample->subject.origin()).leave(sample->raw.size(), now.steady);
+  if (sample)
+    rates_.of(sample->subject.origin())
+        .leave(sample->raw.size(), now.steady, sample->state.value_or(0));
   return sample;
 }
 

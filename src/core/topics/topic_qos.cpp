@@ -49,6 +49,7 @@ Qos qos_for(const Origins& origins, const TopicOffers& offers, const QosOverride
   }
   if (weakest.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
   if (weakest.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
+  if (weakest.depth) depth = std::max(depth, *weakest.depth);
   if (qos.durability == Durability::kTransientLocal) {
     depth = depth_for_all(std::max(depth, options.latched_depth), origins.size());
   }

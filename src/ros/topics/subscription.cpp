@@ -2,6 +2,7 @@
 
 #include <rmw/events_statuses/events_statuses.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/graph/claim_message.hpp"
@@ -25,6 +26,17 @@ constexpr auto kLostPeriod = std::chrono::milliseconds(500);
 // rmw_fastrtps was seen to return empty samples without end after a large one was lost in part.
 // This many in a row exceed a queue of real ones.
 constexpr int kInvalidInRowMax = 32;
+// A reliable publisher may send many samples at once, and all are for the peer. The graph does not
+// always show how many it keeps; a subscriber that keeps less loses the rest without a word.
+constexpr std::uint32_t kReliableDepth = 1000;
+// Publishers whose numbers are known at a time.
+constexpr std::size_t kNumbersMax = 1024;
+
+Qos with_depth_for_bursts(Qos qos) {
+  if (qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile)
+    qos.depth = std::max(qos.depth, kReliableDepth);
+  return qos;
+}
 
 }  // namespace
 
@@ -51,7 +63,7 @@ std::optional<Refusal> Subscription::open() {
   type_ = std::move(std::get<MessageType>(type));
   node_ = shared_.proxies.get({});
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
-  options.qos = to_rmw(create_.qos);
+  options.qos = to_rmw(with_depth_for_bursts(create_.qos));
   // The peer receives the diagnostics of this process. If samples do not show their publisher in
   // this process, the samples of its mirror would come back, and circulate forever.
   const bool wants_own = create_.topic == kDiagnosticsTopic && middleware().tells_origins();
@@ -67,7 +79,8 @@ std::optional<Refusal> Subscription::open() {
   if (refusal) return refusal;
   open_ = true;
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
-  lost_total_ = 0;
+  lost_total_ = missing_ = 0;
+  numbers_.clear();
   lost_.open(&subscription_, RCL_SUBSCRIPTION_MESSAGE_LOST,
              asks_for_lost_ ? nullptr : &ReadyList::on_lost, slot());
   incompatible_.open(&subscription_, RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS,
@@ -164,8 +177,21 @@ Subscription::Taken Subscription::take(MessageTaken& message) {
   message.stamp = info.source_timestamp;
   if (info.publication_sequence_number != RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED)
     message.number = info.publication_sequence_number;
+  count_missing(message);
   message.payload = shared_.buffer.give_away();
   return Taken::kSample;
+}
+
+// A middleware reports what did not arrive, and not what a full queue here has displaced.
+void Subscription::count_missing(const MessageTaken& message) {
+  if (message.number == 0) return;
+  if (numbers_.size() >= kNumbersMax && !numbers_.contains(message.origin)) numbers_.clear();
+  std::uint64_t& last = numbers_[message.origin];
+  if (last != 0 && message.number > last + 1) {
+    missing_ += message.number - last - 1;
+    do_also(kReadyLost);
+  }
+  last = std::max(last, message.number);
 }
 
 void Subscription::ask_for_lost() {
@@ -176,13 +202,14 @@ void Subscription::ask_for_lost() {
   do_also(kReadyLost);
 }
 
+// Both counts may have the same sample.
 std::uint64_t Subscription::take_lost() {
   rmw_message_lost_status_t status{};
-  if (!lost_.take(&status)) return 0;
+  std::uint64_t total = missing_;
   // Middlewares differ in the start of their count of changes; they agree on the total.
-  const std::uint64_t total = status.total_count;
+  if (lost_.take(&status)) total = std::max<std::uint64_t>(total, status.total_count);
   const std::uint64_t lost = total > lost_total_ ? total - lost_total_ : 0;
-  lost_total_ = total;
+  lost_total_ += lost;
   return lost;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <unordered_map>
 
 #include "ros/entities/entity.hpp"
 #include "ros/entities/qos_event.hpp"
@@ -40,6 +41,8 @@ class Subscription : public Entity {
   std::optional<Input> on_invalid();
   void ask_for_lost();
   std::uint64_t take_lost();
+  // Counts the samples that are missing before this one of its publisher.
+  void count_missing(const MessageTaken& message);
 
   Shared& shared_;
   const Create create_;
@@ -54,7 +57,9 @@ class Subscription : public Entity {
   LogLimit errors_;
   QosEvent lost_;
   QosEvent incompatible_;
-  std::uint64_t lost_total_ = 0;
+  std::uint64_t lost_total_ = 0;                    // of both counts, as far as it was reported
+  std::uint64_t missing_ = 0;                       // by the numbers of the samples
+  std::unordered_map<Gid, std::uint64_t> numbers_;  // the last one of each publisher
   std::chrono::steady_clock::time_point lost_asked_{};
 };
 

@@ -17,9 +17,9 @@ TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
   Timers<int> timers;
   HeldBack<std::string, int> held(memory, {timers, 0});
   EXPECT_FALSE(timers.deadline());
-  EXPECT_FALSE(held.hold({1}, "old", 10, at(50)));
-  EXPECT_FALSE(held.hold({2}, "other", 10, at(60)));
-  EXPECT_EQ(held.hold({1}, "new", 20, at(70)), "old");
+  EXPECT_FALSE(held.hold({{1}, 0}, "old", 10, at(50)));
+  EXPECT_FALSE(held.hold({{2}, 0}, "other", 10, at(60)));
+  EXPECT_EQ(held.hold({{1}, 0}, "new", 20, at(70)), "old");
   EXPECT_EQ(memory.used(), 30U);
   EXPECT_EQ(timers.deadline(), at(60));
   EXPECT_FALSE(held.take_due(at(59)));
@@ -34,20 +34,33 @@ TEST(HeldBack, OneThatPassesEndsTheWait) {
   Budget memory(100);
   Timers<int> timers;
   HeldBack<std::string, int> held(memory, {timers, 0});
-  EXPECT_FALSE(held.take({1}));
-  EXPECT_FALSE(held.hold({1}, "old", 10, at(50)));
-  EXPECT_EQ(held.take({1}), "old");
+  EXPECT_FALSE(held.take(OriginId{1}));
+  EXPECT_FALSE(held.hold({{1}, 0}, "old", 10, at(50)));
+  EXPECT_EQ(held.take(OriginId{1}), "old");
   EXPECT_FALSE(timers.deadline());
   EXPECT_EQ(memory.used(), 0U);
+}
+
+TEST(HeldBack, EachStateOfAPublisherIsHeld) {
+  Budget memory(100);
+  Timers<int> timers;
+  HeldBack<std::string, int> held(memory, {timers, 0});
+  EXPECT_FALSE(held.hold({{1}, 5}, "arm", 10, at(50)));
+  EXPECT_FALSE(held.hold({{1}, 6}, "cam", 10, at(60)));
+  EXPECT_FALSE(held.hold({{2}, 5}, "other", 10, at(70)));
+  EXPECT_EQ(held.take({OriginId{1}, 6}), "cam");
+  EXPECT_EQ(held.take(OriginId{1}), "arm");
+  EXPECT_FALSE(held.take(OriginId{1}));
+  EXPECT_EQ(held.size(), 1U);
 }
 
 TEST(HeldBack, WithoutRoomNothingIsHeld) {
   Budget memory(15);
   Timers<int> timers;
   HeldBack<std::string, int> held(memory, {timers, 0});
-  EXPECT_FALSE(held.hold({1}, "a", 10, at(50)));
-  EXPECT_EQ(held.hold({2}, "b", 10, at(50)), "b");
-  EXPECT_EQ(held.hold({1}, "c", 10, at(50)), "c");
+  EXPECT_FALSE(held.hold({{1}, 0}, "a", 10, at(50)));
+  EXPECT_EQ(held.hold({{2}, 0}, "b", 10, at(50)), "b");
+  EXPECT_EQ(held.hold({{1}, 0}, "c", 10, at(50)), "c");
   EXPECT_EQ(held.size(), 1U);
   EXPECT_EQ(held.take(), "a");
   EXPECT_FALSE(held.take());

@@ -57,6 +57,31 @@ TEST(RateLimit, TheRateOfBytesIsKeptWhateverTheSizes) {
   EXPECT_EQ(passed(large, 2'500'000, milliseconds(100)), 5);  // at 0, 2.4, 4.9, 7.4, 9.9 s
 }
 
+// A node sends the frames of several parts in turn.
+TEST(RateLimit, EachStateHasItsOwnWindowsAndTheBytesAreShared) {
+  RateLimit limit(10, 0);
+  int passed_of[3] = {};
+  for (int i = 0; i < 3000; ++i)
+    passed_of[i % 3] +=
+        limit.admit(1, 0, at(milliseconds(10 * (i / 3)) + milliseconds(i % 3)), i % 3) ? 1 : 0;
+  for (const int passed : passed_of) EXPECT_NEAR(passed, 100, 1);
+  RateLimit bytes(0, 1000);
+  EXPECT_TRUE(bytes.admit(1000, 0, at(seconds(0)), 1));
+  EXPECT_FALSE(bytes.admit(1000, 0, at(milliseconds(500)), 2));
+}
+
+// As many states as it likes give a publisher no more than windows for kStatesMax.
+TEST(RateLimit, FurtherStatesShareWindows) {
+  RateLimit limit(1, 0);
+  std::size_t passed = 0;
+  for (std::uint64_t state = 1; state <= 4 * RateLimit::kStatesMax; ++state)
+    passed += limit.admit(1, 0, at(milliseconds(1)), state) ? 1 : 0;
+  EXPECT_EQ(passed, RateLimit::kStatesMax + 1);
+  EXPECT_EQ(limit.states(), RateLimit::kStatesMax + 1);
+  EXPECT_TRUE(limit.admit(1, 0, at(seconds(3)), 9999));
+  EXPECT_EQ(limit.states(), 1U);  // the idle ones are forgotten
+}
+
 TEST(RateLimit, BothLimitsHoldAndARefusedMessageCostsNothing) {
   RateLimit limit(10, 1'000'000);
   EXPECT_TRUE(limit.admit(1000, 0, at(seconds(1))));

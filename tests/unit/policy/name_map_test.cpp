@@ -21,6 +21,17 @@ TEST(NameMap, ThePrefixIsAWholeToken) {
   EXPECT_EQ(names.to_wire("/tf"), std::nullopt);
 }
 
+// All nodes of a graph look for the parameters of others there.
+TEST(NameMap, ThereIsOneTopicOfParameterEvents) {
+  const NameMap names("/robot1", {});
+  EXPECT_EQ(names.to_local("/parameter_events"), "/parameter_events");
+  EXPECT_EQ(names.to_wire("/parameter_events"), "/parameter_events");
+  EXPECT_EQ(names.to_wire("/robot1/parameter_events"), std::nullopt);
+  const NameMap moved("/robot1", {{"/parameter_events", "/events"}});
+  EXPECT_EQ(moved.to_local("/parameter_events"), "/events");
+  EXPECT_EQ(moved.to_wire("/parameter_events"), std::nullopt);
+}
+
 TEST(NameMap, SloppyPrefixesMeanTheSame) {
   for (const auto* prefix : {"/robot1/", "robot1", "robot1//"}) {
     EXPECT_EQ(NameMap(prefix, {}).to_local("/tf"), "/robot1/tf") << prefix;

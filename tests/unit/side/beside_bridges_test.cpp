@@ -46,6 +46,18 @@ struct Beside : Script {
   Token128 session;
 };
 
+// Both ends have one ROS_DOMAIN_ID, and nothing crosses.
+TEST(BesideBridges, APeerInOurOwnGraphIsSaid) {
+  for (const bool link_first : {false, true}) {
+    Script s(server());
+    s.graph({bridge()});
+    if (link_first) s.join(1);
+    s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{Script::peer_id(101), {}}, 0)});
+    if (!link_first) s.join(1);
+    EXPECT_NE(s.logged.find("is in this same ROS graph"), std::string::npos);
+  }
+}
+
 TEST(BesideBridges, AShortLossChangesNothing) {
   Beside s;
   s.lose(1);

@@ -27,6 +27,27 @@ TEST(SideMirrors, AreUsedAgainAfterAReconnectWithoutDuplicates) {
   EXPECT_EQ(s.status().links.at(0).connects, 2U);
 }
 
+// A node was killed and is back with another type, while its former publisher is still known.
+TEST(SideMirrors, AnotherTypeOfTheNameIsTriedAgainWhenTheFirstEnds) {
+  Mirrors s;
+  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});
+  ChannelOffer other = channel(2, "/map", {origin(1, 13)});
+  other.type = "p/msg/Other";
+  s.say(1, Offer{{other}, true});
+  s.did();
+  s.give(MirrorFailed{{4}, "type_mismatch", "the topic /map has another type here"});
+  s.say(1, OriginsChanged{{1}, {}, {{1}}});
+  s.pass(200);
+  EXPECT_EQ(s.did(), "claim [11 12]\nunmirror 2\nclaim [12]\n");  // one with the first type is left
+  s.say(1, Withdraw{{{1}}});
+  s.pass(200);
+  EXPECT_EQ(s.did(), "unmirror 3\nmirror 5 /map reliable volatile 10\nclaim [13]\n");
+  s.give(MirrorFailed{{5}, "type_mismatch", "a node here publishes another type"});
+  s.did();
+  s.pass(20'000);
+  EXPECT_EQ(s.did(), "");  // nothing has ended meanwhile
+}
+
 TEST(SideMirrors, WhatIsNotOfferedAgainGoesWhenTheRoundIsComplete) {
   Mirrors s;
   s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});

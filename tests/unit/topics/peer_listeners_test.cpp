@@ -55,6 +55,40 @@ TEST_F(PeerListenersTest, RightsComeAndGo) {
   EXPECT_EQ(s.did(), "unsubscribe 3\n");
 }
 
+// The subscription is made for the listener, and stays when the peer demands the topic.
+TEST(PeerListeners, TheDepthOfARuleCountsFromTheFirstSubscription) {
+  Rule deep = rule({"/cmd_vel"}, {});
+  deep.treatment.qos.depth = 3000;
+  Script s(server({deep}));
+  s.join(1);
+  s.say(1, listening(1, "/cmd_vel"));
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 3000\n");
+}
+
+// One link may tell of 1,024.
+TEST(PeerListeners, TheListenersOfAnIdentityAreBounded) {
+  auto options = server({rule({"/**"}, {})});
+  options.links_max = 64;
+  Script s(options);
+  const auto links = static_cast<std::uint32_t>(Account::kListenersMax / 1024);
+  for (std::uint32_t link = 1; link <= links; ++link) {
+    s.join(link);
+    Listeners many;
+    for (std::uint32_t i = 1; i <= 1024; ++i) many.added.push_back(listener(i, "/a"));
+    s.say(link, many);
+  }
+  EXPECT_EQ(s.logged.find("listeners for one identity"), std::string::npos);
+  s.did();
+  s.join(links + 1);
+  s.say(links + 1, listening(1, "/b"));
+  EXPECT_EQ(s.did(), "");
+  EXPECT_NE(s.logged.find("listeners for one identity"), std::string::npos);
+  s.lose(1);
+  s.did();
+  s.say(links + 1, listening(2, "/b"));
+  EXPECT_EQ(s.did(), "subscribe 3 /b reliable volatile 100\n");
+}
+
 TEST_F(PeerListenersTest, TheyGoWithTheConnection) {
   listen(listening(1, "/cmd_vel"));
   s.did();

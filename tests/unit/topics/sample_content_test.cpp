@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <initializer_list>
 #include <utility>
 
@@ -43,6 +44,108 @@ TEST(SampleContent, TransformsOfOtherFramesAreAnotherState) {
   EXPECT_NE(state(transforms({{"map", "odom"}, {"odom", "base"}})), one);
   EXPECT_NE(state(transforms({{"mapo", "dom"}})), one);
   EXPECT_TRUE(state(transforms({})));
+}
+
+Payload status_of(const char* name) {
+  return CdrWriter()
+      .u32(1)
+      .u32(0)
+      .string("")
+      .u32(1)
+      .u8(0)
+      .string(name)
+      .string("ok")
+      .string("")
+      .u32(1)
+      .string("load")
+      .string("3")
+      .take();
+}
+
+TEST(SampleContent, DiagnosticsOfOtherPartsAndOtherJointsAreAnotherState) {
+  const auto state_of_part = [](const char* name) {
+    return state_of("diagnostic_msgs/msg/DiagnosticArray", status_of(name).view());
+  };
+  ASSERT_TRUE(state_of_part("arm"));
+  EXPECT_EQ(state_of_part("arm"), state_of_part("arm"));
+  EXPECT_NE(state_of_part("arm"), state_of_part("cam"));
+  const auto state_of_joint = [](const char* name) {
+    const Payload sample = CdrWriter().u32(1).u32(0).string("").u32(1).string(name).take();
+    return state_of("sensor_msgs/msg/JointState", sample.view());
+  };
+  ASSERT_TRUE(state_of_joint("left"));
+  EXPECT_NE(state_of_joint("left"), state_of_joint("right"));
+}
+
+TEST(SampleContent, APeersNodesHaveTheirNamesHere) {
+  const NameMap names("/robot1", {});
+  const auto event = [](const char* node) {
+    return CdrWriter()
+        .u32(7)
+        .u32(8)
+        .string(node)
+        .u32(0)
+        .u32(1)
+        .string("gain")
+        .u8(3)
+        .u8(1)
+        .u64(5)
+        .u64(6)
+        .string("text")
+        .u32(1)
+        .u8(9)
+        .u32(0)
+        .u32(1)
+        .u64(2)
+        .u32(0)
+        .u32(1)
+        .string("x")
+        .u32(0)
+        .take();
+  };
+  const auto renamed = with_local_names("/parameter_events", "rcl_interfaces/msg/ParameterEvent",
+                                        event("/left/arm").view(), names);
+  ASSERT_TRUE(renamed);
+  const Payload wanted = event("/robot1/left/arm");
+  EXPECT_TRUE(std::equal(wanted.view().begin(), wanted.view().end(), renamed->view().begin(),
+                         renamed->view().end()));
+  const auto log = [](const char* logger) {
+    return CdrWriter()
+        .u32(7)
+        .u32(8)
+        .u8(20)
+        .string(logger)
+        .string("m")
+        .string("f")
+        .string("g")
+        .u32(3)
+        .take();
+  };
+  const auto told =
+      with_local_names("/rosout", "rcl_interfaces/msg/Log", log("left.arm").view(), names);
+  ASSERT_TRUE(told);
+  const Payload as_here = log("robot1.left.arm");
+  EXPECT_TRUE(std::equal(as_here.view().begin(), as_here.view().end(), told->view().begin(),
+                         told->view().end()));
+  // Below the prefix the topic tells whose nodes they are.
+  EXPECT_FALSE(
+      with_local_names("/robot1/rosout", "rcl_interfaces/msg/Log", log("arm").view(), names));
+  const auto part = with_local_names("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",
+                                     status_of("arm: load").view(), names);
+  ASSERT_TRUE(part);
+  const Payload status = status_of("robot1/arm: load");
+  EXPECT_TRUE(std::equal(status.view().begin(), status.view().end(), part->view().begin(),
+                         part->view().end()));
+}
+
+TEST(SampleContent, WhatIsCutOffOrOfAnotherTypeKeepsItsNames) {
+  const NameMap names("/robot1", {});
+  const Payload cut = CdrWriter().u32(7).u32(8).string("/arm").u32(0xffffffff).take();
+  EXPECT_FALSE(with_local_names("/parameter_events", "rcl_interfaces/msg/ParameterEvent",
+                                cut.view(), names));
+  EXPECT_FALSE(with_local_names("/x", "p/msg/Any", cut.view(), names));
+  EXPECT_FALSE(with_local_names("/parameter_events", "rcl_interfaces/msg/ParameterEvent",
+                                cut.view(), NameMap()));
 }
 
 TEST(SampleContent, WhatCannotBeReadReplacesNothing) {
