@@ -26,18 +26,18 @@ class Backlog;
 // camera does not displace the messages of a small topic.
 class BacklogBound {
  public:
-  // `account`: of the identity; it is compared only.
-  BacklogBound(const Account* account, std::uint64_t bytes_max)
-      : account_(account), bytes_max_(bytes_max) {}
+  // `account`: of the identity.
+  BacklogBound(std::shared_ptr<const Account> account, std::uint64_t bytes_max)
+      : account_(std::move(account)), bytes_max_(bytes_max) {}
 
-  [[nodiscard]] bool is_of(const Link& link) const { return link.account.get() == account_; }
+  [[nodiscard]] bool is_of(const Link& link) const { return link.account == account_; }
 
  private:
   friend class Backlog;
   // Drops messages until the bound holds, and until `memory` has room.
   void keep(const Budget& memory);
 
-  const Account* account_;
+  std::shared_ptr<const Account> account_;
   std::uint64_t bytes_max_;
   std::uint64_t bytes_ = 0;
   std::uint64_t backlogs_ = 0;  // ever made

@@ -37,7 +37,7 @@ LinkBacklog& backlog_of(ExportContext& context, Link& lost) {
   for (const auto& [id, kept] : context.kept)
     if (kept.bound()->is_of(lost)) bound = kept.bound();
   if (!bound)
-    bound = std::make_shared<BacklogBound>(lost.account.get(), context.options.resume_bytes_max);
+    bound = std::make_shared<BacklogBound>(lost.account, context.options.resume_bytes_max);
   return context.kept.try_emplace(lost.id, std::move(bound), lost.memory).first->second;
 }
 

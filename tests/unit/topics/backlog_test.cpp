@@ -40,7 +40,7 @@ OutSample sample_of(std::size_t bytes) {
 struct Kept {
   explicit Kept(std::uint64_t bytes_max = kNoBound, std::uint64_t memory_max = Budget::kNoLimit)
       : memory(memory_max),
-        all(std::make_shared<BacklogBound>(peer.link.account.get(), bytes_max), memory) {}
+        all(std::make_shared<BacklogBound>(peer.link.account, bytes_max), memory) {}
 
   void add(std::uint32_t sequence, std::uint32_t origin = 1) {
     subject.add(kept_message(sequence, origin));
