@@ -77,6 +77,19 @@ void add_rule_treatment(Rows& rows) {
        .help = "`auto` (where messages arrive sooner; never for urgent ones), `none`, `lz4`, "
                "`zstd` or `zstd:<level>` (1 to 19; `zstd` is level 3)."},
       [](Rule& r) { return &r.treatment.compression; });
+  add({.key = "lossy",
+       .help = "`never`: every message arrives bit for bit. `auto`: points of a cloud are rounded "
+               "where the link would carry fewer than five exact clouds a second, and fewer than "
+               "half of those published. `never` at either end forbids it. Unset: `auto`."},
+      [](Rule& r) { return &r.treatment.lossy; });
+  add("max_error", {0.0001, 1}, "m",
+      "How far a point may move where `lossy` allows it. The bridge rounds to the finest of 1, 2, "
+      "5 and 10 mm that fits, never to more than twice this.",
+      [](Rule& r) { return &r.treatment.max_error; });
+  add("grid", {0.001, 100}, "m",
+      "Of a cloud, only the first point in each cell of this size is sent, where `lossy` allows "
+      "it. Unset: all points.",
+      [](Rule& r) { return &r.treatment.grid; });
   add({.key = "keep",
        .help = "Which messages wait when a link carries less than is published. `newest`: the "
                "newest message of each publisher. `all`: all messages, for at most 5 s. Unset: by "

@@ -3,21 +3,21 @@
 #include <new>
 #include <utility>
 
-#include "core/compress/compress.hpp"
+#include "core/media/sample_codec.hpp"
 
 namespace connect_bridge {
 namespace {
 
 JobDone carry_out(const CompressJob& job, const std::atomic<bool>& give_up) {
   JobDone done{job.job, std::nullopt};
-  if (auto body = compress(job.raw.view(), job.how, &give_up))
+  if (auto body = media::encode_sample(job.raw.view(), job.how, &give_up))
     done.result = Payload::adopt(std::move(*body));
   return done;
 }
 
 JobDone carry_out(const DecompressJob& job, const std::atomic<bool>&) {
   JobDone done{job.job, std::nullopt};
-  auto raw = decompress(job.body.view(), job.codec, job.raw_bytes);
+  auto raw = media::decode_sample(job.body.view(), job.codec, job.raw_bytes);
   if (raw) done.result = Payload::adopt(std::move(raw).value());
   return done;
 }

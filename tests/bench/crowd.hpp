@@ -219,7 +219,7 @@ class Crowd {
     const auto control = decode_control(text_of(packet));
     if (!control) return;
     if (const auto* demand = std::get_if<Demand>(&control.value()))
-      peers_[i].demand = demand->number;
+      for (const auto& of_channel : demand->channels) peers_[i].demand = of_channel.number;
     const auto* offer = std::get_if<Offer>(&control.value());
     if (!offer || offer->channels.empty()) return;
     peers_[i].taken = offer->channels.front().channel.value;

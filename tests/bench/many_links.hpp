@@ -230,9 +230,7 @@ class ManyLinks {
     const auto control = decode_control(text_of(packet));
     const auto* offer = control ? std::get_if<Offer>(&control.value()) : nullptr;
     if (!offer || offer->channels.empty()) return;
-    Demand demand{{offer->channels.front().channel}, 1};
-    demand.resume = true;
-    hear(link, demand);
+    hear(link, Demand{{{.channel = offer->channels.front().channel, .number = 1, .resume = true}}});
     ++watched_;
   }
 

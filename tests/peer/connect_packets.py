@@ -4,6 +4,7 @@ import ctypes
 import ctypes.util
 import struct
 
+from connect_columns import columns_decode
 from connect_records import ILLEGAL, MALFORMED, MESSAGE_MAX, STAMP_MAX, TOO_LARGE, Refused, require
 
 SAMPLE_MAX = 64 << 20
@@ -11,7 +12,8 @@ OPEN_MAX = 256 << 20
 MESSAGE = "<BBHIIIqQIII"
 CODECS = (
     *("none", "lz4", "zstd", "zstd_base", "zstd_delta"),
-    *("picture_base", "picture_delta", "cloud", "planes"),  # not decoded here, and not asked for
+    *("picture_base", "picture_delta"),  # not decoded here, and not asked for
+    *("cloud", "planes"),
 )
 BASE_MAX = 32768
 TEXTS_MAX = 32768  # of one frame
@@ -266,6 +268,8 @@ def delta_compress(sample, base, checksum=True):
 
 
 def decompress(codec, body, size):
+    if codec in ("cloud", "planes"):
+        return columns_decode(codec, body, size, zstd_decompress)
     require(codec in CODECS[:3], "a codec that no demand names")
     return (
         body

@@ -53,7 +53,7 @@ def test_control(vector):
 
 @pytest.mark.parametrize("vector", vectors("compression"), ids=lambda vector: vector["codec"])
 def test_compression(vector):
-    if vector["codec"].startswith("zstd") and ZSTD is None:
+    if vector["codec"] != "lz4" and ZSTD is None:
         pytest.skip("this machine has no libzstd")
     raw, body = bytes.fromhex(vector["raw"]), bytes.fromhex(vector["body"])
     base = bytes.fromhex(vector.get("base", ""))

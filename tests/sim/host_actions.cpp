@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/compress/compress.hpp"
+#include "core/media/sample_codec.hpp"
 #include "sim/checker.hpp"
 #include "sim/host.hpp"
 
@@ -160,7 +160,7 @@ void Host::act(const Authenticate& action) {
 
 void Host::act(const CompressJob& action) {
   later(rng_.between(1us, plan_.job_delay_max + 2us), [action]() -> Input {
-    auto smaller = compress(action.raw.view(), action.how);
+    auto smaller = media::encode_sample(action.raw.view(), action.how);
     if (!smaller) return JobDone{action.job, std::nullopt};
     return JobDone{action.job, Payload::adopt(std::move(*smaller))};
   });
@@ -168,7 +168,7 @@ void Host::act(const CompressJob& action) {
 
 void Host::act(const DecompressJob& action) {
   later(rng_.between(1us, plan_.job_delay_max + 2us), [action]() -> Input {
-    auto raw = decompress(action.body.view(), action.codec, action.raw_bytes);
+    auto raw = media::decode_sample(action.body.view(), action.codec, action.raw_bytes);
     if (!raw) return JobDone{action.job, std::nullopt};
     return JobDone{action.job, Payload::adopt(std::move(raw).value())};
   });

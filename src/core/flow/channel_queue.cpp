@@ -327,7 +327,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now)
   counts_.sent_bytes += message.body.size();
   --counts_.queued;
   counts_.queued_bytes -= message.body.size();
-  overload_.sent(now.steady - whole.since);
+  overload_.sent(now.steady - whole.since, message.body.size());
   if (goes_on() && replay_.next_at() > now.steady) rests_until_ = replay_.next_at();
   if (deltas_)
     deltas_->sent({message.subject, message.demand, whole.raw}, message.codec,

@@ -39,10 +39,16 @@ class Overload {
       over();
     }
   }
-  // A message has left; `took`: from its first part to its last.
-  void sent(Duration took) {
+  // A message of this size has left; `took`: from its first part to its last.
+  void sent(Duration took, std::uint64_t bytes) {
     before_ = last_.value_or(took);
     last_ = took;
+    if (took < kTellingTime) {
+      rate_before_ = rate_ = 0;
+    } else {
+      rate_before_ = rate_;
+      rate_ = static_cast<double>(bytes) / std::chrono::duration<double>(took).count();
+    }
   }
   // Nothing waits and nothing is under way: the link keeps up.
   void over() {
@@ -59,6 +65,16 @@ class Overload {
                : 1.0;
   }
 
+  // Bytes per second of its messages, from first part to last: the channel's share of the link, by
+  // the quicker one of the last two. 0: they leave too quickly to tell, or only one has left, and
+  // that while the path may have shown its rate for the first time.
+  [[nodiscard]] double rate() const {
+    const bool told = rate_before_ > 0 || (last_ && *last_ >= kSurelyTelling);
+    return told ? std::max(rate_, rate_before_) : 0;
+  }
+
+  static constexpr Duration kTellingTime = std::chrono::milliseconds(20);
+  static constexpr Duration kSurelyTelling = std::chrono::seconds(1);
   static constexpr Duration kTargetMin = std::chrono::milliseconds(50);
   static constexpr Duration kIntervalMin = std::chrono::milliseconds(100);
 
@@ -71,6 +87,8 @@ class Overload {
   [[nodiscard]] Duration interval() const { return std::max(kIntervalMin, 2 * message_time()); }
 
   std::optional<Duration> last_;
+  double rate_ = 0;
+  double rate_before_ = 0;
   Duration before_{};
   std::optional<TimePoint> late_since_;  // every wait since then was above the target
   std::uint64_t came_ = 0;               // since then

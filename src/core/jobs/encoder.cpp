@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/compress/compress.hpp"
+#include "core/media/sample_codec.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -52,7 +52,7 @@ std::optional<Encoder::Encoded> Encoder::next() {
     return std::nullopt;
   }
   std::optional<Payload> body;
-  if (auto bytes = compress(sample.raw.view(), options_.how))
+  if (auto bytes = media::encode_sample(sample.raw.view(), options_.how))
     body = Payload::adopt(std::move(*bytes));
   return whole(std::move(sample), std::move(body));
 }
@@ -83,7 +83,7 @@ bool Encoder::holds(LinkId link) const {
   const auto is_for = [link](const OutSample& sample) {
     return std::find(sample.targets.begin(), sample.targets.end(), link) != sample.targets.end();
   };
-  return (at_work_ && is_for(*at_work_)) || std::any_of(waiting_.begin(), waiting_.end(), is_for);
+  return works_for(link) || std::any_of(waiting_.begin(), waiting_.end(), is_for);
 }
 
 std::vector<OutSample> Encoder::clear() {

@@ -1,6 +1,7 @@
 // Compresses messages in order: once per message, whatever the number of links that want it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -64,8 +65,12 @@ class Encoder {
   [[nodiscard]] Encoded pass();
   // The link gets none of the samples under way any more; returns those that were for it, in order.
   std::vector<OutSample> forget(LinkId link);
-  // Whether a sample under way is for the link.
+  // Whether a sample under way is for the link; works_for(): whether a worker has it.
   [[nodiscard]] bool holds(LinkId link) const;
+  [[nodiscard]] bool works_for(LinkId link) const {
+    return at_work_ && std::find(at_work_->targets.begin(), at_work_->targets.end(), link) !=
+                           at_work_->targets.end();
+  }
   // Forgets everything; all these samples are dropped.
   std::vector<OutSample> clear();
 

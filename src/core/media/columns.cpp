@@ -540,10 +540,12 @@ Result<Bytes> decode_columns(ByteView body, std::size_t raw_bytes, Steps steps) 
   const auto head = read_head(body);
   if (!head || head->raw_bytes != raw_bytes || raw_bytes == 0 || head->stored_bytes > raw_bytes)
     return malformed("the head of a body of planes does not agree with its size");
-  for (const Column& column : head->columns)
-    if (!is_within(column, raw_bytes) ||
-        (column.kind == ColumnKind::kSteps && steps == Steps::kRefused))
-      return malformed("a column is none of this sample");
+  for (const Column& column : head->columns) {
+    if (!is_within(column, raw_bytes))  // mutant: column_within
+      return malformed("a column is not within the sample");
+    if (column.kind == ColumnKind::kSteps && steps == Steps::kRefused)  // mutant: lossy_planes
+      return malformed("planes are exact");
+  }
   const ByteView frame = body.subspan(kHeadBytes + head->columns.size() * kColumnBytes);
   auto stored = decompress(frame, Codec::kZstd, head->stored_bytes);
   if (!stored) return stored.error();

@@ -148,6 +148,14 @@ bool is_picture(std::string_view type) {
   return has(type, kPicture);
 }
 
+bool has_planes(std::string_view type) {
+  return type == "sensor_msgs/msg/Image";
+}
+
+bool is_cloud(std::string_view type) {
+  return type == "sensor_msgs/msg/PointCloud2";
+}
+
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
   // A command drives whatever priority a rule gives it.
   const bool may_be_late = treatment.priority != Priority::kUrgent &&

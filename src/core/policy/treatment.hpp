@@ -49,6 +49,14 @@ inline constexpr std::array<Word<Keep>, 2> kKeepWords{{
     {Keep::kAll, "all"},
 }};
 
+// Whether messages may lose something where a link carries too few of them. Unset: kAuto, but a
+// picture only beside a CameraInfo.
+enum class Lossy : std::uint8_t { kAuto, kNever };
+inline constexpr std::array<Word<Lossy>, 2> kLossyWords{{
+    {Lossy::kAuto, "auto"},
+    {Lossy::kNever, "never"},
+}};
+
 // The treatment that a rule gives. Defaults stand for "as the origin has it" or "no limit".
 struct Treatment {
   std::optional<Priority> priority;  // none: by name and type, see default_priority()
@@ -59,6 +67,9 @@ struct Treatment {
   std::uint64_t bytes_per_second_max = 0;  // per publisher; 0: no limit
   Duration max_age = kForever;  // older messages are dropped, at the sender and at the importer
   std::uint64_t queue_bytes_max = 0;  // a channel's queue; one message always fits; 0: by the link
+  std::optional<Lossy> lossy;
+  double max_error = 0.005;  // metres by which a point of a cloud may move, where it may at all
+  double grid = 0;  // metres: one point of a cloud for each cell of that size; 0: all points
   QosOverride qos;
   std::optional<bool> resume;        // none: see resumes()
   std::optional<bool> drives;        // none: see drives()
@@ -92,6 +103,10 @@ struct Treatment {
 // not say: not those of what drives, of pictures, of urgent topics, and of topics with a max_age.
 [[nodiscard]] bool resumes(const Treatment& treatment, std::string_view topic,
                            std::string_view type);
+
+// Whether messages of a type have columns of their own: pictures as planes, clouds by their fields.
+[[nodiscard]] bool has_planes(std::string_view type);
+[[nodiscard]] bool is_cloud(std::string_view type);
 
 // ---- which messages count
 

@@ -50,6 +50,13 @@ inline constexpr std::array<Word<StateWord>, 10> kStateWords{{
   return word_of(kStateWords, state);
 }
 
+// The form in which a message leaves or comes, if it is one of pictures or clouds.
+struct SentAs {
+  Codec codec = Codec::kNone;  // kPlanes, kCloud; kNone: any other
+  std::uint32_t step_um = 0;   // points are rounded to this many micrometres; 0: exact
+  std::string_view because;    // exported: why they are
+};
+
 // One topic on one link, as seen from this side.
 struct TopicStatus {
   std::string topic;  // local name
@@ -70,6 +77,7 @@ struct TopicStatus {
   DropCounts dropped;
   Keep keep = Keep::kAll;         // exported
   std::string_view keep_because;  // exported: why
+  SentAs sent_as;                 // the last message
   std::string declined;           // exported: why the peer does not import it; empty if it does
   std::string declined_code;      // its word in the protocol
   std::string rule;               // of ours, that lets it cross

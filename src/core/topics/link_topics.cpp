@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "core/compress/compress.hpp"
+#include "core/media/sample_codec.hpp"
 #include "core/offers/import_right.hpp"
 
 namespace connect_bridge {
@@ -83,7 +83,7 @@ std::optional<Payload> LinkTopics::decompress_at_once(const InMessage& message, 
   if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;
   // Counted before the attempt: bytes that do not decompress cost their time, too.
   at_once_.take(bytes, now.steady);
-  auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+  auto raw = media::decode_sample(message.body.view(), message.codec, message.raw_bytes);
   if (!raw) return std::nullopt;
   return Payload::adopt(std::move(raw).value());
 }

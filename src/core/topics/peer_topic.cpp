@@ -4,8 +4,9 @@
 #include <utility>
 
 #include "core/base/cdr.hpp"
-#include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
+#include "core/media/columns.hpp"
+#include "core/media/sample_codec.hpp"
 #include "core/topics/link_topics.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
@@ -27,6 +28,7 @@ PeerTopic::PeerTopic(LinkTopics& peer, TopicKey key, const ChannelOffer& offer, 
       type_hash_(offer.type_hash),
       action_type_(offer.action_type),
       decision_(std::move(decision)),
+      decodes_{.cloud = is_cloud(key_.second), .planes = has_planes(key_.second)},
       offers_resume_(offer.resume),
       held_(link_.memory, {context_.held, this}),
       unjudged_(link_.memory, {context_.held, this}),
@@ -204,8 +206,13 @@ ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
   demand_ = number;
   deltas_.clear();
   resume_ = may_resume();
-  ChannelDemand begun{
-      .channel = number_, .number = number, .resume = resume_, .live = drives(treatment(), key_)};
+  lossy_ = decodes_.cloud && treatment().lossy != Lossy::kNever && treatment().resume != true;
+  ChannelDemand begun{.channel = number_,
+                      .number = number,
+                      .resume = resume_,
+                      .live = drives(treatment(), key_),
+                      .decodes = decodes_,
+                      .lossy = lossy_};
   for (const auto& [id, mirror] : origins_)
     if (const std::uint64_t last = mirror->last_number_of(*this);
         last != 0 && begun.has.size() < kHasMax)
@@ -242,8 +249,9 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
     dropped_.add(wanted ? DropReason::kMemory : DropReason::kNoDemand);
     return Nothing{};
   }
-  if (!may_answer(Decodes{}, message.codec))
+  if (!may_answer(decodes_, message.codec))
     return malformed("a message has a codec that its demand does not name");
+  if (const auto noted = note_form(message); !noted) return noted.error();
   const auto useful = resolve(message, now);
   if (!useful) return useful.error();
   if (!useful.value()) return Nothing{};
@@ -253,7 +261,7 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
     return Nothing{};
   }
   if (waiting_.empty() && !context_.jobs.is_large(message.raw_bytes)) {
-    auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+    auto raw = media::decode_sample(message.body.view(), message.codec, message.raw_bytes);
     if (!raw) return raw.error();
     publish(message, Payload::adopt(std::move(raw).value()), now);
     return Nothing{};
@@ -273,6 +281,25 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   auto bytes = peer_.decoding().hold(cost);
   waiting_.push_back({std::move(message), std::move(bytes)});
   if (!job_) start_job();
+  return Nothing{};
+}
+
+Result<Nothing> PeerTopic::note_form(const InMessage& message) {
+  if (message.codec != Codec::kPlanes && message.codec != Codec::kCloud) {
+    sent_as_ = {};
+    return Nothing{};
+  }
+  const auto facts = media::facts_of(message.body.view());
+  if (!facts) return malformed("the head of a picture or cloud is damaged");
+  if (facts->step_um > 0 && !lossy_)  // mutant: lossy_never
+    return malformed("a message is not exact, and its demand asks for exact ones");
+  sent_as_ = {message.codec, facts->step_um, {}};
+  if (facts->step_um > 0 && link_.account->told.first(key_.first + " arrives rounded"))
+    context_.outputs.log(LogLevel::kInfo,
+                         key_.first + " arrives from " + link_.label() +
+                             " with rounded points, where the link would carry too few exact "
+                             "clouds; the status says how much (`sent_as_step`). `lossy: never` in "
+                             "its rule forbids it");
   return Nothing{};
 }
 
@@ -509,6 +536,7 @@ void PeerTopic::add_status(LinkStatus& status) const {
   s.latency_ms = latency_ms_;
   s.dropped = dropped_;
   s.rule = decision_.rule;
+  s.sent_as = sent_as_;
   s.misfit = context_.misfit(key_, origins_);
   if (command_ && treatment().wheel) s.wheel = told_wheel_;
   s.ahead_ms = ahead_ms_;

@@ -108,6 +108,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   void on_job(std::optional<Payload> result, const Now& now) override;
   // Decodes the message so that it needs no base. False: the message is dropped.
   Result<bool> resolve(InMessage& message, const Now& now);
+  // Checks what the body of a picture or cloud says of itself, for the demand and the status.
+  Result<Nothing> note_form(const InMessage& message);
   void make_room(const InMessage& message);
   void start_job();
   // Publishes at once the messages that wait for a worker or are held back by a rate limit. `of`:
@@ -172,6 +174,9 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   std::string type_hash_;
   std::string action_type_;
   Decision decision_;
+  const Decodes decodes_;  // what a demand names
+  bool lossy_ = false;     // the demand lets messages lose something
+  SentAs sent_as_;
   bool parameter_events_ = false;
   std::optional<driving::CommandType> command_;  // the topic drives this robot
   WheelState told_wheel_ = WheelState::kFree;

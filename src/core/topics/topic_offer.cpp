@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/media/columns.hpp"
 #include "core/topics/local_topic.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
@@ -186,9 +187,24 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
     return message.raw_bytes > link_.peer_message_bytes_max();
   });
   drop(DropReason::kTooLarge, too_large);
+  // The peer may have been started again meanwhile, as a version that decodes less.
+  const auto unknown =
+      std::erase_if(kept.messages, [&](const OutMessage& message) { return !is_answer(message); });
+  drop(DropReason::kLinkLost, unknown);
   // These messages answer the new demand: under the old number the peer would drop them.
   for (auto& message : kept.messages) message.demand = demand_.number;
   link_.sending().go_on(number(), std::move(kept), now, link_.life.kept_until(now));
+}
+
+bool TopicOffer::is_answer(const OutMessage& message) const {
+  if (!may_answer(demand_.decodes, message.codec)) return false;
+  if (message.codec != Codec::kCloud || demand_.lossy) return true;
+  const auto facts = media::facts_of(message.body.view());
+  return facts && facts->step_um == 0;
+}
+
+const std::string& TopicOffer::type() const {
+  return topic_.key().second;
 }
 
 bool TopicOffer::is_live() const {
@@ -285,8 +301,26 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.resumes = resume_ && sample.reliable;
   if (keep() == Keep::kAll) message.state.reset();
   message.moment = moment_of(sample);
+  note_form(codec, body);
   link_.sending().push(*queue_, std::move(message), now);
   tell_late();
+}
+
+void TopicOffer::note_form(Codec codec, const Payload& body) {
+  sent_as_ = {};
+  if (codec != Codec::kPlanes && codec != Codec::kCloud) return;
+  const auto facts = media::facts_of(body.view());
+  sent_as_.codec = codec;
+  if (!facts || facts->step_um == 0) return;
+  sent_as_.step_um = facts->step_um;
+  sent_as_.because = cloud_.because();
+  const std::string& name = topic_.key().first;
+  if (link_.account->told.first(name + " is rounded"))
+    context_.outputs.log(LogLevel::kInfo,
+                         name + ": the link to " + link_.label() +
+                             " would carry too few exact clouds, so their points are rounded; the "
+                             "status says how much (`sent_as_step`). `lossy: never` in its rule "
+                             "forbids it");
 }
 
 // Events wait for their turn. If that takes too long, a person has to decide.
@@ -310,7 +344,9 @@ OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Pa
   message.number = sample.number;
   message.state = sample.state;
   message.codec = codec;
-  message.raw_bytes = static_cast<std::uint32_t>(sample.raw.size());
+  // A thinned cloud is smaller than its sample.
+  const auto facts = codec == Codec::kCloud ? media::facts_of(body.view()) : std::nullopt;
+  message.raw_bytes = static_cast<std::uint32_t>(facts ? facts->raw_bytes : sample.raw.size());
   message.body = body;
   return message;
 }
@@ -341,6 +377,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.keep = keep_.keep;
   s.keep_because = keep_.why;
   s.wheel = wheel_;
+  s.sent_as = sent_as_;
   s.dropped = dropped_;
   if (queue_) {
     const ChannelCounts& counts = queue_->counts();

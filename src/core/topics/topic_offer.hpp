@@ -16,6 +16,7 @@
 #include "core/offers/link_offer.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/ports/status.hpp"
+#include "core/topics/cloud_form.hpp"
 #include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
 
@@ -102,6 +103,15 @@ class TopicOffer final : public OutgoingChannel {
   // a demand.
   [[nodiscard]] const Decodes& decodes() const { return demand_.decodes; }
   [[nodiscard]] bool may_be_lossy() const { return demand_.lossy; }
+  // The same by both ends' rules.
+  [[nodiscard]] bool may_lose() const {
+    return demand_.lossy && keep() == Keep::kNewest && treatment().compression.automatic &&
+           treatment().lossy != Lossy::kNever && treatment().resume != true;
+  }
+  [[nodiscard]] const std::string& type() const;
+  // How exact a cloud is for this peer.
+  [[nodiscard]] CloudForm& cloud() { return cloud_; }
+  [[nodiscard]] const CloudForm& cloud() const { return cloud_; }
   // True for a peer that drives, by its own demand or our rule: messages published before the
   // demand do not go to it.
   [[nodiscard]] bool is_live() const;
@@ -111,6 +121,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] double path_rate() const {
     return link_.open() ? link_.outbox().assumed_rate() : 0;
   }
+  // The part of it that this channel gets, as its last messages show; 0: they do not.
+  [[nodiscard]] double channel_rate() const { return queue_ ? queue_->overload().rate() : 0; }
   // Time that the path needs for the messages in the link's queue, in seconds; 0: unknown.
   [[nodiscard]] double queue_seconds() const;
   // No message waits here or in the link's queue.
@@ -127,7 +139,11 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::set<OriginId> withheld() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();
+  // May the message, made for an earlier demand, answer this one?
+  [[nodiscard]] bool is_answer(const OutMessage& message) const;
   void tell_late();
+  // Notes the form of the sample for the status; says once that points are rounded.
+  void note_form(Codec codec, const Payload& body);
   // The stamp, node and namespace by which messages of the link leave together.
   [[nodiscard]] Moment moment_of(const OutSample& sample) const;
 
@@ -142,6 +158,8 @@ class TopicOffer final : public OutgoingChannel {
   bool resume_ = false;            // the demand requests messages that a lost connection loses
   Stamp demanded_at_ = 0;          // time of the last change of the demand
   bool told_late_ = false;
+  CloudForm cloud_;
+  SentAs sent_as_;
   KeepDecision keep_;
   Company company_ = Company::kNone;
   std::uint64_t namespace_ = 0;  // company_namespace()

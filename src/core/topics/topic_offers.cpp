@@ -1,10 +1,10 @@
 #include "core/topics/topic_offers.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/flow/delta_encoder.hpp"
-#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -16,6 +16,10 @@ constexpr double kThinRate = 4e6;
 constexpr double kSlackMax = 0.1;    // the next check comes after this time at the latest
 constexpr double kSlackMin = 0.005;  // a queue that stands still must not keep the loop busy
 constexpr double kDecompressSecondsPerByte = 2e-9;
+
+std::uint32_t micrometres(double metres) {
+  return static_cast<std::uint32_t>(std::lround(1e6 * metres));
+}
 
 }  // namespace
 
@@ -114,7 +118,7 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
   std::map<Compression, std::vector<LinkId>> compressed;
   for (const auto& [link, offer] : busy_) {
     if (!offer->admit(sample, age, now)) continue;
-    const Compression how = way_to(*offer, sample.raw.size());
+    const Compression how = way_to(*offer, sample.raw.size(), now);
     if (how.codec == Codec::kNone) {
       offer->send(sample, Codec::kNone, sample.raw, now);
     } else {
@@ -132,28 +136,73 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
 }
 
 void TopicOffers::send_to(TopicOffer& offer, const OutSample& sample, const Now& now) {
-  const Compression how = way_to(offer, sample.raw.size());
+  const Compression how = way_to(offer, sample.raw.size(), now);
   if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, sample.raw, now);
   OutSample compressed = sample;
   compressed.targets = {offer.link().id};
   encode(how, std::move(compressed), now);
 }
 
-Compression TopicOffers::way_to(const TopicOffer& offer, std::size_t bytes) {
+Compression TopicOffers::way_to(TopicOffer& offer, std::size_t bytes, const Now& now) {
+  choose_step(offer, bytes, now);
   // A sample must not overtake one that is being compressed.
-  for (const auto& [how, stream] : streams_)
-    if (stream.encoder.holds(offer.link().id)) return how;  // mutant: compressed_in_order
+  for (auto& [how, stream] : streams_)
+    if (stream.encoder.holds(offer.link().id) && !leave(stream, how, offer))
+      return how;  // mutant: compressed_in_order
   const Compression& rule = offer.treatment().compression;
   // The link's queue compresses small samples, against the base that this peer has.
   const bool small = !context_.jobs.is_large(bytes) && bytes <= DeltaEncoder::kBytesMax;
   if (rule.codec == Codec::kZstd && small) return {};
   if (!rule.automatic) return rule;
   const double rate = offer.path_rate();
-  if (small || rate == 0) return {};
-  const Compression how{Codec::kZstd, rate < kThinRate ? 3 : 1, true};
+  const bool thinned = may_be_lossy(offer) && offer.treatment().grid > 0;
+  if (!thinned && (small || rate == 0)) return {};
+  const Compression how = automatic_way(offer, rate);
+  if (how.loses()) return how;
   Stream& stream = stream_of(how);
   const double cost = stream.seconds_per_byte * static_cast<double>(bytes);
   return stream.gain.pays(bytes, rate, cost) ? how : Compression{};
+}
+
+// Planes and columns of clouds shrink at their first level as much as at any other.
+Compression TopicOffers::automatic_way(const TopicOffer& offer, double rate) const {
+  if (has_planes(offer.type()) && offer.decodes().planes) return {Codec::kPlanes, 1, true};
+  if (is_cloud(offer.type()) && offer.decodes().cloud) {
+    Compression how{Codec::kCloud, 1, true};
+    if (may_be_lossy(offer)) {
+      how.step_um = offer.cloud().step_um();
+      how.grid_um = micrometres(offer.treatment().grid);
+    }
+    return how;
+  }
+  return {Codec::kZstd, rate < kThinRate ? 3 : 1, true};
+}
+
+void TopicOffers::choose_step(TopicOffer& offer, std::size_t bytes, const Now& now) {
+  if (!may_be_lossy(offer)) return;
+  const std::uint32_t grid_um = micrometres(offer.treatment().grid);
+  const auto bytes_at = [&](std::uint32_t step_um) -> std::optional<double> {
+    const auto found = streams_.find({Codec::kCloud, 1, true, step_um, grid_um});
+    if (found == streams_.end() || !found->second.measured) return std::nullopt;
+    return found->second.gain.ratio() * static_cast<double>(bytes);
+  };
+  const double exact_bytes =
+      bytes_at(0).value_or(CompressionGain().ratio() * static_cast<double>(bytes));
+  offer.cloud().came(now.steady);
+  const double own = offer.channel_rate();
+  static_cast<void>(offer.cloud().choose({own > 0 ? own : offer.path_rate(), own > 0, exact_bytes,
+                                          micrometres(offer.treatment().max_error), bytes_at},
+                                         now.steady));
+}
+
+bool TopicOffers::leave(Stream& stream, const Compression& how, TopicOffer& offer) {
+  const LinkId link = offer.link().id;
+  if (how.codec != Codec::kCloud || !may_be_lossy(offer) || stream.encoder.works_for(link))
+    return false;
+  if (how.step_um == offer.cloud().step_um()) return false;
+  for (const auto& sample : stream.encoder.forget(link))
+    offer.lose(sample, DropReason::kNewerAvailable);
+  return true;
 }
 
 TopicOffers::Stream& TopicOffers::stream_of(const Compression& how) {
@@ -180,6 +229,7 @@ void TopicOffers::Stream::on_job(std::optional<Payload> result, const Now& now) 
   const auto bytes = static_cast<double>(encoder.bytes_at_work());
   if (result) {
     gain.note(static_cast<double>(result->size()) / bytes);
+    measured = true;
   } else {
     gain.note_in_vain();
   }
@@ -224,7 +274,7 @@ void TopicOffers::send(const Encoder::Encoded& ready, const Now& now) {
 
 // Without this, a topic that fills its link would never stop a compression that does not pay.
 bool TopicOffers::passes(const Stream& stream) const {
-  const OutSample* next = stream.automatic && !stream.chosen ? stream.encoder.upcoming() : nullptr;
+  const OutSample* next = stream.passes && !stream.chosen ? stream.encoder.upcoming() : nullptr;
   if (!next) return false;
   const std::size_t bytes = next->raw.size();
   const double cost = stream.seconds_per_byte * static_cast<double>(bytes);

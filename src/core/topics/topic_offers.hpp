@@ -10,6 +10,7 @@
 #include "core/jobs/encoder.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/topic_offer.hpp"
+#include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
 
@@ -59,7 +60,7 @@ class TopicOffers {
   void send_to(TopicOffer& offer, const OutSample& sample, const Now& now);
   // The compression of a sample of this size for the link. Without a codec the sample is sent at
   // once, uncompressed.
-  [[nodiscard]] Compression way_to(const TopicOffer& offer, std::size_t bytes);
+  [[nodiscard]] Compression way_to(TopicOffer& offer, std::size_t bytes, const Now& now);
   // Sends the sample to its targets when it is compressed. Its targets are links for which way_to()
   // returned `how`.
   void encode(const Compression& how, OutSample sample, const Now& now);
@@ -89,12 +90,17 @@ class TopicOffers {
   // The samples of the topic that are compressed in one form.
   struct Stream final : JobOwner {
     Stream(TopicOffers& of, Encoder::Options options)
-        : offers(of), automatic(options.how.automatic), encoder(options, of.context_.jobs, *this) {}
+        : offers(of),
+          automatic(options.how.automatic),
+          passes(automatic && !options.how.loses()),
+          encoder(options, of.context_.jobs, *this) {}
     void on_job(std::optional<Payload> result, const Now& now) override;
 
     TopicOffers& offers;
     bool automatic;
+    bool passes;  // a sample may leave uncompressed instead
     Encoder encoder;
+    bool measured = false;      // `gain` knows
     ExportTimers::Timer later;  // the next sample is not needed before then
     TimePoint begun{};          // the job under way
     bool chosen = false;        // the first waiting sample is to be compressed, not only in line
@@ -102,6 +108,16 @@ class TopicOffers {
     double seconds_per_byte = 10e-9;  // to compress and decompress; a guess before the first
   };
   Stream& stream_of(const Compression& how);
+  // The way of a large sample where the rule leaves it open, for a path with this rate.
+  [[nodiscard]] Compression automatic_way(const TopicOffer& offer, double rate) const;
+  // What of clouds the link does without.
+  void choose_step(TopicOffer& offer, std::size_t bytes, const Now& now);
+  [[nodiscard]] bool may_be_lossy(const TopicOffer& offer) const {
+    const bool cloud = is_cloud(offer.type()) && offer.decodes().cloud;
+    return cloud && offer.may_lose() && !is_transient_local(qos_);  // mutant: lossy_latched
+  }
+  // Drops what waits for the link in a form that is no longer wanted; newer samples come.
+  [[nodiscard]] bool leave(Stream& stream, const Compression& how, TopicOffer& offer);
   void send_encoded(Stream& stream, const Now& now);
   void send(const Encoder::Encoded& ready, const Now& now);
   // Has the stream's next sample only waited for earlier ones, and is it better sent uncompressed?

@@ -45,6 +45,7 @@ struct Compression {
   // kCloud only, in micrometres. 0: all is exact; no point is left out.
   std::uint32_t step_um = 0;
   std::uint32_t grid_um = 0;
+  [[nodiscard]] constexpr bool loses() const { return step_um > 0 || grid_um > 0; }
   auto operator<=>(const Compression&) const = default;
 };
 

@@ -390,6 +390,14 @@ OrderedJson lately_of(const TopicStatus& topic) {
           {"dropped", shown(topic.lately->dropped)}};
 }
 
+OrderedJson sent_as(const TopicStatus& topic) {
+  switch (topic.sent_as.codec) {
+    case Codec::kPlanes: return "planes";
+    case Codec::kCloud: return "cloud";
+    default: return {};
+  }
+}
+
 OrderedJson overload(const TopicStatus& topic) {
   if (topic.published_for_each_sent <= 1) return {};
   return fmt::format("more than the link carries: one of {:.1f} is sent",
@@ -469,6 +477,28 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      "export: why",
      {},
      {"because"}},
+    {"sent_as",
+     Unit::kNone,
+     sent_as,
+     "the form of the last message: `planes` (a picture, exact) or `cloud`",
+     {},
+     {"sent as"}},
+    {"sent_as_step",
+     Unit::kNone,
+     [](const TopicStatus& t) {
+       return t.sent_as.step_um > 0 ? OrderedJson(t.sent_as.step_um / 1e6) : OrderedJson();
+     },
+     "its points are rounded to multiples of so many metres; absent: it is exact",
+     {},
+     {"rounded to"}},
+    {"sent_as_because",
+     Unit::kNone,
+     [](const TopicStatus& t) {
+       return t.sent_as.because.empty() ? OrderedJson() : OrderedJson(t.sent_as.because);
+     },
+     "export: why they are rounded",
+     {},
+     {"rounded because"}},
     {"rule", Unit::kNone, if_any<&TopicStatus::rule>, "the rule here that allows it", {}, {"rule"}},
     {"misfit",
      Unit::kNone,

@@ -88,7 +88,7 @@ TEST(Overload, IsOverAtOnceWhenNothingWaits) {
 // A message that takes 400 ms to leave makes the next one wait.
 TEST(Overload, LargeMessagesHaveMoreTime) {
   Judge s;
-  for (int i = 0; i < 2; ++i) s.subject.sent(std::chrono::milliseconds(400));
+  for (int i = 0; i < 2; ++i) s.subject.sent(std::chrono::milliseconds(400), 1000);
   s.came(0, 250);
   s.came(0, 251);
   s.came(0, 1049);
@@ -97,11 +97,34 @@ TEST(Overload, LargeMessagesHaveMoreTime) {
   EXPECT_TRUE(s.subject.stands());
 }
 
+// The first may have left while the path's rate was not yet known.
+TEST(Overload, TheQuickerOfTwoMessagesTellsTheRate) {
+  Overload subject;
+  const auto send = [&](std::int64_t took_ms, std::uint64_t bytes) {
+    subject.sent(std::chrono::milliseconds(took_ms), bytes);
+    return subject.rate();
+  };
+  EXPECT_EQ(send(500, 100'000), 0);
+  EXPECT_EQ(send(100, 100'000), 1e6);
+  EXPECT_EQ(send(200, 100'000), 1e6);
+  EXPECT_EQ(send(200, 100'000), 0.5e6);
+  EXPECT_EQ(send(19, 100'000), 0);  // it was there at once
+  EXPECT_EQ(send(200, 100'000), 0);
+  EXPECT_EQ(send(2000, 100'000), 0.5e6);
+  EXPECT_EQ(Overload{subject}.rate(), 0.5e6);
+}
+
+TEST(Overload, AMessageOfASecondTellsTheRateByItself) {
+  Overload subject;
+  subject.sent(std::chrono::seconds(2), 100'000);
+  EXPECT_EQ(subject.rate(), 50'000);
+}
+
 // The path stood still while it was under way.
 TEST(Overload, OneThatTookLongAloneIsNoMeasure) {
   Judge s;
-  s.subject.sent(std::chrono::milliseconds(4));
-  s.subject.sent(std::chrono::milliseconds(4000));
+  s.subject.sent(std::chrono::milliseconds(4), 1000);
+  s.subject.sent(std::chrono::milliseconds(4000), 1000);
   s.came(0, 60);
   s.came(0, 152);
   EXPECT_TRUE(s.subject.stands());

@@ -151,8 +151,10 @@ TEST(MediaCloud, AllFieldsAndThePaddingOfPointsStay) {
   const Bytes back = there_and_back(sample, 1000);
   ASSERT_EQ(back.size(), sample.size());
   const std::size_t begin = cloud_layout(sample)->data.begin;
-  for (std::size_t i = 0; i < sample.size(); ++i)
-    if (i < begin || (i - begin) % 64 >= 12) ASSERT_EQ(back[i], sample[i]) << i;
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const bool coordinate = i >= begin && (i - begin) % 64 < 12;
+    ASSERT_TRUE(coordinate || back[i] == sample[i]) << i;
+  }
 }
 
 // Rows' padding looks like points, and must not be rounded.
@@ -245,7 +247,7 @@ TEST(MediaCloud, HostileBodiesDoNoHarm) {
     changed[random() % std::min<std::size_t>(body.size(), 300)] =
         static_cast<std::uint8_t>(random());
     const auto back = decode_sample(changed, Codec::kCloud, sample.size());
-    if (back.ok()) EXPECT_EQ(back.value().size(), sample.size());
+    EXPECT_TRUE(!back.ok() || back.value().size() == sample.size());
   }
 }
 

@@ -136,8 +136,10 @@ TEST(MediaPlanes, DistancesAsFloatsOfMillimetresAreRanks) {
 TEST(MediaPlanes, SpecialFloatsStay) {
   TestImage image{4, 2000, "32FC1", 8000, false, Bytes(4 * 8000)};
   std::mt19937 random{5};
-  for (std::size_t i = 0; i < 8000; ++i) set_le(random(), image.data, 4 * i);
-  for (std::size_t i = 0; i < 8000; i += 7) set_le(0x7fc00001U + i, image.data, 4 * i);
+  for (std::size_t i = 0; i < 8000; ++i)
+    set_le(static_cast<std::uint32_t>(random()), image.data, 4 * i);
+  for (std::size_t i = 0; i < 8000; i += 7)
+    set_le(static_cast<std::uint32_t>(0x7fc00001U + i), image.data, 4 * i);
   const Bytes sample = image_sample(image);
   EXPECT_EQ(there_and_back(sample), sample);
 }
@@ -251,7 +253,7 @@ TEST_F(Hostile, NoByteThatIsChangedDoesHarm) {
     const std::size_t at = random() % std::min<std::size_t>(body.size(), 400);
     changed[at] = static_cast<std::uint8_t>(random());
     const auto back = decode_sample(changed, Codec::kPlanes, sample.size());
-    if (back.ok()) EXPECT_EQ(back.value().size(), sample.size());
+    EXPECT_TRUE(!back.ok() || back.value().size() == sample.size());
   }
 }
 

@@ -9,7 +9,8 @@ namespace connect_bridge::topics_test {
 // From 1000 bytes on a worker compresses. Peers are declared before it: at its end it takes back
 // what it has offered them.
 struct Exporting : Actions {
-  explicit Exporting(std::vector<Rule> rules = {everything()}) {
+  explicit Exporting(std::vector<Rule> rules = {everything()}, const std::string& type = kType)
+      : subject{context, {"/a", type}} {
     policy = Policy(std::move(rules));
   }
 
@@ -37,7 +38,7 @@ struct Exporting : Actions {
 
   TopicOptions options;
   ExportContext context{side, options};
-  LocalTopic subject{context, {"/a", kType}};
+  LocalTopic subject;
 };
 
 }  // namespace connect_bridge::topics_test

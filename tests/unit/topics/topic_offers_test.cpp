@@ -36,7 +36,7 @@ struct Offered {
   }
 
   Compression way(OneLink& peer, std::size_t bytes) {
-    return subject.way_to(subject.find(peer.link.id)->second, bytes);
+    return subject.way_to(subject.find(peer.link.id)->second, bytes, ms(0));
   }
   // So many bytes of this letter, for these links.
   void encode(const Compression& how, std::size_t bytes, char letter,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/compress/compress.hpp"
+#include "core/media/sample_codec.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/frame.hpp"
 #include "core/wire/login.hpp"
@@ -139,9 +140,11 @@ TEST(Vectors, CompressedBodiesAreReadAsTheySay) {
     const Bytes raw = from_hex(vector.at("raw").get<std::string>());
     const Bytes body = from_hex(vector.at("body").get<std::string>());
     const Bytes base = from_hex(vector.value("base", ""));
-    const auto out = codec == "lz4"    ? decompress(body, Codec::kLz4, raw.size())
-                     : codec == "zstd" ? decompress(body, Codec::kZstd, raw.size())
-                                       : decompress_delta(body, base, raw.size());
+    const auto out = codec == "lz4"      ? decompress(body, Codec::kLz4, raw.size())
+                     : codec == "zstd"   ? decompress(body, Codec::kZstd, raw.size())
+                     : codec == "cloud"  ? media::decode_sample(body, Codec::kCloud, raw.size())
+                     : codec == "planes" ? media::decode_sample(body, Codec::kPlanes, raw.size())
+                                         : decompress_delta(body, base, raw.size());
     ASSERT_TRUE(out.ok()) << out.error().message;
     EXPECT_EQ(out.value(), raw);
   }

@@ -106,17 +106,16 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   exported.exported = exported.demanded = true;
   exported.origins = 2;
   exported.messages = 3;
-  exported.bytes = 30;
-  exported.wire_bytes = 20;
+  exported.bytes = 30, exported.wire_bytes = 20;
   exported.queued = 1, exported.published_for_each_sent = 3;
   exported.dropped.add(DropReason::kRate, 4);
   exported.declined = "no such type";
   exported.declined_code = "type_unknown";
   exported.keep_because = "an event";
   exported.rule = "look";
+  exported.sent_as = {Codec::kCloud, 5000, "the link is thin"};
   TopicStatus imported;
-  imported.topic = "/b";
-  imported.type = "p/msg/T";
+  imported.topic = "/b", imported.type = "p/msg/T";
   imported.latency_ms = 2.5;
   imported.misfit = "durability";
   LinkStatus link;
@@ -154,7 +153,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "state": "declined", "published": 8, "messages": 3, "bytes": 30, "wire_bytes": 20,
        "queued": 1,
        "dropped": {"rate": 4},
-       "keep": "all", "keep_because": "an event", "rule": "look", "declined": "no such type",
+       "keep": "all", "keep_because": "an event", "sent_as": "cloud", "sent_as_step": 0.005,
+       "sent_as_because": "the link is thin", "rule": "look", "declined": "no such type",
        "declined_code": "type_unknown",
        "overload": "more than the link carries: one of 3.0 is sent"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,

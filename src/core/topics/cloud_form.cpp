@@ -1,0 +1,75 @@
+#include "core/topics/cloud_form.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::array<std::uint32_t, 4> kSteps{1000, 2000, 5000, 10'000};
+// Measured for clouds of lidars: a step of 1 mm makes 2.5 times less of an exact one, and each
+// further step 1.2 times less.
+constexpr double kFirstStep = 2.5;
+constexpr double kFurtherStep = 1.2;
+constexpr double kFilled = 0.8;  // of the rate; the rest is for clouds that are larger
+constexpr double kFinerMargin = 1.2;
+constexpr double kIntervalMax = 10;  // seconds; after a longer pause, publishing begins again
+
+double seconds(Duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+}  // namespace
+
+void CloudForm::came(TimePoint now) {
+  const double since = last_ ? seconds(now - *last_) : 0;
+  last_ = now;
+  if (since <= 0 || since > kIntervalMax) return;
+  interval_ = interval_ == 0 ? since : interval_ + (since - interval_) / 8;
+}
+
+std::optional<double> CloudForm::enough() const {
+  if (interval_ == 0) return std::nullopt;
+  return std::min(kEnoughPerSecond, kShareOfPublished / interval_);  // mutant: enough_exact
+}
+
+std::uint32_t CloudForm::choose(const Facts& facts, TimePoint now) {
+  const auto wanted = enough();
+  if (!wanted || facts.rate <= 0 || facts.exact_bytes <= 0) return step_um_;
+  const double exact = facts.rate / facts.exact_bytes;
+  if (step_um_ == 0) {
+    if (facts.is_shown && exact < *wanted) step_um_ = fitting_step(facts);
+    return step_um_;
+  }
+  if (exact < kExactMargin * *wanted) {
+    fits_since_.reset();
+  } else if (!fits_since_) {
+    fits_since_ = now;
+  } else if (now - *fits_since_ >= kExactAfter) {
+    fits_since_.reset();
+    return step_um_ = 0;
+  }
+  return step_um_ = fitting_step(facts);
+}
+
+std::uint32_t CloudForm::fitting_step(const Facts& facts) const {
+  const std::uint32_t coarsest = std::max(2 * facts.error_um, 1U);
+  const double room = kFilled * facts.rate * interval_;
+  double bytes = facts.exact_bytes / kFirstStep;
+  for (const std::uint32_t step : kSteps) {
+    if (step >= coarsest) break;
+    bytes = facts.bytes_at(step).value_or(bytes);
+    // A finer one than now only if it fits well: else the steps would alternate.
+    const bool finer = step_um_ != 0 && step < step_um_;
+    if (bytes * (finer ? kFinerMargin : 1) <= room) return step;
+    bytes /= kFurtherStep;
+  }
+  return coarsest;
+}
+
+std::string_view CloudForm::because() const {
+  return step_um_ == 0 ? "" : "the link would carry too few exact clouds";
+}
+
+}  // namespace connect_bridge
