@@ -405,7 +405,7 @@ bool PeerTopic::waits_for_clock(const MessageHead& message, const Payload& raw, 
   if (!command_ || limit == kForever || !is_plausible(message.stamp) || !link_.connection() ||
       link_.clock().known())
     return false;
-  if (unjudged_.hold(message.subject.origin(), {message, out_of_packet(raw)}, raw.size(),
+  if (unjudged_.hold({message.subject.origin(), 0}, {message, out_of_packet(raw)}, raw.size(),
                      now.steady + limit))  // mutant: unknown_age
     dropped_.add(DropReason::kMaxAge);
   return true;
