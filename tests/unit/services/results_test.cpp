@@ -66,8 +66,8 @@ TEST(ResultsAfterABreak, ARequestForAResultIsMadeAgain) {
   EXPECT_EQ(s.did_to_requests(), "");
   EXPECT_TRUE(s.tells("1 call(s) for results of goals wait for the return of"));
   s.come_back();
-  EXPECT_EQ(s.said(2), "2.1 goal\n");
-  s.message(2, 4, 1, "done");
+  EXPECT_EQ(s.said(2), "2.2 goal\n");
+  s.message(2, 4, 2, "done");
   EXPECT_EQ(s.did_to_requests(), "respond 1.11 done\n");
   EXPECT_EQ(s.status().made_unanswered, 0U);
 }
@@ -93,7 +93,7 @@ TEST(ResultsAfterABreak, ItOutlastsASecondBreak) {
   s.say(3, Offer{{results(1, 9)}, true});
   s.say(3, Attached{{1}, {3}, {0}, {}, "hash"});
   EXPECT_EQ(s.did_to_requests(), "");
-  s.message(3, 1, 1, "done");
+  s.message(3, 1, 3, "done");
   EXPECT_EQ(s.did_to_requests(), "respond 1.11 done\n");
 }
 
@@ -102,7 +102,7 @@ TEST(ResultsAfterABreak, AnUnknownGoalIsAborted) {
   s.pass(10'000);
   s.come_back();
   s.did();
-  s.message(2, 4, 1, Payload::adopt({0, 1, 0, 0, 0, 0, 0, 0}), Codec::kNone, 8);
+  s.message(2, 4, 2, Payload::adopt({0, 1, 0, 0, 0, 0, 0, 0}), Codec::kNone, 8);
   EXPECT_EQ(s.did_to_requests(), "abort_request 1.11\n");
   EXPECT_TRUE(s.tells("does not know the goal"));
   EXPECT_EQ(s.status().made_unanswered, 1U);
@@ -113,7 +113,7 @@ TEST(ResultsAfterABreak, ARefusedOneIsAborted) {
   s.pass(10'000);
   s.come_back();
   s.did();
-  s.say(2, Refuse{{4}, {{1}}, "limit", "too many"});
+  s.say(2, Refuse{{4}, {{2}}, "limit", "too many"});
   EXPECT_EQ(s.did_to_requests(), "abort_request 1.11\n");
 }
 
@@ -176,7 +176,7 @@ TEST(ResultsAfterABreak, AnotherEpochAsksAgain) {
   Awaiting s;
   s.pass(1'000);
   s.come_back();
-  EXPECT_EQ(s.said(2), "2.1 goal\n");
+  EXPECT_EQ(s.said(2), "2.2 goal\n");
   EXPECT_EQ(s.did_to_requests(), "");
 }
 

@@ -52,8 +52,9 @@ TEST(BesideBridges, APeerInOurOwnGraphIsSaid) {
     Script s(server());
     s.graph({bridge()});
     if (link_first) s.join(1);
-    s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{Script::peer_id(101), {}}, 0)});
+    s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{Script::peer_id(1), {}}, 0)});
     if (!link_first) s.join(1);
+    s.did();
     EXPECT_NE(s.logged.find("is in this same ROS graph"), std::string::npos);
   }
 }
