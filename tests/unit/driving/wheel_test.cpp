@@ -197,7 +197,7 @@ constexpr Case kHalting[] = {
      "yes taken:anna:moved yes no yes"},
 };
 INSTANTIATE_TEST_SUITE_P(Halting, WheelTable, testing::ValuesIn(kHalting),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& row) { return std::string(row.param.name); });
 
 // Without `halt_after`.
 class WheelWithoutHalt : public WheelTable {};
@@ -226,7 +226,7 @@ constexpr Case kPlain[] = {
      "yes taken:anna:moved yes zero1 halted:anna:stopped:1 no zero1 zero1"},
 };
 INSTANTIATE_TEST_SUITE_P(Plain, WheelWithoutHalt, testing::ValuesIn(kPlain),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& row) { return std::string(row.param.name); });
 
 TEST(Wheel, AControllerThatNeverLetsGoGoesOn) {
   Script script(milliseconds(300), false);
