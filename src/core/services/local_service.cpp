@@ -256,7 +256,7 @@ void LocalService::tell_wait(const Now& now) {
   if (!wait) return told_wait_.cancel();
   const TimePoint at = wait->since + kWaitTold;
   if (now.steady < at) {
-    if (!told_wait_) told_wait_ = exports_.timers.set(at, {this});
+    if (!told_wait_ || told_wait_.at() != at) told_wait_ = exports_.timers.set(at, {this});
     return;
   }
   const bool queue = wait->obstacle == CallGate::Obstacle::kQueue;

@@ -5,6 +5,7 @@
 #include <pwd.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 
@@ -17,13 +18,18 @@
 namespace connect_bridge {
 namespace {
 
+// Files are written now, and a clock that is behind them is not believed.
+const Stamp kNow = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                       std::chrono::system_clock::now().time_since_epoch())
+                       .count();
+
 TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
   const std::string folder = test::scratch_folder() + "robot_line";
   const Url url{true, "relay.example", 443, "/", "robot7"};
   ASSERT_EQ(make_relay_files(folder, url), "");
   std::string problem;
   const Invitation line =
-      parse_relay_line(add_robot(folder + "/relay.yaml", url, Stamp{0}, problem), problem);
+      parse_relay_line(add_robot(folder + "/relay.yaml", url, kNow, problem), problem);
   ASSERT_EQ(problem, "");
   EXPECT_EQ(line.url, "wss://robot7@relay.example:443/");
   EXPECT_EQ(line.pin, pin_of_file(folder + "/server.crt", problem));
@@ -33,8 +39,8 @@ TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
   EXPECT_EQ(line.pin, pin_of_file(folder + "/server.crt", problem));
   LoginOptions login;
   login.token_file = folder + "/robots.yaml";
-  const auto whose = [&](const std::string& token, Stamp now = 0) {
-    const AuthSetup robots = make_authenticator({login, std::nullopt}, Stamp{0});
+  const auto whose = [&](const std::string& token, Stamp now = kNow) {
+    const AuthSetup robots = make_authenticator({login, std::nullopt}, kNow);
     EXPECT_TRUE(robots.authenticator) << testing::PrintToString(robots.problems);
     return robots.authenticator->judge({"token", Bytes(token.begin(), token.end()), "peer"}, now)
         .identity;
@@ -44,17 +50,16 @@ TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
   EXPECT_EQ(judged->name, "robot7");
   EXPECT_THAT(judged->groups, testing::ElementsAre(kLineGroup));
   constexpr Stamp kDay = 24 * 3600 * kStampSecond;
-  EXPECT_TRUE(whose(line.code, kDay - 1));
-  EXPECT_FALSE(whose(line.code, kDay));
-  const Invitation other =
-      parse_relay_line(add_robot(folder + "/relay.yaml",
-                                 {true, "relay.example", 443, "/", "robot8"}, Stamp{0}, problem),
-                       problem);
+  EXPECT_TRUE(whose(line.code, kNow + kDay - 1));
+  EXPECT_FALSE(whose(line.code, kNow + kDay));
+  const Invitation other = parse_relay_line(
+      add_robot(folder + "/relay.yaml", {true, "relay.example", 443, "/", "robot8"}, kNow, problem),
+      problem);
   // The name is its token's, and the code is used.
   const std::string own = "a-token-of-its-own";
   const auto give = [&](const std::string& token, const std::string& code) {
     return hand_over(login.token_file, "robot7", sha256(view_of(token)), sha256(view_of(code)),
-                     Stamp{0});
+                     kNow);
   };
   EXPECT_THAT(give(own, other.code), testing::HasSubstr("is there no more"));
   EXPECT_EQ(give(own, line.code), "");

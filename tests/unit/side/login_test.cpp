@@ -235,9 +235,10 @@ TEST(SideLogin, AClientDialsWithTheNewCredentialAndDoesNotWaitForIt) {
 }
 
 TEST(SideLogin, AClientSaysWhatItNeeds) {
-  for (const auto& [code, words] : {std::pair{4003, "lost; the server's log says why. Dialing"},
-                                    std::pair{4013, "lost; another credential is needed"},
-                                    std::pair{4015, "lost; the server's log says why. Dialing"}}) {
+  for (const auto& [code, words] :
+       {std::pair{4003, "lost; the server's log says why. The next try"},
+        std::pair{4013, "lost; another credential is needed"},
+        std::pair{4015, "lost; the server's log says why. The next try"}}) {
     Script s(with_token());
     s.give(TimePassed{});
     s.be_welcomed(1);

@@ -217,7 +217,7 @@ TEST_F(PairingStart, AServerIsReachedByARelayThenAndLater) {
   EXPECT_EQ(serve({}).parameters, first.parameters);
   EXPECT_EQ(serve({"--pair"}).invitation->url, first.invitation->url);
   EXPECT_THAT(serve({"--pair", "--via", kLine}).problems,
-              ElementsAre(HasSubstr("--pair: the relay")));
+              ElementsAre(HasSubstr("--pair: the registration command is not complete")));
   // Another relay's token takes the place when that start has succeeded.
   std::string other = line;
   other.replace(other.find('#') + 1, 4, "ffff");
