@@ -125,7 +125,7 @@ def test_by_a_relay(joined, relay):  # noqa: F811
     for side in (pair.server, pair.client):
         at.append(f"127.0.0.1:{free_port()}")
         side.set_parameters({**side.parameters, "status": {"listen": at[-1]}})
-    pair.server.start().wait_for("reached through the relay")
+    pair.server.start().wait_for("connected to the relay")
     pair.client.start().wait_linked()
     pair.opened(String, "/t/scan", String(data="hello"))
     address = json.loads(relay.file.read_text())["status"]["listen"]

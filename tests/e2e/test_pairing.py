@@ -143,7 +143,7 @@ def test_a_running_server_takes_another_client(world):
     assert second["groups"] == ["paired", "operators"]
     # The same name twice: both commands are named.
     server.wait_for(f"ctl token {second['identity']} --remove --file '{tokens}'")
-    server.wait_for(f"it was the same one: ctl token {first['identity']} --remove")
+    server.wait_for(f"if it is the same machine: ctl token {first['identity']} --remove")
 
 
 def test_what_listens_there_and_does_not_pair_is_named(world):

@@ -28,7 +28,7 @@ def test_topics_cross_both_ways(joined, relay, topic):
     pair.opened(Twist, "/cmd_vel", Twist(), backward=True)
     link = pair.server.status()["links"][0]
     assert link["peer"].startswith("127.0.0.1"), "the visitor's address"
-    assert f"{ROBOT} is here" in relay.program.text()
+    assert f"{ROBOT} is connected" in relay.program.text()
 
 
 def test_the_relay_starts_again(joined, relay, topic):

@@ -79,7 +79,7 @@ def test_two_relays_behind_one_address(joined, relay, tmp_path, topic):
         publisher, collector = pair.opened(Blob, topic, Blob())
         link = until(pair.server.links, "the link in the status")[0]
         assert link["peer"].startswith("127.0.0.1"), "the visitor's address"
-        (here,) = [i for i, p in enumerate(programs) if f"{ROBOT} is here" in p.text()]
+        (here,) = [i for i, p in enumerate(programs) if f"{ROBOT} is connected" in p.text()]
         programs[here].kill()
         began = time.monotonic()
         pair.client.wait_for(r": connected to (.|\n)*: connected to ")
@@ -91,7 +91,7 @@ def test_two_relays_behind_one_address(joined, relay, tmp_path, topic):
         haproxy.wait_for(rf"relays/relay{here + 1} is UP")
         pair.client.stop()
         pair.client.start().wait_linked()
-        assert f"{ROBOT} is here" not in programs[here].text()
+        assert f"{ROBOT} is connected" not in programs[here].text()
     finally:
         haproxy.kill()
         for program in programs:
