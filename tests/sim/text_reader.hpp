@@ -4,6 +4,7 @@
 #include <deque>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/compress/compress.hpp"
@@ -13,7 +14,9 @@
 
 namespace connect_bridge::sim {
 
-// Belongs to one direction of a connection.
+// Belongs to one direction of a connection. Who reads along does not know which copy the two sides
+// agreed upon. A frame may refer only to what several copies have in common: each that fits stays
+// possible.
 class TextReader {
  public:
   // Copies of earlier histories, newest last: those at `complete`.
@@ -21,24 +24,27 @@ class TextReader {
 
   // The texts of the frame; empty: it does not decompress.
   std::vector<std::string> read(const TextsFrame& frame, const Kept& kept = {}) {
-    Kept bases{history_.texts()};
-    if (frame.kept) bases = kept;
-    for (auto base = bases.rbegin(); base != bases.rend(); ++base) {
-      const auto raw = decompress_delta(frame.body, *base, frame.raw_bytes);
+    const Kept bases = frame.kept ? kept : std::exchange(possible_, {});
+    std::string said;
+    possible_.clear();
+    for (const Bytes& base : bases) {
+      const auto raw = decompress_delta(frame.body, base, frame.raw_bytes);
       if (!raw) continue;
-      history_.go_on(*base);
-      history_.add(raw.value());
-      return split({reinterpret_cast<const char*>(raw.value().data()), raw.value().size()});
+      TextHistory history;
+      history.go_on(base);
+      history.add(raw.value());
+      add(possible_, history.texts());
+      said.assign(raw.value().begin(), raw.value().end());
     }
-    return {};
+    return possible_.empty() ? std::vector<std::string>{} : split(said);
   }
   // The texts so far, if this one completes the first round.
   void note(const Control& control, Kept& kept) const {
-    constexpr std::size_t kMost = 32;
+    constexpr std::size_t kMost = 4;
     const auto* offer = std::get_if<Offer>(&control);
     if (!offer || !offer->complete) return;
-    kept.push_back(history_.texts());
-    if (kept.size() > kMost) kept.pop_front();
+    for (const Bytes& texts : possible_) add(kept, texts);
+    while (kept.size() > kMost) kept.pop_front();
   }
 
  private:
@@ -52,7 +58,12 @@ class TextReader {
     }
   }
 
-  TextHistory history_;
+  static void add(Kept& to, const Bytes& texts) {
+    std::erase(to, texts);
+    to.push_back(texts);
+  }
+
+  Kept possible_{Bytes{}};
 };
 
 }  // namespace connect_bridge::sim
