@@ -106,11 +106,15 @@ void TopicOffer::add_origins(const std::vector<Gid>& added) {
       change.added.push_back(offer_of(gid, origin));
     }
   }
-  if (!change.added.empty()) {
-    link_.send(change);
-    if (link_.connection()) link_.sending().follow_texts(number());  // mutant: before_its_origin
-  }
+  if (!change.added.empty()) send_change(change);
   configure_queue();  // depth and lifespan were those of the origins known before
+}
+
+// Messages of a new origin must not come before it. Those of one that ends, and may come again,
+// must not refer to a base that the peer has forgotten.
+void TopicOffer::send_change(const OriginsChanged& change) {
+  link_.send(change);
+  if (link_.connection()) link_.sending().follow_texts(number());  // mutant: before_its_origin
 }
 
 void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
@@ -120,7 +124,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
     rates_.forget(origin);
     if (queue_) queue_->forget_base(origin);
   }
-  link_.send(OriginsChanged{number(), {}, removed});
+  send_change({number(), {}, removed});
   configure_queue();
 }
 

@@ -138,6 +138,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool is_there(const OutSample& sample) const;
   [[nodiscard]] std::set<OriginId> withheld() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
+  void send_change(const OriginsChanged& change);
   void configure_queue();
   // May the message, made for an earlier demand, answer this one?
   [[nodiscard]] bool is_answer(const OutMessage& message) const;

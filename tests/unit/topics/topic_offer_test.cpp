@@ -106,6 +106,20 @@ TEST(TopicOffer, TellsOfOriginsThatComeAndGo) {
   EXPECT_EQ(s.peer.said(), "origins 1 +[2] -[]\norigins 1 +[] -[1]\n");
 }
 
+// A message behind the end of an origin may refer to no base of before.
+TEST(TopicOffer, NoMessageOvertakesTheEndOfAnOrigin) {
+  Rule urgent = everything();
+  urgent.treatment.priority = Priority::kUrgent;
+  Offering s(urgent);
+  s.see(topic("/a").pub(1).pub(2));
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand({{1}, 1}, ms(0));
+  s.offer.remove_origins({{1}});
+  s.offer.send(sized(10, 2), Codec::kNone, bytes(10), ms(0));
+  const std::string said = s.peer.said();
+  EXPECT_EQ(said.find("origins 1 +[] -[1]"), 0U) << said;
+}
+
 TEST(TopicOffer, TakesNothingWithoutDemand) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
