@@ -142,6 +142,8 @@ MUTANTS = [
     Mutant("demand_ends", "end of demand ignored", gone),
     Mutant("sent_again", "latched samples that the peer has are sent again", gone),
     Mutant("late_subscriber", "who comes after a break gets no latched sample", gone),
+    Mutant("fresh_samples", "a latched order comes again though a newer one is here",
+           swap(" || fresh_ >= depth()", "")),
     Mutant("before_its_origin", "urgent data overtakes its publisher", gone),
     Mutant("requests_seen", "requests are executed again after a reconnect", never),
     Mutant("requests_attached", "requests before the service is attached", gone),

@@ -130,20 +130,25 @@ void TopicMirror::lose_link(LinkId link) {
 
 void TopicMirror::note_published(Link& lost) const {
   const TopicState* topic = context_.graph.find(key_.first);
-  if (!id_ || last_number_ == 0 || !is_transient_local(origin_.qos) || !topic ||
+  // Messages that wait for their subscribers may still be dropped.
+  const std::uint64_t number = first_.empty() ? last_number_ : before_first_;
+  if (!id_ || number == 0 || !is_transient_local(origin_.qos) || !topic ||
       topic->subscribers.size() > Published::kSubscribersMax)
     return;
   std::set<Gid> reached;
   for (const auto& subscriber : topic->subscribers) reached.insert(subscriber.gid);
-  lost.published.note(key_, {last_number_, std::move(reached)}, lost.memory);
+  lost.published.note(key_, {number, std::move(reached)}, lost.memory);
 }
 
 bool TopicMirror::misses_samples() const {
-  if (!id_ || reached_.empty()) return false;
+  if (!id_ || reached_.empty() || fresh_ >= depth()) return false;  // mutant: fresh_samples
   const TopicState* topic = context_.graph.find(key_.first);
-  return topic &&
-         std::any_of(topic->subscribers.begin(), topic->subscribers.end(),
-                     [&](const auto& subscriber) { return !reached_.contains(subscriber.gid); });
+  // A volatile subscriber gets no samples from before its time.
+  return topic && std::any_of(topic->subscribers.begin(), topic->subscribers.end(),
+                              [&](const auto& subscriber) {
+                                return is_transient_local(subscriber.qos) &&
+                                       !reached_.contains(subscriber.gid);
+                              });
 }
 
 // ---- feeding, creation and destruction
@@ -239,6 +244,7 @@ void TopicMirror::create(const Now& now) {
   const auto published = candidates_.front().link->published.take(key_);
   last_number_ = published.number;
   reached_ = published.subscribers;
+  fresh_ = 0;
   sample_bytes_ = 0;
   context_.made[id_] = {this};
   if (candidates_.front().link->arrived.contains(key_.first))
@@ -278,7 +284,10 @@ void TopicMirror::vanish(bool exists) {
 }
 
 void TopicMirror::drop_first() {
-  if (!first_.empty()) last_number_ = before_first_;
+  if (!first_.empty()) {
+    last_number_ = before_first_;
+    fresh_ = 0;
+  }
   first_.drop(feeder());
 }
 
@@ -403,6 +412,7 @@ std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Paylo
   last_number_ = std::max(last_number_, number);
   // Samples that the middleware keeps for late subscribers need not wait or be displaced.
   const bool waits = !id_ || (first_.waits() && (!keeps_samples() || first_.fits(raw.size())));
+  if (id_ && fresh_ < depth()) ++fresh_;
   if (waits && first_.keep(raw, expires, feeder())) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
   first_.publish(context_.outputs, id_, feeder(), now);
@@ -411,6 +421,7 @@ std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Paylo
 }
 
 void TopicMirror::halt(const Payload& zero, const Now& now) {
+  if (first_.empty()) before_first_ = last_number_;
   if ((!id_ || first_.waits()) && first_.keep(zero, TimePoint::max(), feeder())) return;
   if (!id_) return;
   first_.publish(context_.outputs, id_, feeder(), now);

@@ -203,6 +203,7 @@ class TopicMirror final : private Appearing::Waiting {
   std::uint64_t before_first_ = 0;  // last_number_ before the first message that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest sample that was published
   std::set<Gid> reached_;           // subscribers who got the samples from an earlier mirror
+  std::uint32_t fresh_ = 0;         // samples of this one, at most as many as it keeps
   Budget::Hold kept_;               // kept_bytes(), held in the feeding link's memory
   // Number of samples of this size that may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();

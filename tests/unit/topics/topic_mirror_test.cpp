@@ -156,6 +156,53 @@ TEST(TopicMirror, WhatItKeepsDoesNotGrowStaleWhileNobodyListens) {
   EXPECT_EQ(s.mirror(7).publish(1, sample("map"), TimePoint::max(), ms(4)), std::nullopt);
 }
 
+// A latched origin's sample was published, and its link was dead for a while.
+struct AfterABreak : MirrorScript {
+  AfterABreak() {
+    offer(one, {origin(1, 7, latched(1))});
+    static_cast<void>(mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)));
+    mirror(7).lose_link({1});
+    context.remove_candidate(mirror(7), {1}, ms(0));
+    one.on_link_lost(ms(0));
+    pass_to(1000);
+    offer(one, {origin(1, 7, latched(1))}, 1000);
+    demanded();
+    did();
+  }
+  std::string with(const Topic& state, std::int64_t at) {
+    graph = picture({state});
+    mirror(7).update(ms(at));
+    return did();
+  }
+};
+
+TEST(TopicMirror, AfterABreakItIsMadeAgainForALateSubscriber) {
+  AfterABreak s;
+  EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(1000)),
+            DropReason::kDuplicate);
+  const std::string did = s.with(topic("/a").sub(50).sub(60, latched()), 1001);
+  EXPECT_NE(did.find("unmirror"), std::string::npos) << did;
+  EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(1002)), std::nullopt);
+}
+
+// The middleware sends it none of the samples that were published before.
+TEST(TopicMirror, AVolatileSubscriberRepeatsNoOrder) {
+  AfterABreak s;
+  EXPECT_EQ(s.with(topic("/a").sub(50).sub(60), 1001), "");
+  EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(1002)),
+            DropReason::kDuplicate);
+}
+
+// The middleware has it, and it is all that a late subscriber may get.
+TEST(TopicMirror, ALateSubscriberBehindANewSampleRepeatsNoOrder) {
+  AfterABreak s;
+  EXPECT_EQ(s.mirror(7).publish(2, sample("next"), TimePoint::max(), ms(1000)), std::nullopt);
+  s.did();
+  EXPECT_EQ(s.with(topic("/a").sub(50).sub(60, latched()), 1001), "");
+  EXPECT_EQ(s.mirror(7).publish(2, sample("next"), TimePoint::max(), ms(1002)),
+            DropReason::kDuplicate);
+}
+
 // The exporter subscribes to such a topic as volatile, and then has no last samples.
 TEST(TopicMirror, WhatItKeepsStaysBesideAVolatilePublisher) {
   MirrorScript s;
