@@ -144,6 +144,7 @@ MUTANTS = [
     Mutant("late_subscriber", "who comes after a break gets no latched sample", gone),
     Mutant("fresh_samples", "a latched order comes again though a newer one is here",
            swap(" || fresh_ >= depth()", "")),
+    Mutant("plain_renew", "a credential stays in the history of texts", gone),
     Mutant("before_its_origin", "urgent data overtakes its publisher", gone),
     Mutant("requests_seen", "requests are executed again after a reconnect", never),
     Mutant("requests_attached", "requests before the service is attached", gone),

@@ -240,7 +240,7 @@ Outbox::ControlText Outbox::take_control() {
 
 Packet Outbox::next_control(const Now& now) {
   if (auto packet = next_compressed(now)) return *std::move(packet);
-  const auto [text, completes] = take_control();
+  const auto [text, completes, plain] = take_control();
   if (completes) texts_.keep();
   Packet packet;
   packet.text = true;
@@ -256,6 +256,7 @@ std::optional<Packet> Outbox::next_compressed(const Now& now) {
   std::size_t count = 0;
   for (; count < std::min(controls_.size(), kTextsMax); ++count) {
     const std::string& text = controls_[count].text;
+    if (controls_[count].plain) break;  // mutant: plain_renew
     if (raw.size() + text.size() + 1 > (count == 0 ? kTextsRawMax : kTextsGathered)) break;
     if (count > 0) raw.push_back('\n');
     raw.insert(raw.end(), text.begin(), text.end());

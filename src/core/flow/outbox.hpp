@@ -64,12 +64,16 @@ class Outbox {
   void push(ChannelId channel, OutMessage message, const Now& now);
   // The same, with the queue that add_channel() has returned.
   void push(ChannelQueue& queue, OutMessage message, const Now& now);
+  struct ControlText {
+    std::string text;
+    bool completes = false;  // the first round of offers ends with it
+    bool plain = false;      // it must not be compressed
+  };
   // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
-  // `completes`: the first round of offers ends with it.
-  [[nodiscard]] bool push_control(std::string text, bool completes = false) {
-    if (control_bytes_ + text.size() > options_.control_bytes_max) return false;
-    control_bytes_ += text.size();
-    controls_.push_back({std::move(text), completes});
+  [[nodiscard]] bool push_control(ControlText text) {
+    if (control_bytes_ + text.text.size() > options_.control_bytes_max) return false;
+    control_bytes_ += text.text.size();
+    controls_.push_back(std::move(text));
     ++texts_pushed_;
     return true;
   }
@@ -159,10 +163,6 @@ class Outbox {
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 
  private:
-  struct ControlText {
-    std::string text;
-    bool completes = false;
-  };
   Packet next_control(const Now& now);
   // Several texts in one frame; none if they are short, or do not shrink.
   std::optional<Packet> next_compressed(const Now& now);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
@@ -24,9 +25,11 @@ class TextHistory {
       texts_.erase(texts_.begin(), texts_.end() - static_cast<std::ptrdiff_t>(kBytesMax));
   }
   // Continues with texts of an earlier connection.
-  void go_on(const Bytes& kept) { texts_ = kept; }
-  // The first round is complete: keeps a copy for the next connection.
-  void keep() { kept_ = texts_; }
+  void go_on(Bytes kept) { texts_ = std::move(kept); }
+  // The first round is complete: keeps a copy for the next connection, unless there is one.
+  void keep() {
+    if (kept_.empty()) kept_ = texts_;
+  }
   [[nodiscard]] const Bytes& kept() const { return kept_; }
   // Bytes that are held.
   [[nodiscard]] std::size_t size() const { return texts_.size() + kept_.size(); }

@@ -123,21 +123,31 @@ Result<Nothing> Connection::on_control(std::string_view text, const Now& now) {
   auto control = decode_control(text);
   if (!control) return control.error();
   if (const auto* offer = std::get_if<Offer>(&control.value()); offer && offer->complete)
-    texts_.keep();
+    keep_texts();
   return user_->on_control(control.value(), now);
+}
+
+void Connection::keep_texts() {
+  texts_.keep();
+  hold_texts();
+}
+
+void Connection::name_texts(Bytes kept) {
+  named_texts_ = std::move(kept);
+  hold_texts();
 }
 
 // The whole frame belongs to the history before one of its texts counts, as at the sender.
 Result<Nothing> Connection::on_texts(const TextsFrame& frame, const Now& now) {
   if (frame.kept && named_texts_.empty())
     return malformed("texts refer to those of an earlier connection, which were not named");
-  if (!user_->may_inflate(frame.raw_bytes, frame.body.size(), now))
-    return Error{CloseCode::kTooLarge, "control texts are inflated too much"};
-  if (frame.kept) texts_.go_on(named_texts_);
+  if (!user_->may_read_texts(frame.raw_bytes, now))
+    return Error{CloseCode::kTooLarge, "control texts come too fast"};
+  if (frame.kept) texts_.go_on(std::exchange(named_texts_, {}));
   const auto raw = decompress_delta(frame.body, texts_.texts(), frame.raw_bytes);
   if (!raw) return raw.error();
   texts_.add(raw.value());
-  texts_held_.resize(texts_.size() + named_texts_.size());
+  hold_texts();
   std::string_view rest = as_text(raw.value());
   for (std::size_t count = 1;; ++count) {
     if (count > kTextsMax)
@@ -155,6 +165,7 @@ Result<Nothing> Connection::on_texts(const TextsFrame& frame, const Now& now) {
 Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
   FrameReader reader(packet.view());
   Acknowledger::Contents contents;
+  bool had_texts = false;
   for (std::uint32_t frames = 0;; ++frames) {
     auto next = reader.next();
     if (!next) return next.error();
@@ -165,6 +176,9 @@ Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
       contents.asks = true;
       continue;
     }
+    // Such a frame costs much more than any other.
+    if (std::holds_alternative<TextsFrame>(*next.value()) && std::exchange(had_texts, true))
+      return Error{CloseCode::kTooLarge, "more frames of texts in a packet than a side may send"};
     auto data = on_frame(*next.value(), packet, now);
     if (!data) return data.error();
     if (state_ != State::kOpen) return Nothing{};  // an earlier message has closed it
@@ -255,13 +269,19 @@ TimePoint Connection::silent_at() const {
   return probe_ends_at_ ? std::min(dead_at(), *probe_ends_at_) : dead_at();
 }
 
+// A credential must not stay in the history of texts, nor in a copy of it.
 void Connection::send(const Control& message) {
-  for (auto& text : encode_parts(message)) send(std::move(text));
+  const bool plain = std::holds_alternative<Renew>(message);
+  for (auto& text : encode_parts(message)) push({std::move(text), false, plain});
 }
 
 void Connection::send(std::string text, bool completes) {
+  push({std::move(text), completes});
+}
+
+void Connection::push(Outbox::ControlText text) {
   if (state_ != State::kOpen) return;
-  if (!outbox_.push_control(std::move(text), completes))
+  if (!outbox_.push_control(std::move(text)))
     fail(CloseCode::kSlowPeer, "control messages back up");
 }
 

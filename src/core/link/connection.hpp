@@ -1,5 +1,6 @@
 // One connection to a peer, from the first byte to the last: hello, login, open, closed. The link
 // that it carries handles the messages.
+// One unit: the state decides about each input, each deadline and each packet.
 #pragma once
 
 #include <algorithm>
@@ -55,9 +56,8 @@ class ConnectionUser {
   // send on it. Valid until the channel gets the message, which may end the channel.
   [[nodiscard]] virtual Incoming* incoming(ChannelId channel) = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
-  // May so many bytes be decompressed from a body of this size now?
-  [[nodiscard]] virtual bool may_inflate(std::uint32_t raw_bytes, std::size_t body_bytes,
-                                         const Now& now) = 0;
+  // May so many bytes of control texts be decompressed now? If so, they are counted.
+  [[nodiscard]] virtual bool may_read_texts(std::uint32_t raw_bytes, const Now& now) = 0;
   // The peer has received all of a tracked message.
   virtual void on_delivered(const Outbox::Delivered& whole, const Now& now) = 0;
   // A sample of the peer's clocks has arrived now, and clock() includes it.
@@ -113,8 +113,8 @@ class Connection {
   void send(const Control& message);
   // An encoded control message. `completes`: the first round of offers ends with it.
   void send(std::string text, bool completes = false);
-  // Texts of an earlier connection that the peer may refer to, once `accepts` has named them.
-  void name_texts(Bytes kept) { named_texts_ = std::move(kept); }
+  // Texts of an earlier connection that the peer may refer to once, after `accepts` has named them.
+  void name_texts(Bytes kept);
   // The texts of the peer.
   [[nodiscard]] const TextHistory& texts() const { return texts_; }
   // OutboxOptions and ReassemblyOptions bound the buffers of both directions.
@@ -152,6 +152,9 @@ class Connection {
   void on_record(ByteView record, const Now& now);
   void on_welcome(ByteView record, const Now& now);
   Result<Nothing> on_control(std::string_view text, const Now& now);
+  void push(Outbox::ControlText text);
+  void keep_texts();
+  void hold_texts() { texts_held_.resize(texts_.size() + named_texts_.size()); }
   Result<Nothing> on_texts(const TextsFrame& frame, const Now& now);
   Result<Nothing> on_frames(const Payload& packet, const Now& now);
   // True: the frame carried data, so that an acknowledgement is due.

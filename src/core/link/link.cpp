@@ -34,6 +34,7 @@ void Link::opened(std::unique_ptr<Connection> connection, const Now& now) {
   connection_->carry(*this, &memory);
   connection_->name_texts(received_texts_);
   base_ = digest_of(received_texts_);
+  names_base_ = true;
   life.opened(now);
   if (!breaks_.empty() && breaks_.back().back == 0) breaks_.back().back = now.system;
 }
@@ -46,7 +47,10 @@ void Link::lose(Loss loss, const Now& now) {
 void Link::keep_texts() {
   const Bytes& sent = connection_->outbox().texts().kept();
   const Bytes& received = connection_->texts().kept();
-  if (!sent.empty()) sent_texts_ = sent;
+  if (!sent.empty()) {
+    sent_texts_ = sent;
+    sent_digest_ = digest_of(sent);
+  }
   if (!received.empty()) received_texts_ = received;
   const std::uint64_t bytes = sent_texts_.size() + received_texts_.size();
   texts_held_.release();
@@ -56,6 +60,7 @@ void Link::keep_texts() {
 
 void Link::forget_texts() {
   sent_texts_ = received_texts_ = {};
+  sent_digest_ = {};
   texts_held_.release();
 }
 
@@ -190,7 +195,8 @@ void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
 
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   const Token128 base = std::exchange(accepted.base, Token128{});
-  if (base && base == digest_of(sent_texts_)) connection_->outbox().go_on_with(sent_texts_);
+  if (std::exchange(names_base_, false) && base && base == sent_digest_)
+    connection_->outbox().go_on_with(sent_texts_);
   if (accepted.message_bytes_max > 0)
     connection_->set_peer_message_bytes_max(accepted.message_bytes_max);
   accepts.put(std::move(accepted), now);

@@ -4,6 +4,7 @@
 // between two of these changes must find one owner.
 #pragma once
 
+#include <chrono>
 #include <deque>
 #include <map>
 #include <memory>
@@ -253,15 +254,18 @@ class Link final : public ConnectionUser {
   }
   Result<Nothing> on_control(Control& control, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
-  [[nodiscard]] bool may_inflate(std::uint32_t raw_bytes, std::size_t body_bytes,
-                                 const Now& now) override {
-    return account->may_inflate(raw_bytes, body_bytes, now.steady);
+  [[nodiscard]] bool may_read_texts(std::uint32_t raw_bytes, const Now& now) override {
+    if (!texts_.ready(now.steady)) return false;
+    texts_.take(raw_bytes, now.steady);
+    return true;
   }
   void on_peer_time(const TimeReply& reply, const Now& now) override {
     user_.on_peer_time(*this, reply, now);
   }
 
  private:
+  static constexpr double kTextsPerSecond = 4 << 20;
+
   Result<Nothing> on(Accepts& accepts, const Now& now);
   Result<Nothing> take_accepts(const Now& now);
   Result<Nothing> on(OriginsChanged& change, const Now& now);
@@ -284,8 +288,13 @@ class Link final : public ConnectionUser {
   DueLinks* const due_;
   // Texts of the last first round that was complete, by direction.
   Bytes sent_texts_, received_texts_;
+  Token128 sent_digest_;
   Budget::Hold texts_held_;
   Token128 base_;
+  bool names_base_ = false;  // the peer's next `accepts` may: the first one of the connection
+  // As many bytes as may wait to be sent come at once. Samples do not count here: they are dropped,
+  // but texts that come too fast end the connection.
+  Throttle texts_{kTextsPerSecond, std::chrono::seconds(8)};
   std::unique_ptr<Connection> connection_;
   LinkPeer peer_;
   std::deque<LinkBreak> breaks_;

@@ -19,9 +19,9 @@ TEST(OutboxQueue, APacketSaysWhetherAnotherFollows) {
   EXPECT_TRUE(more());
   EXPECT_TRUE(more());
   EXPECT_FALSE(more());
-  EXPECT_TRUE(outbox.push_control("text"));
+  EXPECT_TRUE(outbox.push_control({"text"}));
   EXPECT_FALSE(more());
-  EXPECT_TRUE(outbox.push_control("text"));
+  EXPECT_TRUE(outbox.push_control({"text"}));
   outbox.push_small(TimeRequest{1});
   EXPECT_TRUE(more());
   EXPECT_FALSE(more());
@@ -217,11 +217,11 @@ TEST(OutboxBudget, ControlTextsBeyondTheirBudgetAreRefused) {
   auto options = one_by_one();
   options.control_bytes_max = 10;
   Outbox outbox(options);
-  EXPECT_TRUE(outbox.push_control("12345"));
-  EXPECT_TRUE(outbox.push_control("67890"));
-  EXPECT_FALSE(outbox.push_control("1"));
+  EXPECT_TRUE(outbox.push_control({"12345"}));
+  EXPECT_TRUE(outbox.push_control({"67890"}));
+  EXPECT_FALSE(outbox.push_control({"1"}));
   EXPECT_EQ(drain(outbox), "\"12345\"\n\"67890\"\n");
-  EXPECT_TRUE(outbox.push_control("1"));
+  EXPECT_TRUE(outbox.push_control({"1"}));
 }
 
 // A window of three parts of 100 bytes with their headers: 144 + 112 + 112.
@@ -263,7 +263,7 @@ TEST(OutboxWindow, UrgentHasAReserveAndAcksAreNeverHeldBack) {
   EXPECT_EQ(outbox.counts(kA).sent, kUrgentReserveBytes / 128 - 1);  // acks were asked for
   outbox.push_small(AckFrame{1});
   outbox.push_small(TimeRequest{1});
-  ASSERT_TRUE(outbox.push_control("{}"));
+  ASSERT_TRUE(outbox.push_control({"{}"}));
   EXPECT_EQ(drain(outbox), "ack 1 ask\n\"{}\"\n");
 }
 

@@ -42,7 +42,7 @@ TEST(OutboxMemory, AsksToBePulledWhileAnythingWaitsOrIsOnItsWay) {
   EXPECT_TRUE(outbox.may_have_packet()) << "what TCP repairs matters until it has arrived";
   EXPECT_TRUE(outbox.acknowledge({packet->size(), 0}, now_ms(100)));
   EXPECT_FALSE(outbox.may_have_packet());
-  ASSERT_TRUE(outbox.push_control("{}"));
+  ASSERT_TRUE(outbox.push_control({"{}"}));
   EXPECT_TRUE(outbox.may_have_packet());
   drain(outbox);
   EXPECT_FALSE(outbox.may_have_packet());

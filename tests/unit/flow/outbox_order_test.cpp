@@ -96,8 +96,8 @@ TEST(OutboxOrder, SmallThenControlThenData) {
   outbox.push_small(TimeRequest{1});
   outbox.push_small(AckFrame{5});
   outbox.push_small(AckFrame{9});  // replaces the older one
-  ASSERT_TRUE(outbox.push_control("{1}"));
-  ASSERT_TRUE(outbox.push_control("{2}"));
+  ASSERT_TRUE(outbox.push_control({"{1}"}));
+  ASSERT_TRUE(outbox.push_control({"{2}"}));
   EXPECT_EQ(drain(outbox), "ack 9 ask\n\"{1}\"\n\"{2}\"\n1#1:12\n");
 }
 
@@ -105,7 +105,7 @@ TEST(OutboxOrder, SmallThenControlThenData) {
 // they for it.
 TEST(OutboxOrder, SmallFramesAndTextsTakeTurns) {
   Outbox outbox(gathered());
-  for (const char* text : {"{1}", "{2}", "{3}"}) ASSERT_TRUE(outbox.push_control(text));
+  for (const char* text : {"{1}", "{2}", "{3}"}) ASSERT_TRUE(outbox.push_control({text}));
   std::string lines;
   for (std::uint64_t received = 1; received <= 3; ++received) {
     outbox.push_small(AckFrame{received});

@@ -191,7 +191,7 @@ class Scenario {
     expect_balance(last);
     EXPECT_EQ(last.queued + last.queued_bytes, 0U);
     channels_.erase(channel);
-    ASSERT_TRUE(outbox_.push_control(std::to_string(channel.value)));
+    ASSERT_TRUE(outbox_.push_control({std::to_string(channel.value)}));
   }
 
   void check() {

@@ -60,7 +60,7 @@ std::vector<std::string> offers(std::size_t count, std::size_t from = 0) {
 }
 
 void push(Outbox& outbox, const std::vector<std::string>& texts) {
-  for (const auto& text : texts) ASSERT_TRUE(outbox.push_control(text));
+  for (const auto& text : texts) ASSERT_TRUE(outbox.push_control({text}));
 }
 
 TEST(OutboxTexts, ManyLeaveTogetherAndMuchSmaller) {
@@ -101,6 +101,23 @@ TEST(OutboxTexts, FewBytesAndLongTextsLeaveInPlain) {
   EXPECT_TRUE(peer.frames.empty());
 }
 
+// The credential of a renewal.
+TEST(OutboxTexts, APlainTextEntersNoHistory) {
+  Outbox outbox(OutboxOptions{});
+  std::vector<std::string> texts = offers(60);
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    ASSERT_TRUE(outbox.push_control({texts[i], false, i == 0 || i == 30}));
+  TextPeer peer;
+  peer.read(outbox);
+  EXPECT_EQ(peer.texts, texts);
+  EXPECT_EQ(peer.frames.size(), 2U);
+  const Bytes& history = outbox.texts().texts();
+  const std::string kept(history.begin(), history.end());
+  EXPECT_EQ(kept.find(texts[0]), std::string::npos);
+  EXPECT_EQ(kept.find(texts[30]), std::string::npos);
+  EXPECT_NE(kept.find(texts[31]), std::string::npos);
+}
+
 TEST(OutboxTexts, NoMoreThanAFrameMayHold) {
   Outbox outbox(OutboxOptions{});
   const auto texts = offers(3 * kTextsMax);
@@ -130,7 +147,7 @@ TEST(OutboxTexts, AnotherConnectionContinuesWithWhatThePeerKeeps) {
   Outbox first(OutboxOptions{});
   TextPeer peer;
   push(first, texts);
-  ASSERT_TRUE(first.push_control("{\"complete\":true}", true));
+  ASSERT_TRUE(first.push_control({"{\"complete\":true}", true}));
   peer.read(first);
   const Bytes history = peer.history.texts();
   push(first, offers(20, 5000));  // later ones are not kept

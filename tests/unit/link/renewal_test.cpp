@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "core/wire/login.hpp"
+#include "unit/link/script.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::link_test {
@@ -58,6 +59,22 @@ TEST(Renewal, AnOpenLinkIsToldAtOnce) {
   s.subject.on_renewed(s.link, true);
   EXPECT_EQ(s.logged(), "info");
   EXPECT_EQ(s.said(), "");
+}
+
+TEST(Renewal, TheCredentialEntersNoHistoryOfTexts) {
+  Renewing s;
+  ConnectionOptions compressing = options(false);
+  compressing.outbox.compressed_texts_min = 1;
+  s.one.lose();
+  s.one.connect(compressing);
+  const std::string text(500, 'x');
+  s.link.send(text);
+  s.change("second");
+  s.link.send(text);
+  std::size_t plain = 0;
+  while (const auto packet = s.link.connection()->next_packet(now_ms(0))) plain += packet->text;
+  EXPECT_EQ(plain, 1U);
+  EXPECT_EQ(s.link.outbox().texts().texts().size(), 2 * text.size());
 }
 
 TEST(Renewal, TheMethodStaysUnlessAnotherOneComes) {

@@ -85,7 +85,7 @@ class Recorder final : public ConnectionUser, private IncomingChannel {
     return it == expected_.end() ? nullptr : &it->second;
   }
   Result<Nothing> on_control(Control&, const Now&) override { return note("control"); }
-  bool may_inflate(std::uint32_t, std::size_t, const Now&) override { return inflates; }
+  bool may_read_texts(std::uint32_t, const Now&) override { return reads_texts; }
   Result<Nothing> on_message(InMessage message, const Now&) override {
     if (message.channel == last_) forget(last_);
     return note("message " + std::to_string(message.channel.value) + "#" +
@@ -103,7 +103,7 @@ class Recorder final : public ConnectionUser, private IncomingChannel {
   }
 
   std::string words;
-  bool inflates = true;
+  bool reads_texts = true;
 
  private:
   void on_withdraw(const Withdraw&, const Now&) override {}
@@ -164,8 +164,8 @@ void Script::expect_one(std::uint32_t channel) {
   user_->expect_one({channel});
 }
 
-void Script::inflates(bool may) {
-  user_->inflates = may;
+void Script::reads_texts(bool may) {
+  user_->reads_texts = may;
 }
 
 void Script::let_go(std::uint32_t channel) {

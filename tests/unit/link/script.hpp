@@ -59,7 +59,7 @@ class Script {
   // It ends with its next message.
   void expect_one(std::uint32_t channel);
   // May texts be decompressed?
-  void inflates(bool may);
+  void reads_texts(bool may);
   // It has ended here; the peer may still send on it.
   void let_go(std::uint32_t channel);
 

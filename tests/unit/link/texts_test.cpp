@@ -60,10 +60,20 @@ TEST(Texts, OneFrameHasNoMoreThanItMay) {
   EXPECT_EQ(more.binary(texts_of(many(kTextsMax + 1))), most + ", failed 4006");
 }
 
-TEST(Texts, TheirInflationIsLimited) {
+TEST(Texts, TheirBytesAreLimited) {
   auto script = open_client();
-  script.inflates(false);
+  script.reads_texts(false);
   EXPECT_EQ(script.binary(texts_of(many(3))), "failed 4006");
+}
+
+TEST(Texts, APacketHasOneFrameOfThem) {
+  const Bytes first = texts_of(many(3));
+  const Bytes second = texts_of(many(1), bytes_of_text(many(3)));
+  auto script = open_client();
+  EXPECT_EQ(script.binary(first + second), "control, control, control, failed 4006");
+  auto apart = open_client();
+  EXPECT_EQ(apart.binary(first), "control, control, control");
+  EXPECT_EQ(apart.binary(second), "control");
 }
 
 TEST(Texts, ThoseOfAnEarlierConnectionMustHaveBeenNamed) {
@@ -77,13 +87,26 @@ TEST(Texts, ThoseOfAnEarlierConnectionMustHaveBeenNamed) {
   EXPECT_EQ(script.binary(texts_of(many(1), bytes_of_text(many(5) + many(1)))), "control");
 }
 
+TEST(Texts, ThoseOfAnEarlierConnectionAreTakenOnce) {
+  const Bytes kept = bytes_of_text(many(5));
+  auto script = open_client();
+  script.link.name_texts(kept);
+  EXPECT_EQ(script.binary(texts_of(many(1), kept, true)), "control");
+  EXPECT_EQ(script.binary(texts_of(many(1), kept, true)), "failed 4002");
+}
+
 TEST(Texts, ACopyIsKeptWhenTheFirstRoundIsComplete) {
   auto script = open_client();
   const std::string complete = R"({"type":"offer","channels":[],"complete":true})";
   script.binary(texts_of(many(2)));
   EXPECT_TRUE(script.link.texts().kept().empty());
   script.binary(texts_of(complete + "\n" + many(1), bytes_of_text(many(2))));
-  EXPECT_EQ(script.link.texts().kept(), bytes_of_text(many(2) + complete + "\n" + many(1)));
+  const Bytes copy = bytes_of_text(many(2) + complete + "\n" + many(1));
+  EXPECT_EQ(script.link.texts().kept(), copy);
+  EXPECT_EQ(script.text(complete), "control");
+  EXPECT_EQ(script.binary(texts_of(many(3), copy)), "control, control, control");
+  EXPECT_EQ(script.text(complete), "control");
+  EXPECT_EQ(script.link.texts().kept(), copy);
 }
 
 }  // namespace

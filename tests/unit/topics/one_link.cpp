@@ -22,9 +22,13 @@ OneLink::OneLink(std::uint32_t n, std::shared_ptr<Account> account, Duration res
 OneLink::~OneLink() = default;
 
 void OneLink::connect(std::int64_t at) {
+  connect(link_test::options(false), at);
+}
+
+void OneLink::connect(const ConnectionOptions& options, std::int64_t at) {
   const std::uint64_t n = link.id.value;
-  auto connection = std::make_unique<Connection>(link_test::options(false), ConnectionId{n},
-                                                 "10.0.0." + std::to_string(n), ms(at));
+  auto connection =
+      std::make_unique<Connection>(options, ConnectionId{n}, "10.0.0." + std::to_string(n), ms(at));
   while (connection->next_packet(ms(at))) {
   }
   const auto welcome = encode(link_test::a_welcome(static_cast<std::uint8_t>(100 + n)));

@@ -27,6 +27,7 @@ struct OneLink final : private link_test::QuietUser {
   void lose(std::int64_t at = 0);
   // Another connection carries it.
   void connect(std::int64_t at = 0);
+  void connect(const ConnectionOptions& options, std::int64_t at = 0);
   // Its path has shown this round trip by 50 ms: a new connection may send 32 KiB in each.
   void show_round_trip(std::int64_t round_trip_ms = 50);
 
