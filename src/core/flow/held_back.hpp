@@ -13,25 +13,28 @@
 
 namespace connect_bridge {
 
-// Keeps for each state of a publisher the newest message that a rate limit has refused, until its
-// time comes or another message of that state passes. So a rate limit never loses a publisher's
-// last message, which may say "stop". `Owner`: who is woken when the time of a message has come.
-// Single-threaded.
+// Keeps for each key of a publisher's rate (RateLimit::key: mostly a state) the newest message that
+// a rate limit has refused, until its time comes or another message of that key passes. So a rate
+// limit never loses a publisher's last message, which may say "stop". `Owner`: who is woken when
+// the time of a message has come. Single-threaded.
 template <class Message, class Owner>
 class HeldBack {
  public:
   // Held messages count in `memory`, which outlives this.
   HeldBack(Budget& memory, typename Timers<Owner>::Of timers) : memory_(memory), timers_(timers) {}
 
-  // A state of a publisher.
+  // A publisher, and a key of its rate.
   using Key = std::pair<OriginId, std::uint64_t>;
+  static constexpr std::size_t kEntryBytes = 256;  // memory of each entry, without the payload
 
-  // Holds the message until `at`, instead of an older one of the state. Returns the message that is
+  // Holds the message until `at`, instead of an older one of the key. Returns the message that is
   // lost: the older one, or, where there is no room for it, this one.
-  std::optional<Message> hold(const Key& state, Message message, std::size_t bytes, TimePoint at) {
-    if (bytes > memory_.room()) return message;
-    auto older = take(state);
-    entries_.try_emplace(state, std::move(message), memory_.hold(bytes), timers_.set(at));
+  std::optional<Message> hold(const Key& key, Message message, std::size_t bytes, TimePoint at) {
+    static_assert(sizeof(Entry) <= kEntryBytes);
+    const std::size_t all = kEntryBytes + bytes;
+    if (all > memory_.room()) return message;
+    auto older = take(key);
+    entries_.try_emplace(key, std::move(message), memory_.hold(all), timers_.set(at));
     return older;
   }
   // The next message whose time has come.
@@ -42,9 +45,9 @@ class HeldBack {
     const bool due = first != entries_.end() && first->second.leaves.at() <= now;
     return due ? take(first) : std::nullopt;
   }
-  // The next message (of this state, of this publisher), whether or not its time has come.
+  // The next message (of this key, of this publisher), whether or not its time has come.
   std::optional<Message> take() { return take(entries_.begin()); }
-  std::optional<Message> take(const Key& state) { return take(entries_.find(state)); }
+  std::optional<Message> take(const Key& key) { return take(entries_.find(key)); }
   std::optional<Message> take(OriginId origin) {
     const auto first = entries_.lower_bound({origin, 0});
     return first != entries_.end() && first->first.first == origin ? take(first) : std::nullopt;

@@ -54,16 +54,27 @@ TimePoint RateLimit::idle_at(const Windows& windows) const {
   return windows.arrived + Duration(static_cast<Duration::rep>(period_));
 }
 
+std::uint64_t RateLimit::key(std::uint64_t state) const {
+  if (period_ == 0) return 0;
+  return states_.contains(state) ? state : kOtherStates;
+}
+
+// The shared windows stay a period longer: what is held for them leaves before a newer message of
+// the same state can pass by windows of its own.
 RateLimit::Windows& RateLimit::windows_of(std::uint64_t state, TimePoint now) {
   if (period_ == 0) state = 0;
   const auto known = states_.find(state);
   if (known != states_.end()) return known->second;
-  if (states_.size() >= kStatesMax)
-    std::erase_if(states_, [&](const auto& entry) { return idle_at(entry.second) <= now; });
-  return states_[states_.size() >= kStatesMax ? kOtherStates : state];
+  if (states_.size() >= kStatesMax || states_.contains(kOtherStates))
+    std::erase_if(states_, [&](const auto& entry) {
+      const TimePoint at = idle_at(entry.second);
+      return (entry.first == kOtherStates ? at + (at - entry.second.arrived) : at) <= now;
+    });
+  const bool shares = states_.size() >= kStatesMax || states_.contains(kOtherStates);
+  return states_[shares ? kOtherStates : state];
 }
 
-void RateLimit::advance(Windows& windows, Stamp stamp, TimePoint now) const {
+void RateLimit::advance(Windows& windows, Stamp stamp, TimePoint now) {
   const auto steady = [](TimePoint at) { return at.time_since_epoch().count(); };
   const bool first = windows.arrived == TimePoint::min();
   if (!first && period_ > 0) {
@@ -73,7 +84,7 @@ void RateLimit::advance(Windows& windows, Stamp stamp, TimePoint now) const {
     windows.credit = std::min(windows.credit + passed, kCreditMax);
   }
   windows.stamp = stamp;
-  windows.arrived = now;
+  windows.arrived = latest_ = now;
 }
 
 bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state) {
@@ -87,16 +98,13 @@ bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64
 }
 
 TimePoint RateLimit::leaves_at(std::uint64_t state) const {
-  auto windows = states_.find(period_ == 0 ? 0 : state);
-  if (windows == states_.end()) windows = states_.find(kOtherStates);
+  const auto windows = states_.find(key(state));
   if (windows == states_.end()) return bytes_.ready_at();
   return std::max(idle_at(windows->second), bytes_.ready_at());
 }
 
 bool RateLimit::idle(TimePoint now) const {
-  return now >= bytes_.ready_at() &&
-         std::all_of(states_.begin(), states_.end(),
-                     [&](const auto& entry) { return now >= idle_at(entry.second); });
+  return now >= bytes_.ready_at() && now >= latest_ + Duration(static_cast<Duration::rep>(period_));
 }
 
 void RateLimit::leave(std::size_t bytes, TimePoint now, std::uint64_t state) {

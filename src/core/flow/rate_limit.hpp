@@ -56,6 +56,9 @@ class RateLimit {
   // Whether a message of this size may pass now; if so, it is counted. `stamp`: the time that it
   // tells of, in ns; 0, or one that does not advance: the time of its arrival counts.
   [[nodiscard]] bool admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state = 0);
+  // The owner of the windows that the state's last message came to: a further state's are shared.
+  // A refused message is held by this key, so no more are held than there are windows.
+  [[nodiscard]] std::uint64_t key(std::uint64_t state) const;
   // When the message of this state that was refused last may leave after all, if no other one comes
   // until then: the state did not change for a period.
   [[nodiscard]] TimePoint leaves_at(std::uint64_t state = 0) const;
@@ -76,11 +79,12 @@ class RateLimit {
   };
   Windows& windows_of(std::uint64_t state, TimePoint now);
   [[nodiscard]] TimePoint idle_at(const Windows& windows) const;
-  void advance(Windows& windows, Stamp stamp, TimePoint now) const;
+  void advance(Windows& windows, Stamp stamp, TimePoint now);
   [[nodiscard]] double window_of(Stamp ns) const;
 
   double period_ = 0;  // ns; 0: no limit
   std::map<std::uint64_t, Windows> states_;
+  TimePoint latest_ = TimePoint::min();  // when the newest message arrived
   Throttle bytes_;
 };
 

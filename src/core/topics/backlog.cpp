@@ -62,8 +62,8 @@ bool Backlog::admit(const OutSample& sample, const Now& now) {
     drop(DropReason::kTooLarge);
     return false;
   }
-  if (options_.rates.of(sample.subject.origin()).admit(bytes, sample.header, now.steady))
-    return true;
+  RateLimit& rate = options_.rates.of(sample.subject.origin());
+  if (rate.admit(bytes, sample.header, now.steady, sample.state.value_or(0))) return true;
   drop(DropReason::kRate);
   return false;
 }

@@ -496,9 +496,10 @@ bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const Top
   const OriginId origin = message.subject.origin();
   const std::uint64_t state = state_of(key_.second, raw.view()).value_or(0);
   const bool passes = rate->admit(raw.size(), stamp, now.steady, state);
-  const bool lost = passes ? held_.take({origin, state}).has_value()
+  const std::uint64_t key = rate->key(state);
+  const bool lost = passes ? held_.take({origin, key}).has_value()
                            : held_
-                                 .hold({origin, state}, {message, out_of_packet(raw)}, raw.size(),
+                                 .hold({origin, key}, {message, out_of_packet(raw)}, raw.size(),
                                        rate->leaves_at(state))
                                  .has_value();
   if (lost) dropped_.add(DropReason::kRate);

@@ -252,11 +252,13 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   if (age != Age::kNew) return true;
   RateLimit& rate = rates_.of(origin);
   const std::uint64_t state = sample.state.value_or(0);
-  if (rate.admit(bytes, sample.header, now.steady, state)) {
-    if (const auto older = held_.take({origin, state})) lose(*older, DropReason::kRate);
+  const bool passes = rate.admit(bytes, sample.header, now.steady, state);
+  const std::uint64_t key = rate.key(state);
+  if (passes) {
+    if (const auto older = held_.take({origin, key})) lose(*older, DropReason::kRate);
     return true;
   }
-  if (const auto lost = held_.hold({origin, state}, sample, bytes, rate.leaves_at(state)))
+  if (const auto lost = held_.hold({origin, key}, sample, bytes, rate.leaves_at(state)))
     lose(*lost, DropReason::kRate);
   return false;
 }

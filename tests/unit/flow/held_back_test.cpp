@@ -11,16 +11,19 @@ namespace connect_bridge {
 namespace {
 
 using test::at;
+using HeldTexts = HeldBack<std::string, int>;
+
+constexpr std::size_t kOfEntry = HeldTexts::kEntryBytes;
 
 TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
-  Budget memory(100);
+  Budget memory(2000);
   Timers<int> timers;
-  HeldBack<std::string, int> held(memory, {timers, 0});
+  HeldTexts held(memory, {timers, 0});
   EXPECT_FALSE(timers.deadline());
   EXPECT_FALSE(held.hold({{1}, 0}, "old", 10, at(50)));
   EXPECT_FALSE(held.hold({{2}, 0}, "other", 10, at(60)));
   EXPECT_EQ(held.hold({{1}, 0}, "new", 20, at(70)), "old");
-  EXPECT_EQ(memory.used(), 30U);
+  EXPECT_EQ(memory.used(), 2 * kOfEntry + 30);
   EXPECT_EQ(timers.deadline(), at(60));
   EXPECT_FALSE(held.take_due(at(59)));
   EXPECT_EQ(held.take_due(at(100)), "other");
@@ -31,9 +34,9 @@ TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
 }
 
 TEST(HeldBack, OneThatPassesEndsTheWait) {
-  Budget memory(100);
+  Budget memory(2000);
   Timers<int> timers;
-  HeldBack<std::string, int> held(memory, {timers, 0});
+  HeldTexts held(memory, {timers, 0});
   EXPECT_FALSE(held.take(OriginId{1}));
   EXPECT_FALSE(held.hold({{1}, 0}, "old", 10, at(50)));
   EXPECT_EQ(held.take(OriginId{1}), "old");
@@ -42,9 +45,9 @@ TEST(HeldBack, OneThatPassesEndsTheWait) {
 }
 
 TEST(HeldBack, EachStateOfAPublisherIsHeld) {
-  Budget memory(100);
+  Budget memory(2000);
   Timers<int> timers;
-  HeldBack<std::string, int> held(memory, {timers, 0});
+  HeldTexts held(memory, {timers, 0});
   EXPECT_FALSE(held.hold({{1}, 5}, "arm", 10, at(50)));
   EXPECT_FALSE(held.hold({{1}, 6}, "cam", 10, at(60)));
   EXPECT_FALSE(held.hold({{2}, 5}, "other", 10, at(70)));
@@ -55,9 +58,9 @@ TEST(HeldBack, EachStateOfAPublisherIsHeld) {
 }
 
 TEST(HeldBack, WithoutRoomNothingIsHeld) {
-  Budget memory(15);
+  Budget memory(kOfEntry + 15);
   Timers<int> timers;
-  HeldBack<std::string, int> held(memory, {timers, 0});
+  HeldTexts held(memory, {timers, 0});
   EXPECT_FALSE(held.hold({{1}, 0}, "a", 10, at(50)));
   EXPECT_EQ(held.hold({{2}, 0}, "b", 10, at(50)), "b");
   EXPECT_EQ(held.hold({{1}, 0}, "c", 10, at(50)), "c");

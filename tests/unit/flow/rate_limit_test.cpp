@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <set>
 
 namespace connect_bridge {
 namespace {
@@ -80,6 +81,40 @@ TEST(RateLimit, FurtherStatesShareWindows) {
   EXPECT_EQ(limit.states(), RateLimit::kStatesMax + 1);
   EXPECT_TRUE(limit.admit(1, 0, at(seconds(3)), 9999));
   EXPECT_EQ(limit.states(), 1U);  // the idle ones are forgotten
+}
+
+// A refused message is held by the owner of its windows, so states without end hold one together.
+TEST(RateLimit, FurtherStatesHaveOneKey) {
+  RateLimit limit(1, 0);
+  std::set<std::uint64_t> keys;
+  for (std::uint64_t state = 1; state <= 4 * RateLimit::kStatesMax; ++state) {
+    (void)limit.admit(1, 0, at(milliseconds(1)), state);
+    keys.insert(limit.key(state));
+  }
+  EXPECT_EQ(keys.size(), RateLimit::kStatesMax + 1);
+  EXPECT_EQ(limit.key(5), 5U);
+  EXPECT_EQ(limit.key(1000), limit.key(1001));
+  EXPECT_EQ(limit.leaves_at(1000), at(milliseconds(1001)));
+  limit.leave(1, at(milliseconds(1001)), 1000);
+  // A state has no windows of its own before what is held for it has left.
+  EXPECT_FALSE(limit.admit(1, 0, at(milliseconds(1002)), 1000));
+  EXPECT_EQ(limit.key(1000), limit.key(1001));
+  RateLimit bytes(0, 1000);
+  EXPECT_EQ(bytes.key(1), bytes.key(2));
+}
+
+TEST(RateLimit, IsIdleAPeriodAfterTheNewestMessageOfAnyState) {
+  RateLimit limit(1, 0);
+  EXPECT_TRUE(limit.idle(at(seconds(0))));
+  EXPECT_TRUE(limit.admit(1, 0, at(seconds(0)), 1));
+  EXPECT_TRUE(limit.admit(1, 0, at(milliseconds(500)), 2));
+  EXPECT_FALSE(limit.admit(1, 0, at(milliseconds(700)), 2));
+  EXPECT_FALSE(limit.idle(at(milliseconds(1699))));
+  EXPECT_TRUE(limit.idle(at(milliseconds(1700))));
+  RateLimit bytes(0, 1000);
+  EXPECT_TRUE(bytes.admit(1000, 0, at(seconds(0))));
+  EXPECT_FALSE(bytes.idle(at(milliseconds(899))));
+  EXPECT_TRUE(bytes.idle(at(milliseconds(900))));
 }
 
 TEST(RateLimit, BothLimitsHoldAndARefusedMessageCostsNothing) {

@@ -154,6 +154,19 @@ TEST(Backlog, TheLimitsOfAnOpenLinkHoldForWhatIsKept) {
   EXPECT_EQ(s.all.lost(), 2U);
 }
 
+TEST(Backlog, TheRateOfEachStateCountsByItself) {
+  Kept s;
+  auto options = backlog_options();
+  options.rates = RateLimits(1, 0);
+  Backlog slow{s.all, s.peer.link, std::move(options)};
+  OutSample sample = sample_of(kSize);
+  for (const std::uint64_t state : {7, 8}) {
+    sample.state = state;
+    EXPECT_TRUE(slow.admit(sample, ms(0))) << state;
+    EXPECT_FALSE(slow.admit(sample, ms(1))) << state;
+  }
+}
+
 TEST(Backlog, OfAStateOnlyTheNewestIsKept) {
   Kept s;
   const auto add = [&](std::uint32_t sequence, std::uint32_t origin, std::uint64_t state) {

@@ -166,6 +166,26 @@ TEST(TopicOffer, TheNewestThatItsRateForbidsLeavesLater) {
   EXPECT_FALSE(s.offer.take_held(ms(9000)));
 }
 
+// Frames without end: the rate holds no more of their messages than it has windows.
+TEST(TopicOffer, StatesWithoutEndDoNotVoidTheRate) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 1;
+  Offering s(limited);
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand({{1}, 1}, ms(0));
+  std::size_t passed = 0;
+  for (std::uint64_t state = 0; state < 4 * RateLimit::kStatesMax; ++state) {
+    OutSample sample = sized(10);
+    sample.state = state;
+    for (int i = 0; i < 2; ++i)
+      passed += s.offer.admit(sample, TopicOffer::Age::kNew, ms(0)) ? 1 : 0;
+  }
+  EXPECT_EQ(passed, RateLimit::kStatesMax + 1);
+  std::size_t held = 0;
+  while (s.offer.take_held(ms(5000))) ++held;
+  EXPECT_EQ(held, RateLimit::kStatesMax + 1);
+}
+
 TEST(TopicOffer, WhatGoesToARobotIsKeptOverABreakOnlyIfARuleSaysSo) {
   const auto resumes = [](bool by_default, std::optional<bool> rule) {
     Rule resumed = everything();
