@@ -150,6 +150,7 @@ class Outbox {
   // Estimated bytes per second that path and cap let pass; 0: not known.
   [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
   // In place of OutboxOptions::bytes_per_second_max; 0: no limit.
+  [[nodiscard]] double cap() const { return cap_.rate(); }
   void set_cap(double bytes_per_second, const Now& now) {
     cap_.set_rate(bytes_per_second, now.steady);
   }

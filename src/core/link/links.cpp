@@ -352,12 +352,17 @@ void Links::end(Link& link, const Now& now) {
 
 void Links::on(const LimitsChanged& input, const Now& now) {
   for (auto& [id, link] : links_) link.life.set_resume_for(input.resume_for);
+  // Bytes that were sent without a limit are not owed.
+  if (!side_cap_.limits())
+    for (auto& [connection, link] : carrying_) (void)link->sending().take_sent();
   side_cap_.set(input.bytes_per_second_max);
   divide_cap(now);
 }
 
 void Links::cap(Link& link, double share, const Now& now) {
-  link.sending().set_cap(LinkCap(options_.outbox.bytes_per_second_max).within(share), now);
+  const double rate = LinkCap(options_.outbox.bytes_per_second_max).within(share);
+  if (rate == link.sending().cap()) return;
+  link.sending().set_cap(rate, now);
   link.mark();
 }
 
@@ -435,7 +440,7 @@ std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const 
     const Outputs::Paying paying(outputs_, link->account->time);
     if (sends_later(*link->connection(), *link->account->time, now)) return std::nullopt;
     auto packet = link->connection()->next_packet(now, repairs);
-    if (packet) side_cap_.sent(now.steady);
+    if (packet) side_cap_.sent(now.steady, LinkCap::cost(packet->size()));
     wait(*link);  // packets that are held back leave at their time
     return packet;
   }

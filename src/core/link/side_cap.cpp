@@ -34,6 +34,23 @@ double fair_level(double amount, std::vector<double> wanted) {
 
 SideCap::SideCap(std::uint64_t bytes_per_second) : rate_(LinkCap(bytes_per_second).rate()) {}
 
+void SideCap::set(std::uint64_t bytes_per_second) {
+  if (!limits()) {
+    owed_ = known_ = 0;
+    counted_.reset();
+    ends_.reset();
+  }
+  rate_ = SideCap(bytes_per_second).rate_;
+}
+
+void SideCap::sent(TimePoint now, std::uint64_t bytes) {
+  if (!limits()) return;
+  if (!ends_) begin(now);
+  in_period_ += bytes;
+  if (static_cast<double>(in_period_) > rate_ * seconds(kPeriod))
+    ends_ = std::min(*ends_, std::max(now, began_ + kShortest));
+}
+
 void SideCap::owe(double bytes) {
   // Links send whole messages, so one period has more than its bytes and the next one fewer.
   owed_ =
@@ -46,7 +63,7 @@ void SideCap::counted(std::uint64_t sent_bytes, TimePoint now) {
     const double more = static_cast<double>(sent_bytes - *counted_) - known_;
     if (more > 0) {
       owe(more);
-      sent(now);
+      sent(now, 0);
     }
   }
   counted_ = sent_bytes;
@@ -54,7 +71,8 @@ void SideCap::counted(std::uint64_t sent_bytes, TimePoint now) {
 }
 
 std::vector<double> SideCap::divide(const std::vector<Use>& links, TimePoint now) {
-  const double took = seconds(std::max(now - began_, kShortest));
+  const Duration passed = ends_ ? now - began_ : Duration::zero();
+  const double took = seconds(std::max(passed, kShortest));
   double sum = 0;
   bool waits = false;
   std::map<const void*, std::vector<double>> wanted;
@@ -65,7 +83,7 @@ std::vector<double> SideCap::divide(const std::vector<Use>& links, TimePoint now
     wanted[link.identity].push_back(link.waits ? kAll : sent / took);
   }
   known_ += sum;
-  owe(sum - rate_ * took);
+  owe(sum - rate_ * seconds(passed));
   const double amount = std::max(rate_ - owed_ / seconds(kPaidBack), rate_ * kLeast);
   std::vector<double> of_identities;
   for (const auto& [identity, its] : wanted) {

@@ -27,16 +27,15 @@ class SideCap {
 
   // 0: no limit; values below LinkCap::kRateMin mean that.
   explicit SideCap(std::uint64_t bytes_per_second);
-  // Another limit from now on; what is owed stays.
-  void set(std::uint64_t bytes_per_second) { rate_ = SideCap(bytes_per_second).rate_; }
+  // Another limit from now on. What is owed stays; without a limit before, nothing is.
+  void set(std::uint64_t bytes_per_second);
 
   [[nodiscard]] bool limits() const { return rate_ > 0; }
   // When the present period ends; nullopt: nothing is sent or owed, and nothing waits.
   [[nodiscard]] std::optional<TimePoint> deadline() const { return ends_; }
-  // A link has sent something.
-  void sent(TimePoint now) {
-    if (limits() && !ends_) begin(now);
-  }
+  // A link has sent something. The period ends early when all together have sent a whole one's
+  // bytes: links that were idle may each have sent at the side's rate.
+  void sent(TimePoint now, std::uint64_t bytes);
   // Bytes of IP packets that the process has sent since its start. They include what no link sends:
   // logins, refused visitors, a relay's control connection, repeated segments.
   void counted(std::uint64_t sent_bytes, TimePoint now);
@@ -55,6 +54,7 @@ class SideCap {
   void begin(TimePoint now) {
     began_ = now;
     ends_ = now + kPeriod;
+    in_period_ = 0;
   }
   void owe(double bytes);
 
@@ -62,6 +62,7 @@ class SideCap {
   double owed_ = 0;  // bytes; negative: saved up
   TimePoint began_{};
   std::optional<TimePoint> ends_;
+  std::uint64_t in_period_ = 0;           // bytes that links have sent since it began
   std::optional<std::uint64_t> counted_;  // by the last counted()
   double known_ = 0;                      // bytes of links since then
 };

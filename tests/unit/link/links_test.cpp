@@ -134,6 +134,17 @@ TEST(Links, ALimitThatChangesDuringALoginHolds) {
   EXPECT_EQ(s.link(1).outbox().assumed_rate(), 50'000);
 }
 
+TEST(Links, ALimitThatBeginsFindsNothingOwed) {
+  Carried s;
+  s.enter(1, "anna");
+  while (s.links.next_packet({1}, now_ms(0))) {
+  }
+  LimitsChanged limits;
+  limits.bytes_per_second_max = 1000;
+  s.links.on(limits, now_ms(100));
+  EXPECT_EQ(s.link(1).outbox().assumed_rate(), 1000);
+}
+
 TEST(Links, ASessionGoesOnOnAnotherConnection) {
   Carried s;
   s.enter(1, "anna");

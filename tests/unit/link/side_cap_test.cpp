@@ -76,7 +76,7 @@ class Senders {
       --link.waiting;
       link.cap.sent(500, now_);
       link.left += LinkCap::cost(500);
-      cap_.sent(now_);
+      cap_.sent(now_, LinkCap::cost(500));
     }
   }
   void divide() {
@@ -182,14 +182,14 @@ TEST(SideCap, ASideThatSendsNothingHasNoTimer) {
 
 TEST(SideCap, NoLimitDividesNothing) {
   SideCap cap(0);
-  cap.sent(kStart);
+  cap.sent(kStart, 0);
   EXPECT_FALSE(cap.limits());
   EXPECT_FALSE(cap.deadline());
 }
 
 TEST(SideCap, ALimitThatChangesKeepsWhatIsOwed) {
   SideCap cap(kRate);
-  cap.sent(kStart);
+  cap.sent(kStart, 0);
   const auto before = cap.divide({{&kAnna, 5 * kRate, true}}, kStart + 1s);
   EXPECT_THAT(before, ElementsAre(DoubleNear(kRate * SideCap::kLeast, 1)));
   cap.set(2 * kRate);
@@ -198,6 +198,40 @@ TEST(SideCap, ALimitThatChangesKeepsWhatIsOwed) {
   EXPECT_THAT(after, ElementsAre(DoubleNear(2 * kRate * SideCap::kLeast, 1)));
   const auto paid = cap.divide({{&kAnna, 0, true}}, kStart + 3s);
   EXPECT_THAT(paid, ElementsAre(DoubleNear(2 * kRate, 1)));
+}
+
+TEST(SideCap, ALimitThatBeginsFindsNothingOwed) {
+  SideCap cap(0);
+  cap.counted(1'000'000, kStart);
+  cap.set(kRate);
+  const auto first = cap.divide({{&kAnna, 0, true}}, kStart);
+  EXPECT_THAT(first, ElementsAre(DoubleNear(kRate, 1)));
+  cap.set(0);
+  (void)cap.divide({{&kAnna, 50 * kRate, true}}, kStart + 1s);
+  cap.counted(50'000'000, kStart + 1s);
+  cap.set(kRate);
+  cap.counted(60'000'000, kStart + 2s);  // the first number says nothing
+  const auto again = cap.divide({{&kAnna, 0, true}}, kStart + 2s);
+  EXPECT_THAT(again, ElementsAre(DoubleNear(kRate, 1)));
+}
+
+// A link that opens ends the period at once.
+TEST(SideCap, AShortPeriodPaysForItsOwnTimeAlone) {
+  SideCap cap(kRate);
+  cap.sent(kStart, 0);
+  std::vector<double> rates;
+  for (int i = 0; i < 100; ++i) rates = cap.divide({{&kAnna, 0, true}}, kStart);
+  EXPECT_THAT(rates, ElementsAre(DoubleNear(kRate, 1)));
+}
+
+TEST(SideCap, IdleLinksThatSendTogetherEndThePeriod) {
+  SideCap cap(kRate);
+  cap.sent(kStart, kRate / 10);
+  EXPECT_EQ(cap.deadline(), kStart + SideCap::kPeriod);
+  cap.sent(kStart + 1ms, 1);
+  EXPECT_EQ(cap.deadline(), kStart + 10ms);
+  cap.sent(kStart + 20ms, 1);
+  EXPECT_EQ(cap.deadline(), kStart + 10ms);
 }
 
 }  // namespace
