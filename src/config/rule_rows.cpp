@@ -170,7 +170,9 @@ void add_rule_driving(Rows& rows) {
 void add_rule_calls(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add("calls_max", {1, 1000}, "calls",
-      "Calls of one service in progress for one peer. Later calls wait for their turn.",
+      "Calls of one service in progress for one identity, whose links have one each at least. "
+      "Later "
+      "calls wait for their turn.",
       [](Rule& r) { return &r.treatment.calls_max; });
   add("server_queue", {0, 1000}, "requests",
       "Depth of the server's request queue. The bridge delivers at most this many requests that "

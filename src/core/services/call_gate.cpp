@@ -172,8 +172,9 @@ CallGate::Caller* CallGate::find(LinkId caller) {
 
 bool CallGate::has_place(const Caller& caller) const {
   if (caller.preparing) return false;
-  return results_ ? caller.taken < kResultCallsMax
-                  : groups_.at(caller.terms.identity).taken < caller.terms.places;
+  if (results_) return caller.taken < kResultCallsMax;
+  // Links of one identity may be people who know nothing of each other.
+  return caller.taken == 0 || groups_.at(caller.terms.identity).taken < caller.terms.places;
 }
 
 // The limit of waiting calls uses this answer: a call with a place is not refused because its link

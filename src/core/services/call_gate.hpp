@@ -15,7 +15,8 @@ namespace connect_bridge {
 
 // The scheduler of the calls that peers make at one service. Calls are known only by their ids. A
 // call waits until next() returns it for the hand-over to the server, and takes one of its caller's
-// places until it leaves. A caller is a link, and the links of one identity share its places.
+// places until it leaves. A caller is a link. The links of one identity share its places, and
+// each has one at least.
 //
 // Identities with a call that may begin take turns, one call each time, and the links of one among
 // themselves: neither a link with a thousand calls nor an identity with many links delays others.

@@ -263,11 +263,11 @@ TEST(CallGate, TheLinksOfAnIdentityShareItsPlaces) {
         {"admit 1.1 2 10 7", ""},
         {"admit 2.1 2 10 7", ""},
         {"admit 3.1 2 10 8", ""},
-        {"add 1.1 2", "1.1/1 1.1/2"},
-        {"add 2.1 1", ""},
+        {"add 1.1 3", "1.1/1 1.1/2"},
+        {"add 2.1 2", "2.1/1"},  // a link has one in any case
         {"add 3.1 1", "3.1/1"},
-        {"answer 1 1", "2.1/1"},
-        {"add 2.1 1", ""},
+        {"answer 1 1", ""},
+        {"answer 1 2", "1.1/3"},
         {"dismiss 1.1", "2.1/2"}});
 }
 
