@@ -24,10 +24,15 @@ bool is_replaced(const OutMessage& message) {
 
 }  // namespace
 
-void BacklogBound::keep(const Budget& memory) {
-  // The topic with the most bytes may lose the new message itself. Each turn makes that topic
-  // smaller, so the loop ends.
-  while (bytes_ > bytes_max_ || (bytes_ > 0 && memory.room() == 0))  // mutant: kept_bound
+// The topic with the most bytes may lose the new message itself. Each turn makes that topic
+// smaller, so both loops end.
+void BacklogBound::keep() {
+  while (bytes_ > bytes_max_)  // mutant: kept_bound
+    by_bytes_.rbegin()->second->drop_oldest(DropReason::kResumeBound);
+}
+
+void LinkBacklog::keep() {
+  while (bytes() > 0 && memory_.room() == 0)
     by_bytes_.rbegin()->second->drop_oldest(DropReason::kResumeBound);
 }
 
@@ -37,23 +42,25 @@ Backlog::Backlog(LinkBacklog& all, Link& link, Options options)
       options_(std::move(options)),
       number_(++all.bound_->backlogs_),
       bytes_(all.bytes_.hold(0)) {
-  ++all_.topics_;
+  all_.by_bytes_.emplace(place(), this);
   all_.bound_->by_bytes_.emplace(place(), this);
 }
 
 Backlog::~Backlog() {
   resize(0);
   all_.bound_->by_bytes_.erase(place());
-  --all_.topics_;
+  all_.by_bytes_.erase(place());
 }
 
 void Backlog::resize(std::uint64_t bytes) {
   BacklogBound& bound = *all_.bound_;
-  auto own = bound.by_bytes_.extract(place());
+  auto of_link = all_.by_bytes_.extract(place());
+  auto of_identity = bound.by_bytes_.extract(place());
   bound.bytes_ = bound.bytes_ - bytes_.amount() + bytes;
   bytes_.resize(bytes);
-  own.key() = place();
-  bound.by_bytes_.insert(std::move(own));
+  of_link.key() = of_identity.key() = place();
+  all_.by_bytes_.insert(std::move(of_link));
+  bound.by_bytes_.insert(std::move(of_identity));
 }
 
 bool Backlog::admit(const OutSample& sample, const Now& now) {
@@ -79,7 +86,8 @@ void Backlog::add(OutMessage message) {
   ++by_origin_[message.subject.origin()];
   const auto own = messages_.emplace_hint(messages_.end(), ++arrivals_, std::move(message));
   if (is_replaced(own->second)) states_[*state_of(own->second)] = own;
-  all_.bound_->keep(all_.memory_);
+  all_.bound_->keep();
+  all_.keep();
 }
 
 std::deque<OutMessage> Backlog::take(std::uint32_t after) {

@@ -20,6 +20,8 @@
 namespace connect_bridge {
 
 class Backlog;
+// By bytes, then by age.
+using BacklogsByBytes = std::map<std::pair<std::uint64_t, std::uint64_t>, Backlog*>;
 
 // The bound of the backlogs of all lost links of one identity: with many links it keeps no more
 // than with one. Beyond the bound the topic with the most bytes drops its oldest message, so a
@@ -34,15 +36,14 @@ class BacklogBound {
 
  private:
   friend class Backlog;
-  // Drops messages until the bound holds, and until `memory` has room.
-  void keep(const Budget& memory);
+  // Drops messages until the bound holds.
+  void keep();
 
   std::shared_ptr<const Account> account_;
   std::uint64_t bytes_max_;
   std::uint64_t bytes_ = 0;
   std::uint64_t backlogs_ = 0;  // ever made
-  // By bytes, then by age.
-  std::map<std::pair<std::uint64_t, std::uint64_t>, Backlog*> by_bytes_;
+  BacklogsByBytes by_bytes_;
 };
 
 // The backlogs of all topics of one link, which its identity's bound and the room of `memory`, the
@@ -54,7 +55,7 @@ class LinkBacklog {
   LinkBacklog(const LinkBacklog&) = delete;
   LinkBacklog& operator=(const LinkBacklog&) = delete;
 
-  [[nodiscard]] bool empty() const { return topics_ == 0; }
+  [[nodiscard]] bool empty() const { return by_bytes_.empty(); }
   [[nodiscard]] const std::shared_ptr<BacklogBound>& bound() const { return bound_; }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_.used(); }
   // Messages that were resumed, and messages that were lost, since the link was lost.
@@ -63,13 +64,15 @@ class LinkBacklog {
 
  private:
   friend class Backlog;
+  // Drops messages of this link until `memory` has room.
+  void keep();
 
   std::shared_ptr<BacklogBound> bound_;
   Budget& memory_;
   Budget bytes_;  // of all topics
   std::uint64_t resumed_ = 0;
   std::uint64_t lost_ = 0;
-  std::size_t topics_ = 0;
+  BacklogsByBytes by_bytes_;
 };
 
 // The backlog of one topic, in the order in which it will be sent. Single-threaded.
@@ -115,6 +118,7 @@ class Backlog {
 
  private:
   friend class BacklogBound;
+  friend class LinkBacklog;
   // Keyed by arrival: a message taken out of the middle moves no other one.
   using Messages = std::map<std::uint64_t, OutMessage>;
   using State = std::pair<std::uint32_t, std::uint64_t>;  // subject, state

@@ -139,6 +139,20 @@ TEST(Backlog, TheMemoryOfTheLinkBoundsItToo) {
   EXPECT_EQ(s.memory.used(), others.amount());
 }
 
+// A link without memory takes nothing from another link of its identity.
+TEST(Backlog, AnotherLinkDoesNotPayForItsMemory) {
+  Kept s(kNoBound, bytes_of(2));
+  Budget plenty;
+  LinkBacklog of_another{s.all.bound(), plenty};
+  Backlog other{of_another, s.peer.link, backlog_options()};
+  for (std::uint32_t sequence = 1; sequence <= 9; ++sequence) other.add(kept_message(sequence));
+  for (const std::uint32_t sequence : {1, 2, 3, 4}) s.add(sequence);
+  EXPECT_EQ(other.size(), 9U);
+  EXPECT_LE(s.memory.used(), bytes_of(2));
+  EXPECT_GT(s.all.lost(), 0U);
+  EXPECT_EQ(of_another.lost(), 0U);
+}
+
 TEST(Backlog, TheLimitsOfAnOpenLinkHoldForWhatIsKept) {
   Kept s;
   auto options = backlog_options();
