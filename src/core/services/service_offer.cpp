@@ -99,7 +99,9 @@ void ServiceOffer::end_calls(const std::string& why, const Now& now) {
   std::size_t waiting = 0;
   for (const auto& [id, call] : calls_)
     if (call.state() != ServedCall::State::kAnswered || !link_.open()) ++waiting;
-  note_losses(waiting, service_.gives_results() ? why + "; the peer may ask again" : why, now);
+  const bool may_ask_again = service_.gives_results();
+  if (!may_ask_again) exports_.unanswered += waiting;
+  note_losses(waiting, may_ask_again ? why + "; the peer may ask again" : why, now);
   service_.gate().dismiss(link_.id);
   while (!calls_.empty()) erase(calls_.begin()->second);
   service_.begin_calls(now);  // others get its places
@@ -303,6 +305,7 @@ void ServiceOffer::end_lost(TimePoint before, const Now& now) {
   for (auto it = calls_.begin(); it != calls_.end();) {
     ServedCall& call = (it++)->second;
     if (!call.handed_over_before(before)) continue;
+    ++exports_.unanswered;
     note_losses(1, "the server that got the request is gone", now);
     refuse(call.id(), "lost", "the server that got the request is gone");
     erase(call);
@@ -319,7 +322,6 @@ void ServiceOffer::note_refusal(const std::string& what, const std::string& why,
 
 void ServiceOffer::note_losses(std::uint64_t calls, const std::string& why, const Now& now) {
   counts_.lost += calls;
-  exports_.unanswered += calls;
   log_calls(exports_.outputs, link_.account->calls_served.losses,
             "of " + link_.owner() + " get no answer", service_.key(), why, now, calls);
 }

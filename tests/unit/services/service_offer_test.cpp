@@ -39,6 +39,21 @@ TEST(ServiceOffer, ARequestIsExecutedOnce) {
   EXPECT_EQ(s.did(), "");
 }
 
+// The peer counts those that nobody answers in the end.
+TEST(ServiceOffer, AResultThatThePeerMayAskForAgainIsNoCallWithoutAnAnswer) {
+  Rule rule = callable();
+  rule.opens[Direction::kExport][OpenedBy::kActions] = {Pattern::parse("/**").value()};
+  Served result(rule, {"/go/_action/get_result", "p/action/Go_GetResult"});
+  Served call;
+  for (Served* s : {&result, &call}) {
+    s->attach();
+    EXPECT_TRUE(s->request(1, "a"));
+    s->detach();
+  }
+  EXPECT_EQ(result.exports.unanswered, 0U);
+  EXPECT_EQ(call.exports.unanswered, 1U);
+}
+
 TEST(ServiceOffer, TwiceIsAnOffence) {
   Served s;
   s.attach();
