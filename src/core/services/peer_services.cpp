@@ -94,7 +94,8 @@ void PeerServices::forget_orphans(LinkId link, const Now& now) {
   update_of(
       link,
       [&](ServiceMirror& service) {
-        if (service.feeds().at(link).is_offered()) return false;
+        const auto feed = service.feeds().find(link);
+        if (feed == service.feeds().end() || feed->second.is_offered()) return false;
         service.remove_feed(link, "the peer does not offer the service again", now);
         return true;
       },
