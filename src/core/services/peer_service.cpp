@@ -80,6 +80,7 @@ Result<Nothing> PeerService::on_attached(const Attached& attached, const Now& no
   if (attached.seen.value >= kCallNumbersMax)
     return Error{CloseCode::kIllegal, "more calls seen than can be made"};
   attached_ = true;
+  attached_to_ = link_.login.identity().name;
   type_hash_ = attached.type_hash;
   if (keeps_results() && !service_.fits(type_hash_)) {
     service_.close("its type is another one after the break", now);
@@ -170,6 +171,7 @@ bool PeerService::make_call(RequestId request, Payload payload, const Now& now) 
 bool PeerService::keep_results(const Now& now) {
   if (keeps_results()) return true;
   if (results_.empty() || !link_.life.may_return() || !link_.life.keeps()) return false;
+  if (attached_to_ != link_.login.identity().name) return false;
   std::vector<RequestId> others;
   for (const auto& [request, id] : by_request_)
     if (!results_.contains(request)) others.push_back(request);
@@ -179,7 +181,7 @@ bool PeerService::keep_results(const Now& now) {
   calls_.clear();
   by_request_.clear();
   if (encoder_) encoder_->clear();
-  kept_for_ = link_.login.identity().name;
+  kept_for_ = attached_to_;
   log_calls(imports_.outputs, link_.account->calls_made.kept,
             "for results of goals wait for the return of " + link_.label(), service_.key(), {}, now,
             results_.size());

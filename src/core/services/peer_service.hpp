@@ -158,7 +158,8 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
     bool again = false;
   };
   std::map<RequestId, Awaited> results_;
-  std::optional<std::string> kept_for_;  // the identity of the link that died
+  std::string attached_to_;              // the identity whose server got the calls
+  std::optional<std::string> kept_for_;  // the same, once the link has died
   std::optional<Encoder> encoder_;       // none: requests are not compressed
   ServiceStatus counts_;
 };
