@@ -47,6 +47,8 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     sink(std::move(*input));
   }
   const bool ending = shared_.ended.free_some();
+  if (const auto leave = shared_.ended.next_leave())
+    shared_.look_again(*leave - std::chrono::steady_clock::now());
   const bool looking = services_.look_at_some();
   const bool more = checked || ending || looking || !shared_.ready.idle() || !reports.empty();
   if (more) shared_.ready.wake();  // one wake includes inputs that arrive meanwhile

@@ -72,6 +72,27 @@ TEST_F(ServiceMirrorTest, VanishesWhenItIsDestroyed) {
   EXPECT_TRUE(side.until([&] { return client.ready(); }));
 }
 
+// One that has said that a goal was aborted stays for a farewell, whose end wakes the loop.
+TEST_F(ServiceMirrorTest, VanishesAfterItsFarewell) {
+  TestNode caller("caller");
+  TestSide side("connect_client");
+  RawClient client(caller, topic("service"));
+  mirror(side);
+  ASSERT_TRUE(side.until([&] { return client.ready(); }));
+  client.send(set_bool(true));
+  const auto request = side.next<RequestTaken>();
+  ASSERT_TRUE(request);
+  side.drain_for(3s);  // nothing else wakes it any longer
+  side.gateway.apply(DropRequest{kMirror, request->request, true});
+  side.drain_for(500ms);
+  side.gateway.apply(DestroyServiceMirror{kMirror});
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (client.ready() && side.alarm.wait(end))
+    while (side.gateway.drain([](Input&&) {})) {
+    }
+  EXPECT_FALSE(client.ready());
+}
+
 TEST_F(ServiceMirrorTest, LosesNoRequestOfABurst) {
   TestNode caller("caller");
   TestSide side("connect_client");

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -61,6 +62,12 @@ class Ended {
     const auto end = now + kTurn;
     while (!entities_.empty() && std::chrono::steady_clock::now() < end) entities_.pop_front();
     return !entities_.empty();
+  }
+
+  // When the next farewell is over; nullopt: there is none.
+  [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> next_leave() const {
+    if (leaving_.empty()) return std::nullopt;
+    return leaving_.begin()->first;
   }
 
  private:

@@ -96,7 +96,6 @@ void ServiceMirror::drop(RequestId request, bool aborted) {
   }
   aborts_ = true;
   respond(request, result.view());
-  shared_.look_again(farewell());
 }
 
 Payload ServiceMirror::aborted_result() {
