@@ -131,6 +131,8 @@ MUTANTS = [
            swap(" || base->second.demand != message.demand", "")),
     Mutant("delta_checksum", "deltas without a checksum", gone),
     Mutant("lossy_never", "rounded clouds are taken where they are not allowed", never),
+    Mutant("lossy_live", "a rule that forbids rounding changes no demand",
+           swap(" || (demanded_ && wants_lossy() != lossy_)", "")),
     Mutant("lossy_latched", "latched clouds are rounded",
            swap(" && !is_transient_local(qos_)", "")),
     Mutant("lossy_planes", "planes may be rounded", swap("steps == Steps::kRefused", "false")),

@@ -1,6 +1,7 @@
 // Detects that a file has changed.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -28,8 +29,12 @@ class FileWatch {
   // Whether the file is missing: settled_change() reports it when it appears, not before.
   [[nodiscard]] bool is_missing() const { return look() == Stamps{}; }
   [[nodiscard]] const std::string& file() const { return file_; }
-  // When the content that is known was written, by the file; 0: it is missing.
-  [[nodiscard]] std::int64_t written_at() const { return std::get<3>(known_); }
+  // When the content that is known was written, by the file; 0: it is missing. A copy may keep a
+  // time of another machine's clock. This machine sets the time of the attributes, so the smaller
+  // one counts.
+  [[nodiscard]] std::int64_t written_at() const {
+    return std::min(std::get<3>(known_), std::get<4>(known_));
+  }
 
  private:
   // Device, inode, size, times of content and of attributes in nanoseconds; zeros: no such file.

@@ -28,11 +28,16 @@ TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now
 Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "token")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'token'"};
-  return table_.find(attempt.credential, at_least(now));
+  return find(sha256(attempt.credential), now);
 }
 
 Judgement TokenLogin::find(const Digest& token, Stamp now) const {
-  return table_.find(token, at_least(now));
+  const Stamp counted = at_least(now);
+  Judgement judged = table_.find(token, counted);
+  if (!judged.identity && counted > now && table_.find(token, now).identity)
+    judged.reason += ", as its file was written at " + date_text(counted) +
+                     ", and this machine's clock is behind that";
+  return judged;
 }
 
 Refreshed TokenLogin::refresh(Stamp now) {

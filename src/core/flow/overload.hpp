@@ -44,8 +44,10 @@ class Overload {
     before_ = last_.value_or(took);
     last_ = took;
     if (took < kTellingTime) {
+      quick_ = true;
       rate_before_ = rate_ = 0;
     } else {
+      if (rate_ > 0) quick_ = false;
       rate_before_ = rate_;
       rate_ = static_cast<double>(bytes) / std::chrono::duration<double>(took).count();
     }
@@ -66,10 +68,10 @@ class Overload {
   }
 
   // Bytes per second of its messages, from first part to last: the channel's share of the link, by
-  // the quicker one of the last two. 0: they leave too quickly to tell, or only one has left, and
-  // that while the path may have shown its rate for the first time.
+  // the quicker one of the last two. 0: they leave too quickly to tell, or only one has told. One
+  // tells by itself if it took long and none was quick before: else the path stood still.
   [[nodiscard]] double rate() const {
-    const bool told = rate_before_ > 0 || (last_ && *last_ >= kSurelyTelling);
+    const bool told = rate_before_ > 0 || (!quick_ && last_ && *last_ >= kSurelyTelling);
     return told ? std::max(rate_, rate_before_) : 0;
   }
 
@@ -94,6 +96,7 @@ class Overload {
   std::uint64_t came_ = 0;               // since then
   std::uint64_t left_ = 0;
   bool stands_ = false;
+  bool quick_ = false;  // one left too quickly to tell, and no two have told since then
   std::optional<TimePoint> calm_since_;  // it stands, but since then nothing waited long
 };
 

@@ -112,7 +112,7 @@ bool PeerTopic::recheck(const Now& now) {
 void PeerTopic::renew(const Now& now) {
   bool renewed = false;
   for (const auto& [id, mirror] : origins_) renewed = mirror->adopt(*this, now) || renewed;
-  if (renewed) demand_again(now);
+  if (renewed || (demanded_ && wants_lossy() != lossy_)) demand_again(now);  // mutant: lossy_live
 }
 
 // ---- the end
@@ -202,11 +202,15 @@ bool PeerTopic::may_resume() const {
   return link_.life.keeps() && !parameter_events_ && may_come_late();
 }
 
+bool PeerTopic::wants_lossy() const {
+  return decodes_.cloud && treatment().lossy != Lossy::kNever && treatment().resume != true;
+}
+
 ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
   demand_ = number;
   deltas_.clear();
   resume_ = may_resume();
-  lossy_ = decodes_.cloud && treatment().lossy != Lossy::kNever && treatment().resume != true;
+  lossy_ = wants_lossy();
   ChannelDemand begun{.channel = number_,
                       .number = number,
                       .resume = resume_,

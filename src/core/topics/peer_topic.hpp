@@ -159,6 +159,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   void note_end(const Ending& why) const;
   // Should the peer keep the messages of this topic that a break loses?
   [[nodiscard]] bool may_resume() const;
+  // Do the rules of now let messages lose something?
+  [[nodiscard]] bool wants_lossy() const;
   // May a message that was published before a break be published here after it?
   [[nodiscard]] bool may_come_late() const {
     const bool ever =

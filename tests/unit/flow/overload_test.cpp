@@ -120,6 +120,20 @@ TEST(Overload, AMessageOfASecondTellsTheRateByItself) {
   EXPECT_EQ(subject.rate(), 50'000);
 }
 
+// A break of a path that carries all is no reason to send less.
+TEST(Overload, ASlowMessageAfterAQuickOneTellsNoRate) {
+  Overload subject;
+  const auto send = [&](std::int64_t took_ms) {
+    subject.sent(std::chrono::milliseconds(took_ms), 100'000);
+    return subject.rate();
+  };
+  EXPECT_EQ(send(10), 0);
+  EXPECT_EQ(send(1500), 0);
+  EXPECT_EQ(send(10), 0);
+  EXPECT_EQ(send(2000), 0);
+  EXPECT_EQ(send(2000), 50'000);
+}
+
 // The path stood still while it was under way.
 TEST(Overload, OneThatTookLongAloneIsNoMeasure) {
   Judge s;

@@ -189,9 +189,15 @@ struct Receiving : OfferedScript {
     peer.send_demands();
     did();
   }
-  Result<Nothing> give_cloud(std::uint32_t step_um) {
+  void adopt(const Rule& rule) {
+    policy = Policy({rule});
+    peer.recheck(ms(0));
+    peer.renew(ms(0));
+    peer.send_demands();
+  }
+  Result<Nothing> give_cloud(std::uint32_t step_um, std::uint16_t demand = 1) {
     const Bytes raw = cloud_bytes();
-    InMessage result = message("", 1);
+    InMessage result = message("", demand);
     result.codec = Codec::kCloud;
     result.raw_bytes = static_cast<std::uint32_t>(raw.size());
     const Compression how{Codec::kCloud, 1, false, step_um};
@@ -214,6 +220,23 @@ TEST(SentAs, ARoundedCloudIsPublishedAndSaidInTheStatus) {
   ASSERT_TRUE(s.give_cloud(0));
   EXPECT_EQ(s.sent_as().codec, Codec::kCloud);
   EXPECT_EQ(s.sent_as().step_um, 0U);
+}
+
+TEST(SentAs, ARuleThatForbidsItFromNowOnMakesANewDemand) {
+  Receiving s;
+  EXPECT_EQ(s.one.said(), "demand 1 on\n");
+  Rule another = media_rule();
+  another.treatment.max_error = 0.001;
+  s.adopt(another);
+  EXPECT_EQ(s.one.said(), "");
+  another.treatment.lossy = Lossy::kNever;
+  s.adopt(another);
+  EXPECT_EQ(s.one.said(), "demand 1 off\n");
+  s.pass_to(10'000);
+  s.peer.send_demands();
+  EXPECT_EQ(s.one.said(), "demand 1 on\n");
+  EXPECT_TRUE(s.give_cloud(0, 2));
+  EXPECT_FALSE(s.give_cloud(1000, 2));
 }
 
 TEST(SentAs, ARoundedCloudThatNobodyAllowedEndsTheLink) {

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -126,7 +127,26 @@ TEST(Authenticator, AClockThatIsBehindMakesNoTokenValidAgain) {
   const timespec written[2] = {{1772323200, 0}, {1772323200, 0}};  // 2026-03-01
   ASSERT_EQ(::utimensat(AT_FDCWD, options.token_file.c_str(), written, 0), 0);
   const AuthSetup setup = make_authenticator(options, kEarly);
-  EXPECT_THAT(check(*setup.authenticator, kToken, "1.1.1.1:1").reason, HasSubstr("expired"));
+  EXPECT_THAT(
+      check(*setup.authenticator, kToken, "1.1.1.1:1").reason,
+      AllOf(HasSubstr("expired"), HasSubstr("its file was written at 2026-03-01T00:00:00Z")));
+}
+
+// An archive or a copy gives the file the time of another clock.
+TEST(Authenticator, AFileFromTheFutureEndsNoToken) {
+  const std::time_t seconds = std::time(nullptr);
+  constexpr std::time_t kDay = 24 * 60 * 60;
+  const Stamp now = static_cast<Stamp>(seconds) * kStampSecond;
+  AuthOptions options;
+  options.token_file = write_file(
+      "ahead.yaml", token_entry("anna", ", expires: " + date_text(now + 30 * kDay * kStampSecond)));
+  const timespec written[2] = {{seconds + 365 * kDay, 0}, {seconds + 365 * kDay, 0}};
+  ASSERT_EQ(::utimensat(AT_FDCWD, options.token_file.c_str(), written, 0), 0);
+  const AuthSetup setup = make_authenticator(options, now);
+  ASSERT_THAT(setup.problems, IsEmpty());
+  const std::string token = kToken;
+  const Attempt attempt{"token", Bytes(token.begin(), token.end()), "1.1.1.1:1"};
+  EXPECT_TRUE(setup.authenticator->judge(attempt, now).identity);
 }
 
 // A token that was withdrawn must not stay valid until the file changes once more.
