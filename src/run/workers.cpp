@@ -66,6 +66,12 @@ void Workers::handled(const JobDone& done) {
   changed_.notify_one();
 }
 
+bool Workers::decodes_alone(const Job& job) {
+  const auto* const decode = std::get_if<DecompressJob>(&job);
+  return decode && (decode->codec == Codec::kPlanes || decode->codec == Codec::kCloud) &&
+         decode->raw_bytes > kColumnsBesideMax;
+}
+
 void Workers::run() {
   for (;;) {
     std::unique_lock lock(mutex_);
@@ -76,10 +82,13 @@ void Workers::run() {
     const Job job = *waiting_.take();
     lock.unlock();
     JobDone done{std::visit([](const auto& j) { return j.job; }, job), std::nullopt};
+    std::unique_lock alone(alone_, std::defer_lock);
+    if (decodes_alone(job)) alone.lock();
     try {
       done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
     } catch (const std::bad_alloc&) {  // handled like malformed data, or data that does not shrink
     }
+    if (alone) alone.unlock();
     lock.lock();
     unhandled_bytes_ += bytes_of(done);
     lock.unlock();

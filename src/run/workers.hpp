@@ -25,6 +25,10 @@ class Workers {
   // No job begins while so many bytes of results wait to be handled. So with two threads memory
   // holds at most these bytes, two messages in work, and one that is being handled.
   static constexpr std::size_t kUnhandledBytesMax = 8 << 20;
+  // Decoding a picture or cloud takes four times its bytes. Above this size one is decoded at a
+  // time.
+  static constexpr std::size_t kColumnsBesideMax = 8 << 20;
+  [[nodiscard]] static bool decodes_alone(const Job& job);
 
   Workers(unsigned threads, std::function<void(JobDone)> done);
   // Waits for the running jobs, which stop early if they would take long; forgets the waiting ones.
@@ -43,6 +47,7 @@ class Workers {
 
   std::function<void(JobDone)> done_;
   std::mutex mutex_;
+  std::mutex alone_;  // of who decodes a large picture or cloud; taken before mutex_
   std::condition_variable changed_;
   TurnsOfGroups<std::uint64_t, LinkId, Job> waiting_;
   std::size_t unhandled_bytes_ = 0;

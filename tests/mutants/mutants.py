@@ -134,7 +134,7 @@ MUTANTS = [
     Mutant("lossy_live", "a rule that forbids rounding changes no demand",
            swap(" || (demanded_ && wants_lossy() != lossy_)", "")),
     Mutant("lossy_latched", "latched clouds are rounded",
-           swap(" && !is_transient_local(qos_)", "")),
+           swap(" && !offer.is_latched()", "")),
     Mutant("lossy_planes", "planes may be rounded", swap("steps == Steps::kRefused", "false")),
     Mutant("enough_exact", "clouds are rounded although half of them would come exact",
            swap("kShareOfPublished / interval_", "kEnoughPerSecond")),

@@ -342,24 +342,25 @@ void put(ByteView raw, Column& column, Key& key, Bytes& out) {
   }
 }
 
+// `key`: null if no later column needs the values.
 template <class T>
-bool take_plain(const Column& column, ByteView& from, Key& key, Bytes& raw) {
+bool take_plain(const Column& column, ByteView& from, Key* key, Bytes& raw) {
   auto values = take_planes<T>(from, column.elements(), column.planes);
   from_differences(values, column.lag);
   if constexpr (sizeof(T) == 1) {
     if (!column.minus) {
-      key = values;
+      if (key) *key = values;
     } else {
-      if (key.size() != values.size()) return false;
+      if (!key || key->size() != values.size()) return false;
       for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = static_cast<std::uint8_t>(values[i] + key[i]);
+        values[i] = static_cast<std::uint8_t>(values[i] + (*key)[i]);
     }
   }
   scatter(std::move(values), column, raw);
   return true;
 }
 
-bool take(const Column& column, ByteView& from, Key& key, Bytes& raw) {
+bool take(const Column& column, ByteView& from, Key* key, Bytes& raw) {
   switch (column.kind) {
     case ColumnKind::kRanks:
       return are_bytes(column.extra) ? take_ranks<std::uint8_t>(column, from, raw)
@@ -470,13 +471,17 @@ bool is_within(const Column& column, std::size_t raw_bytes) {
   return last < raw_bytes && column.width <= raw_bytes - last;
 }
 
-std::optional<Bytes> encode(ByteView raw, Columns columns, int level) {
+std::optional<Bytes> encode(ByteView raw, Columns columns, int level,
+                            const std::atomic<bool>* give_up) {
   Bytes stored;
   stored.reserve(raw.size());
   Key key;
-  for (Column& column : columns) put(raw, column, key, stored);
+  for (Column& column : columns) {
+    if (give_up && *give_up) return std::nullopt;
+    put(raw, column, key, stored);
+  }
   if (stored.size() > raw.size()) return std::nullopt;
-  const auto frame = compress(stored, {Codec::kZstd, level});
+  const auto frame = compress(stored, {Codec::kZstd, level}, give_up);
   if (!frame) return std::nullopt;
   Bytes body;
   body.reserve(kHeadBytes + columns.size() * kColumnBytes + frame->size());
@@ -526,14 +531,15 @@ Columns opaque(std::size_t raw_bytes) {
   return {all};
 }
 
-std::optional<Bytes> encode_columns(ByteView raw, const Columns& columns, int level) {
+std::optional<Bytes> encode_columns(ByteView raw, const Columns& columns, int level,
+                                    const std::atomic<bool>* give_up) {
   if (raw.empty() || raw.size() > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
   const bool exact = std::none_of(columns.begin(), columns.end(), [](const Column& column) {
     return column.kind == ColumnKind::kSteps;
   });
   if (columns.size() > 1 && exact && shrinks_more_as_it_is(raw, columns, level))
-    return encode(raw, opaque(raw.size()), level);
-  return encode(raw, columns, level);
+    return encode(raw, opaque(raw.size()), level, give_up);
+  return encode(raw, columns, level, give_up);
 }
 
 Result<Bytes> decode_columns(ByteView body, std::size_t raw_bytes, Steps steps) {
@@ -552,8 +558,13 @@ Result<Bytes> decode_columns(ByteView body, std::size_t raw_bytes, Steps steps) 
   Bytes raw(raw_bytes);
   ByteView rest = stored.value();
   Key key;
-  for (const Column& column : head->columns)
-    if (!take(column, rest, key, raw)) return malformed("a column is damaged");
+  const auto& columns = head->columns;
+  for (auto column = columns.begin(); column != columns.end(); ++column) {
+    const bool needs_key =
+        std::any_of(column, columns.end(), [](const Column& later) { return later.minus; });
+    if (!take(*column, rest, needs_key ? &key : nullptr, raw))
+      return malformed("a column is damaged");
+  }
   return raw;
 }
 

@@ -3,6 +3,7 @@
 // 6). One unit: for each kind of column, what is written and what is read must agree.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -49,8 +50,10 @@ inline constexpr std::uint32_t kRanksMax = 4096;
 [[nodiscard]] Columns opaque(std::size_t raw_bytes);
 
 // The columns must be within `raw` and have as many bytes as it has. Where a part of the sample
-// shows that it shrinks more as it is, it is one opaque column. nullopt: it does not shrink.
-[[nodiscard]] std::optional<Bytes> encode_columns(ByteView raw, const Columns& columns, int level);
+// shows that it shrinks more as it is, it is one opaque column. nullopt: it does not shrink, or
+// `give_up` became true meanwhile, as in compress().
+[[nodiscard]] std::optional<Bytes> encode_columns(ByteView raw, const Columns& columns, int level,
+                                                  const std::atomic<bool>* give_up = nullptr);
 
 enum class Steps : std::uint8_t { kRefused, kAllowed };
 // Exactly `raw_bytes` bytes, or kMalformed. The caller has checked `raw_bytes` against its limit;

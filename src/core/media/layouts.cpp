@@ -80,10 +80,11 @@ std::optional<CloudLayout> cloud_layout(ByteView raw) {
   if (!read_header(reader)) return std::nullopt;
   CloudLayout layout;
   const auto height = reader.u32();
+  if (!height) return std::nullopt;  // nothing lies before the rest
   layout.size_at = place_of(reader.rest(), raw) - 4;
   const auto width = reader.u32();
   const auto fields = reader.u32();
-  if (!height || !width || !fields || *fields > kFieldsMax) return std::nullopt;
+  if (!width || !fields || *fields > kFieldsMax) return std::nullopt;
   for (std::uint32_t i = 0; i < *fields; ++i)
     if (!read_field(reader, layout.fields.emplace_back())) return std::nullopt;
   const auto big_endian = reader.u8();

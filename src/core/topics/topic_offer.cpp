@@ -9,6 +9,13 @@
 #include "core/topics/topic_qos.hpp"
 
 namespace connect_bridge {
+namespace {
+
+constexpr std::string_view kThinned = "the grid of the rule leaves out points";
+constexpr std::string_view kThinnedAndRounded =
+    "the link would carry too few exact ones, and the grid of the rule leaves out points";
+
+}  // namespace
 
 TopicOffer::TopicOffer(ExportContext& context, LocalTopic& topic, Link& link)
     : context_(context),
@@ -203,8 +210,16 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
 bool TopicOffer::is_answer(const OutMessage& message) const {
   if (!may_answer(demand_.decodes, message.codec)) return false;
   if (message.codec != Codec::kCloud || demand_.lossy) return true;
+  // A thinned cloud does not show what it lacks. The kept messages have the rule of now.
+  if (rule_may_lose() && treatment().grid > 0) return false;
   const auto facts = media::facts_of(message.body.view());
   return facts && facts->step_um == 0;
+}
+
+bool TopicOffer::is_latched() const {
+  const auto& origins = topic_.origins();
+  return std::any_of(origins.begin(), origins.end(),
+                     [](const auto& entry) { return is_transient_local(entry.second.qos); });
 }
 
 const std::string& TopicOffer::type() const {
@@ -307,20 +322,29 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.resumes = resume_ && sample.reliable;
   if (keep() == Keep::kAll) message.state.reset();
   message.moment = moment_of(sample);
-  note_form(codec, body);
+  note_form(codec, sample.raw.size(), body);
   link_.sending().push(*queue_, std::move(message), now);
   tell_late();
 }
 
-void TopicOffer::note_form(Codec codec, const Payload& body) {
+void TopicOffer::note_form(Codec codec, std::size_t raw_bytes, const Payload& body) {
   sent_as_ = {};
   if (codec != Codec::kPlanes && codec != Codec::kCloud) return;
   const auto facts = media::facts_of(body.view());
   sent_as_.codec = codec;
-  if (!facts || facts->step_um == 0) return;
-  sent_as_.step_um = facts->step_um;
-  sent_as_.because = cloud_.because();
+  if (!facts) return;
   const std::string& name = topic_.key().first;
+  const bool thinned = facts->raw_bytes < raw_bytes;
+  if (thinned) {
+    sent_as_.because = facts->step_um > 0 ? kThinnedAndRounded : kThinned;
+    if (link_.account->told.first(name + " is thinned"))
+      context_.outputs.log(LogLevel::kInfo, name +
+                                                ": the `grid` of its rule leaves out points for " +
+                                                link_.label() + ", which cannot see that");
+  }
+  if (facts->step_um == 0) return;
+  sent_as_.step_um = facts->step_um;
+  if (!thinned) sent_as_.because = cloud_.because();
   if (link_.account->told.first(name + " is rounded"))
     context_.outputs.log(LogLevel::kInfo,
                          name + ": the link to " + link_.label() +

@@ -104,10 +104,10 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] const Decodes& decodes() const { return demand_.decodes; }
   [[nodiscard]] bool may_be_lossy() const { return demand_.lossy; }
   // The same by both ends' rules.
-  [[nodiscard]] bool may_lose() const {
-    return demand_.lossy && keep() == Keep::kNewest && treatment().compression.automatic &&
-           treatment().lossy != Lossy::kNever && treatment().resume != true;
-  }
+  [[nodiscard]] bool may_lose() const { return demand_.lossy && rule_may_lose(); }
+  // Does a publisher keep samples for late subscribers? Then all samples of the topic are exact:
+  // beside volatile publishers the subscription is volatile, too.
+  [[nodiscard]] bool is_latched() const;
   [[nodiscard]] const std::string& type() const;
   // How exact a cloud is for this peer.
   [[nodiscard]] CloudForm& cloud() { return cloud_; }
@@ -132,6 +132,10 @@ class TopicOffer final : public OutgoingChannel {
 
  private:
   [[nodiscard]] ChannelId number() const { return offer_.number(); }
+  [[nodiscard]] bool rule_may_lose() const {
+    return keep() == Keep::kNewest && treatment().compression.automatic &&
+           treatment().lossy != Lossy::kNever && treatment().resume != true;
+  }
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
   [[nodiscard]] bool permits(const Payload& sample) const;
   // Has the peer published this sample already? Its demand says so.
@@ -143,8 +147,8 @@ class TopicOffer final : public OutgoingChannel {
   // May the message, made for an earlier demand, answer this one?
   [[nodiscard]] bool is_answer(const OutMessage& message) const;
   void tell_late();
-  // Notes the form of the sample for the status; says once that points are rounded.
-  void note_form(Codec codec, const Payload& body);
+  // Notes the form of the sample for the status; says once that points are rounded or left out.
+  void note_form(Codec codec, std::size_t raw_bytes, const Payload& body);
   // The stamp, node and namespace by which messages of the link leave together.
   [[nodiscard]] Moment moment_of(const OutSample& sample) const;
 

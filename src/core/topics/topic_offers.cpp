@@ -197,9 +197,12 @@ void TopicOffers::choose_step(TopicOffer& offer, std::size_t bytes, const Now& n
 
 bool TopicOffers::leave(Stream& stream, const Compression& how, TopicOffer& offer) {
   const LinkId link = offer.link().id;
-  if (how.codec != Codec::kCloud || !may_be_lossy(offer) || stream.encoder.works_for(link))
+  if (how.codec != Codec::kCloud) return false;
+  if (may_be_lossy(offer)) {
+    if (stream.encoder.works_for(link) || how.step_um == offer.cloud().step_um()) return false;
+  } else if (!how.loses()) {
     return false;
-  if (how.step_um == offer.cloud().step_um()) return false;
+  }
   for (const auto& sample : stream.encoder.forget(link))
     offer.lose(sample, DropReason::kNewerAvailable);
   return true;

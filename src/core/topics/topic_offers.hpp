@@ -114,9 +114,10 @@ class TopicOffers {
   void choose_step(TopicOffer& offer, std::size_t bytes, const Now& now);
   [[nodiscard]] bool may_be_lossy(const TopicOffer& offer) const {
     const bool cloud = is_cloud(offer.type()) && offer.decodes().cloud;
-    return cloud && offer.may_lose() && !is_transient_local(qos_);  // mutant: lossy_latched
+    return cloud && offer.may_lose() && !offer.is_latched();  // mutant: lossy_latched
   }
-  // Drops what waits for the link in a form that is no longer wanted; newer samples come.
+  // Drops what waits for the link in a form that is no longer wanted, or with a worker in one that
+  // is no longer allowed; newer samples come.
   [[nodiscard]] bool leave(Stream& stream, const Compression& how, TopicOffer& offer);
   void send_encoded(Stream& stream, const Now& now);
   void send(const Encoder::Encoded& ready, const Now& now);

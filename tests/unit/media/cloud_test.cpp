@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -190,6 +191,21 @@ TEST(MediaCloud, WhatDisagreesWithItselfIsOpaque) {
   const Bytes sample = cloud_sample(good);
   for (std::size_t size = 0; size < sample.size(); ++size)
     EXPECT_FALSE(cloud_columns(ByteView(sample).first(size), 1000)) << size;
+}
+
+TEST(MediaCloud, APartOfACloudHasNoLayout) {
+  const Bytes sample = cloud_sample(sweep(2, 2));
+  ASSERT_TRUE(cloud_layout(sample));
+  for (std::size_t size = 0; size + 4 < sample.size(); ++size)
+    EXPECT_FALSE(cloud_layout(ByteView(sample).first(size))) << size;
+}
+
+TEST(MediaCloud, EncodingStopsWhenItIsNotNeeded) {
+  const Bytes sample = cloud_sample(sweep(16, 200));
+  std::atomic<bool> give_up = false;
+  EXPECT_TRUE(encode_sample(sample, cloud_with(0), &give_up));
+  give_up = true;
+  EXPECT_FALSE(encode_sample(sample, cloud_with(0), &give_up));
 }
 
 TEST(MediaCloud, ACloudWithoutFieldsIsPadding) {

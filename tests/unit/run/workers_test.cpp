@@ -114,6 +114,25 @@ struct Order {
   Workers workers;
 };
 
+// They take four times their bytes.
+TEST(Workers, LargePicturesAndCloudsAreDecodedOneAtATime) {
+  const auto alone = [](Codec codec, std::size_t raw_bytes) {
+    return Workers::decodes_alone(
+        DecompressJob{{1}, codec, static_cast<std::uint32_t>(raw_bytes), Payload::adopt({1})});
+  };
+  EXPECT_TRUE(alone(Codec::kPlanes, Workers::kColumnsBesideMax + 1));
+  EXPECT_TRUE(alone(Codec::kCloud, Workers::kColumnsBesideMax + 1));
+  EXPECT_FALSE(alone(Codec::kCloud, Workers::kColumnsBesideMax));
+  EXPECT_FALSE(alone(Codec::kZstd, Workers::kColumnsBesideMax + 1));
+  EXPECT_FALSE(Workers::decodes_alone(CompressJob{{1}, {Codec::kCloud, 1}, Payload::adopt({1})}));
+  Results results;
+  Workers workers(2, results.taker());
+  constexpr auto kLarge = static_cast<std::uint32_t>(Workers::kColumnsBesideMax + 1);
+  for (std::uint64_t i = 0; i < 20; ++i)
+    workers.add(DecompressJob{{i}, Codec::kPlanes, kLarge, Payload::adopt({1, 2, 3})});
+  EXPECT_TRUE(results.wait_for(20));
+}
+
 TEST(Workers, LinksTakeTurns) {
   Order order;
   order.add(1, 1);

@@ -27,6 +27,13 @@ ChannelDemand demand_for(Decodes decodes, bool lossy = true) {
 }
 constexpr Decodes kAll{.vp8 = false, .cloud = true, .planes = true};
 
+Bytes cloud_bytes() {
+  media::TestCloud cloud{1, 500, media::kXyzi, 16, 8000, Bytes(8000)};
+  for (std::size_t i = 0; i < 2000; ++i)
+    media::set_float(0.001F * static_cast<float>(i % 77), cloud.data, 4 * i);
+  return media::cloud_sample(cloud);
+}
+
 // One link that demands /a, and has carried one of its messages, slowly.
 struct Sending {
   Sending(const char* type, const ChannelDemand& demand, const Rule& rule = media_rule(),
@@ -140,6 +147,49 @@ TEST(SentAs, AGridThinsByTheRuleWhateverTheLinkCarries) {
   EXPECT_EQ(Sending(kCloud, demand_for(kAll), rule).way(1, 500), Compression{});
 }
 
+// The subscription is volatile, as one publisher is.
+TEST(SentAs, WithALatchedPublisherAllIsExact) {
+  Sending s(kCloud, demand_for(kAll));
+  EXPECT_EQ(s.way(10).step_um, 10'000U);
+  Topic both = topic("/a").pub(1, side_test::qos(10)).pub(2, latched());
+  both.type = kCloud;
+  s.s.see(both);
+  EXPECT_EQ(s.way(10).step_um, 0U);
+}
+
+// A worker has a rounded one: the link does without it.
+TEST(SentAs, WhatMustBeExactFromNowOnDoesNotWaitBehindARoundedOne) {
+  Sending s(kCloud, demand_for(kAll));
+  const Compression rounded = s.way(2);
+  EXPECT_TRUE(rounded.loses());
+  OutSample taken{OriginId{1},
+                  flow_test::at_ms(s.now),
+                  0,
+                  sample(std::string(kMegabyte, 'x')),
+                  {s.peer.link.id}};
+  taken.taken = ms(s.now).steady;
+  s.subject.encode(rounded, std::move(taken), ms(s.now));
+  EXPECT_EQ(s.s.did(), "compress 1\n");
+  Topic both = topic("/a").pub(1, side_test::qos(10)).pub(2, latched());
+  both.type = kCloud;
+  s.s.see(both);
+  EXPECT_EQ(s.way().step_um, 0U);
+}
+
+TEST(SentAs, AThinnedCloudIsSaidInTheStatus) {
+  Sending s(kCloud, demand_for(kAll));
+  const Bytes raw = cloud_bytes();
+  const auto body = media::encode_sample(raw, {Codec::kCloud, 1, false, 0, 10'000'000}).value();
+  const OutSample taken{OriginId{1}, flow_test::at_ms(s.now), 0, Payload::adopt(Bytes(raw)), {}};
+  s.offer.send(taken, Codec::kCloud, Payload::adopt(Bytes(body)), ms(s.now));
+  LinkStatus status;
+  s.offer.add_status(status);
+  EXPECT_NE(status.topics.at(0).sent_as.because.find("grid"), std::string::npos);
+  EXPECT_EQ(status.topics.at(0).sent_as.step_um, 0U);
+  s.s.did();
+  EXPECT_NE(s.s.logged.find("`grid`"), std::string::npos);
+}
+
 // What waits in the form of before gives way; what a worker has does not, so that order is kept.
 TEST(SentAs, AnotherStepDropsWhatWaitsInTheFormerOne) {
   Sending s(kCloud, demand_for(kAll));
@@ -168,13 +218,6 @@ TEST(SentAs, AnotherStepDropsWhatWaitsInTheFormerOne) {
 }
 
 // ---- the importer
-
-Bytes cloud_bytes() {
-  media::TestCloud cloud{1, 500, media::kXyzi, 16, 8000, Bytes(8000)};
-  for (std::size_t i = 0; i < 2000; ++i)
-    media::set_float(0.001F * static_cast<float>(i % 77), cloud.data, 4 * i);
-  return media::cloud_sample(cloud);
-}
 
 struct Receiving : OfferedScript {
   explicit Receiving(const Rule& rule = media_rule()) {

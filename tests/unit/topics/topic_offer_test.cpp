@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "core/media/sample_codec.hpp"
+#include "unit/media/samples.hpp"
 #include "unit/topics/exporting.hpp"
 
 namespace connect_bridge::topics_test {
@@ -140,6 +142,33 @@ TEST(TopicOffer, FormsThatThePeerDecodesHoldForTheDemand) {
   s.offer.on_demand({.channel = {1}, .decodes = decodes, .lossy = true}, ms(0));
   EXPECT_EQ(s.offer.decodes(), Decodes{});
   EXPECT_FALSE(s.offer.may_be_lossy());
+}
+
+// A thinned cloud looks like an exact one of fewer points.
+TEST(TopicOffer, AKeptCloudOfARuleWithAGridAnswersNoExactDemand) {
+  const media::TestCloud cloud{1, 500, media::kXyzi, 16, 8000, Bytes(8000)};
+  const Bytes body =
+      media::encode_sample(media::cloud_sample(cloud), {Codec::kCloud, 1, false}).value();
+  const auto lost = [&](double grid, bool lossy) {
+    Rule rule = everything();
+    rule.treatment.compression.automatic = true;
+    rule.treatment.keep = Keep::kNewest;
+    rule.treatment.grid = grid;
+    Offering s(rule);
+    EXPECT_TRUE(s.offer.open());
+    s.offer.on_demand({.channel = {1}, .number = 1, .decodes = {.cloud = true}, .lossy = lossy},
+                      ms(0));
+    Outbox::Unarrived kept;
+    OutMessage& message = kept.messages.emplace_back();
+    message.subject = OriginId{1};
+    message.codec = Codec::kCloud;
+    message.body = Payload::adopt(Bytes(body));
+    s.offer.go_on(std::move(kept), ms(0));
+    return s.dropped(DropReason::kLinkLost);
+  };
+  EXPECT_EQ(lost(0, false), 0U);
+  EXPECT_EQ(lost(0.1, true), 0U);
+  EXPECT_EQ(lost(0.1, false), 1U);
 }
 
 TEST(TopicOffer, TheNewestThatItsRateForbidsLeavesLater) {
