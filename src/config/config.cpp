@@ -17,6 +17,8 @@ namespace connect_bridge {
 namespace {
 
 constexpr char kNotStrict[] = "strict_modes: false";
+// The largest message is with its sender's link, with a worker and with the middleware.
+constexpr std::uint64_t kMessagesInMemory = 3;
 constexpr std::uint64_t kMemoryMin = 64ULL << 20;  // unless the operator says less
 
 // Makes a Config, check by check; every check adds its problems and goes on.
@@ -51,7 +53,7 @@ class ConfigMaker {
     config_.limits.at_robot = config_.is_robot();
     // A single link can use a third of the memory (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
-    if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)
+    if (limits.account.memory_bytes_max / kMessagesInMemory < limits.reassembly.message_bytes_max)
       warn(
           "memory_max: less than 3 times max_message_size, so there is no room for the largest "
           "messages");
@@ -215,6 +217,10 @@ class ConfigMaker {
     if (!values_.given("memory_max") && around_.memory_bytes > 0)
       limits.account.memory_bytes_max = std::clamp<std::uint64_t>(
           around_.memory_bytes / 4, kMemoryMin, limits.account.memory_bytes_max);
+    // A default does not contradict the other one.
+    if (!values_.given("memory_max") && !values_.given("max_message_size"))
+      limits.reassembly.message_bytes_max = std::min<std::uint64_t>(
+          limits.reassembly.message_bytes_max, limits.account.memory_bytes_max / kMessagesInMemory);
     limits.mirror_bytes_max = limits.account.memory_bytes_max / 2;
     // Allows as many unfinished large messages at a time as the core's defaults, and no fewer if
     // messages are small: a peer sends parts of all topics in turn.

@@ -286,7 +286,9 @@ void add_connection(Rows& rows) {
 void add_limits(Rows& rows) {
   const auto add = row_adder(rows, "Limits");
   const auto of_server = row_adder(rows, "Limits", UsedBy::kServer);
-  add("max_message_size", {1024, kGiB}, "bytes", "Largest message accepted from a peer.",
+  add("max_message_size", {1024, kGiB}, "bytes",
+      "Largest message accepted from a peer. Without `memory_max` and this key: at most a third "
+      "of the memory that `memory_max` then is.",
       [](Config& c) { return &c.limits.reassembly.message_bytes_max; });
   add("memory_max", {1 << 20, 1024 * kGiB}, "bytes",
       "Memory that all peers together may use at this side; a single link can use a third "

@@ -137,6 +137,13 @@ bool is_ours(const Config& config) {
   return false;
 }
 
+// Another user's program may be this server, and its user may listen where this one may not.
+bool is_hidden(const Failure& failure, std::uint16_t port) {
+  const auto listener = listener_at(port);
+  return failure.cause == Cause::kPortNotPermitted ||
+         (failure.cause == Cause::kPortTaken && listener && *listener != ::geteuid());
+}
+
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
@@ -147,8 +154,11 @@ std::vector<Found> look_at_file(const DoctorOrder& order) {
   add_found(found, diagnose_config(*judged.config), order.what);
   const Config& config = *judged.config;
   if (judged.given.role == Role::kServer && config.listen_address != "systemd" && !is_ours(config))
-    if (const Failure failure = why_not_listening(config.listen))
-      add_found(found, {diagnose(failure)}, order.what);
+    if (const Failure failure = why_not_listening(config.listen)) {
+      Found port = diagnose(failure);
+      if (is_hidden(failure, config.listen.port)) port.id = "port_hidden";
+      add_found(found, {std::move(port)}, order.what);
+    }
   const bool dials =
       judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
   if (dials)
@@ -193,6 +203,7 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
   if (!failed) std::filesystem::current_path(program.folder, failed);  // relative names begin there
   if (failed) return found;
   for (const std::string& file : program.parameter_files()) {
+    if (!std::filesystem::is_regular_file(file, failed)) continue;  // a pipe may never end
     const FileJudged judged = judge_file(file, role);
     for (const std::vector<Failure>& all : {judged.given.problems, judged.hints})
       for (const Failure& failure : all)

@@ -85,14 +85,14 @@ std::vector<std::string> folders_of_units(const std::string& run) {
   return folders;
 }
 
-std::vector<std::string> status_sockets() {
+std::vector<std::string> status_sockets(const std::string& run) {
   std::error_code none;
   std::vector<std::string> folders;
   // Another user could answer in a folder that he may change.
   for (const std::string& folder : possible_runtime_folders())
     if (who_else_may_change(folder).empty()) folders.push_back(folder);
   const std::size_t own = folders.size();
-  for (std::string& folder : folders_of_units("/run")) folders.push_back(std::move(folder));
+  for (std::string& folder : folders_of_units(run)) folders.push_back(std::move(folder));
   std::vector<std::string> found;
   for (std::size_t i = 0; i < folders.size(); ++i) {
     for (const auto& entry : std::filesystem::directory_iterator(folders[i], none)) {
@@ -100,6 +100,8 @@ std::vector<std::string> status_sockets() {
       if (!is_status_socket(file) ||
           entry.symlink_status(none).type() != std::filesystem::file_type::socket)
         continue;
+      // A unit of another user says nothing here, however well it runs.
+      if (i >= own && ::access(file.c_str(), W_OK) != 0) continue;
       if (is_left_over(file)) {
         if (i < own) ::unlink(file.c_str());  // the others are the system's
       } else if (std::find(found.begin(), found.end(), file) == found.end()) {

@@ -22,8 +22,8 @@ namespace connect_bridge {
 [[nodiscard]] std::vector<std::string> folders_of_units(const std::string& run);
 
 // Sockets of running programs, in every possible folder of this user that nobody else may change,
-// and in those of the system's units. Removes sockets that crashed programs have left in the
-// former.
-[[nodiscard]] std::vector<std::string> status_sockets();
+// and those that it may connect to in the folders of the system's units, below `run`. Removes
+// sockets that crashed programs have left in the former.
+[[nodiscard]] std::vector<std::string> status_sockets(const std::string& run = "/run");
 
 }  // namespace connect_bridge

@@ -151,6 +151,8 @@ constexpr Finding kFindings[] = {
      "end it (ss -ltnp shows it), or choose another `listen.port`"},
     {"port_not_permitted", kFault, "this user may not listen at a port below 1024",
      "a larger `listen.port`, or a socket of systemd (docs/service.md)"},
+    {"port_hidden", kHint, "only another user sees whether the server can listen at its port",
+     "ask as the user of the server, or as root: who listens there may be this server"},
     {"address_not_here", kFault, "this machine has no such address",
      "correct `listen.address` (ip addr shows them); \"*\" takes all"},
     {"prefix_wrong", kFault, "the prefix or a remapped name is no name",

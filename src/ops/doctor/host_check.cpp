@@ -11,7 +11,9 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
+#include <sstream>
 #include <utility>
 
 #include "access/login/file_trust.hpp"
@@ -157,6 +159,23 @@ Failure why_not_listening(const ListenOptions& listen) {
     if (error == EADDRNOTAVAIL) return {Cause::kAddressNotHere, where};
   }
   return {};
+}
+
+std::optional<std::uint32_t> listener_at(std::uint16_t port,
+                                         const std::vector<std::string>& tables) {
+  constexpr const char* kListens = "0A";
+  const std::string end = fmt::format(":{:04X}", port);
+  for (const std::string& table : tables) {
+    std::ifstream in(table);
+    for (std::string line; std::getline(in, line);) {
+      std::istringstream words(line);
+      std::string number, local, remote, state, skipped;
+      std::uint32_t user = 0;
+      words >> number >> local >> remote >> state >> skipped >> skipped >> skipped >> user;
+      if (words && local.ends_with(end) && state == kListens) return user;
+    }
+  }
+  return std::nullopt;
 }
 
 Failure why_unreadable(const std::string& file) {

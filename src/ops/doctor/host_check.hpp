@@ -3,6 +3,8 @@
 // everything at once.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,5 +46,10 @@ struct HostFindings {
 
 // Why no server can listen there; nothing: one can. Nobody is accepted, and the port is free again.
 [[nodiscard]] Failure why_not_listening(const ListenOptions& listen);
+
+// The user of who listens at the port, by tables as /proc/net/tcp; nullopt: nobody does.
+[[nodiscard]] std::optional<std::uint32_t> listener_at(std::uint16_t port,
+                                                       const std::vector<std::string>& tables = {
+                                                           "/proc/net/tcp", "/proc/net/tcp6"});
 
 }  // namespace connect_bridge

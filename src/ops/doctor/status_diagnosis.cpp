@@ -29,6 +29,7 @@ constexpr double kStarvedShare = 0.95;   // of what a rule's rate keeps, on purp
 constexpr double kSegments = 100;        // less says nothing about a path
 constexpr double kShortestLately = 300;  // s, the time of counts called lately, at least
 constexpr double kAmple = 2;
+constexpr double kTimesHeldUp = 3;  // lately; less may be one busy moment of the machine
 
 // The finding that the importer's code of a declined channel means (docs/protocol.md, "decline").
 std::string_view finding_of_decline(const std::string& code) {
@@ -330,14 +331,14 @@ void Doctor::relays(const Json& status) {
 
 void Doctor::resources(const Json& status) {
   const Json& lately = part_of(status, "lately");
-  if (const double lag =
-          std::max(number_in(status, "loop_lag_ms"), number_in(lately, "loop_lag_ms"));
-      lag >= kLagMsWorthTelling) {
-    const double times = number_in(lately, "held_up");
+  const double times = number_in(lately, "held_up");
+  const double now_ms = number_in(status, "loop_lag_ms");
+  const double lag =
+      times >= kTimesHeldUp ? std::max(now_ms, number_in(lately, "loop_lag_ms")) : now_ms;
+  if (lag >= kLagMsWorthTelling)
     add("loop_slow", {},
         fmt::format("for {:.0f} ms", lag) +
             (times > 1 ? fmt::format(" at most, {:.0f} times in the last minutes", times) : ""));
-  }
   const double used = std::max(number_in(status, "memory_max_used_bytes"),
                                number_in(lately, "memory_max_used_bytes"));
   if (used > 0 && used >= kMemoryShareWorthTelling * number_in(status, "memory_max_bytes"))

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
+#include <utility>
 
 #include "ops/status/status_json.hpp"
 
@@ -28,6 +30,23 @@ double RecentPeak::to(double value, std::int64_t period) {
   return std::max(before_, now_);
 }
 
+double RecentThird::to(double value, std::int64_t period, TimePoint now) {
+  if (period != period_) {
+    before_ = period == period_ + 1 ? now_ : Largest{};
+    now_ = {};
+    period_ = period;
+  }
+  if (!looked_at_ || now - *looked_at_ >= kApart) {
+    looked_at_ = now;
+    for (double& one : now_)
+      if (value > one) std::swap(value, one);
+  }
+  std::array<double, 6> all{};
+  std::merge(before_.begin(), before_.end(), now_.begin(), now_.end(), all.begin(),
+             std::greater<>());
+  return all[2];
+}
+
 void Lately::on_second(double lag_ms, bool held_up, TimePoint now) {
   if (held_up) ++held_up_seconds_;
   lag_ms_.to(lag_ms, period(now));
@@ -47,10 +66,13 @@ void Lately::add(LinkStatus& link, TimePoint now) {
   const std::int64_t at = period(now);
   OfLink& known = links_[link.number];
   known.seen = at;
-  const auto queue_ms = known.path_queue_ms.to(milliseconds_of(link.path_queue), at);
+  const auto queue_ms = known.path_queue_ms.to(milliseconds_of(link.path_queue), at, now);
   link.lately = {
       std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(queue_ms)),
       known.segments.to(link.segments, at), known.retransmitted.to(link.retransmitted, at)};
+  // A lost link shows no topics until it is back, however late.
+  if (!link.open)
+    for (auto& [name, topic] : known.topics) topic.seen = at;
   for (TopicStatus& topic : link.topics) {
     OfTopic& of_topic = known.topics[(topic.exported ? ">" : "<") + topic.topic + " " + topic.type];
     of_topic.seen = at;
@@ -63,7 +85,6 @@ void Lately::add(LinkStatus& link, TimePoint now) {
   }
 }
 
-// A link that is lost shows no topics: theirs are kept for a while.
 void Lately::forget(std::int64_t now) {
   if (now == forgot_) return;
   forgot_ = now;

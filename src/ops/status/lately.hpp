@@ -2,8 +2,10 @@
 // alone nor the fault of yesterday.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "core/base/time.hpp"
@@ -35,6 +37,22 @@ class RecentPeak {
   std::int64_t period_ = 0;
 };
 
+// The value that at least three looks of this period and the last one have reached, so that one
+// moment is no state. Of looks that are close together the first one counts.
+class RecentThird {
+ public:
+  double to(double value, std::int64_t period, TimePoint now);
+
+ private:
+  static constexpr Duration kApart = std::chrono::seconds(10);
+  using Largest = std::array<double, 3>;  // in falling order
+
+  Largest before_{};
+  Largest now_{};
+  std::int64_t period_ = 0;
+  std::optional<TimePoint> looked_at_;
+};
+
 // Time is divided into periods of five minutes; "lately" means this period and the last one.
 // Bounded: an entry for each topic that a status shows, and for no longer than two periods after.
 // Single-threaded.
@@ -62,7 +80,7 @@ class Lately {
   };
   struct OfLink {
     std::int64_t seen = 0;
-    RecentPeak path_queue_ms;
+    RecentThird path_queue_ms;
     RecentGrowth segments, retransmitted;
     std::map<std::string, OfTopic> topics;  // by direction and name
   };

@@ -1,7 +1,6 @@
 #include "ops/status/metrics.hpp"
 
 #include <algorithm>
-#include <set>
 #include <string_view>
 #include <utility>
 
@@ -48,12 +47,14 @@ void Metrics::count(const StatusPicture& picture, TimePoint now) {
 }
 
 void Metrics::keep_counts() {
-  std::set<std::uint64_t> links;
-  for (const LinkStatus& link : last_.side.links) links.insert(link.number);
-  for (auto& [key, total] : before_)
-    if (next_.size() < kCountsMax && links.contains(std::get<0>(key)) &&
-        now_at_ < total.seen + kCountTime)
-      next_.try_emplace(key, total);
+  std::map<std::uint64_t, bool> open;
+  for (const LinkStatus& link : last_.side.links) open[link.number] = link.open;
+  for (auto& [key, total] : before_) {
+    const auto link = open.find(std::get<0>(key));
+    if (link == open.end() || next_.size() >= kCountsMax) continue;
+    // A lost link shows its counts when it is back, however late.
+    if (!link->second || now_at_ < total.seen + kCountTime) next_.try_emplace(key, total);
+  }
 }
 
 void Metrics::forget_names() {

@@ -25,7 +25,7 @@ class Metrics {
   static constexpr std::size_t kNamesMax = 2000;
   static constexpr std::size_t kNamesOfPeersMax = 1500;
   static constexpr Duration kNameTime = std::chrono::hours(1);
-  // Counts that a picture leaves out are kept so long while their link is there.
+  // Counts that a picture leaves out are kept so long while their link is open.
   static constexpr Duration kCountTime = std::chrono::minutes(10);
   static constexpr std::size_t kCountsMax = 50'000;
 

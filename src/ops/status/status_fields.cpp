@@ -352,7 +352,7 @@ constexpr StatusField<LinkStatus> kLinkFields[] = {
      [](const LinkStatus& l) {
        return l.lately ? OrderedJson(milliseconds_of(l.lately->path_queue)) : OrderedJson();
      },
-     "the most of the last 5 to 10 minutes"},
+     "what it reached at three looks at least, 10 s apart, of the last 5 to 10 minutes"},
     {"lately.segments", Unit::kNone, of_lately<&LinkStatus::Lately::segments>,
      "TCP segments sent in this time"},
     {"lately.retransmitted", Unit::kNone, of_lately<&LinkStatus::Lately::retransmitted>,
@@ -496,7 +496,7 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      [](const TopicStatus& t) {
        return t.sent_as.because.empty() ? OrderedJson() : OrderedJson(t.sent_as.because);
      },
-     "export: why they are rounded",
+     "export: why they are rounded, or points left out; an import does not show the latter",
      {},
      {"rounded because"}},
     {"rule", Unit::kNone, if_any<&TopicStatus::rule>, "the rule here that allows it", {}, {"rule"}},

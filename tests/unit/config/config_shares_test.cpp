@@ -9,6 +9,7 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(Config, SharesReachTheCore) {
   const Config usual = config_of({}, Role::kServer);
@@ -39,6 +40,25 @@ TEST(Config, MemoryFollowsTheMachineUnlessItIsGiven) {
   EXPECT_EQ(memory(1ULL << 30, nothing), 256U << 20);
   EXPECT_EQ(memory(128U << 20, nothing), 64U << 20);
   EXPECT_EQ(memory(1ULL << 30, "{auth: {method: none}, memory_max: 536870912}"), 512U << 20);
+}
+
+TEST(Config, TheLargestMessageFitsIntoTheMemoryOfTheMachine) {
+  const auto parsed = [](std::uint64_t machine, const char* text) {
+    Surroundings around;
+    around.memory_bytes = machine;
+    return parse_config(yaml(text), Role::kServer, around).config.value();
+  };
+  const auto largest = [](const Config& config) {
+    return side_options(config).reassembly.message_bytes_max;
+  };
+  const char* nothing = "auth: {method: none}";
+  EXPECT_EQ(largest(parsed(8ULL << 30, nothing)), 64U << 20);
+  const Config small = parsed(128U << 20, nothing);
+  EXPECT_EQ(largest(small), (64U << 20) / 3);
+  EXPECT_THAT(small.warnings, Not(Contains(HasSubstr("max_message_size"))));
+  const Config given = parsed(128U << 20, "{auth: {method: none}, max_message_size: 67108864}");
+  EXPECT_EQ(largest(given), 64U << 20);
+  EXPECT_THAT(given.warnings, Contains(HasSubstr("max_message_size")));
 }
 
 }  // namespace

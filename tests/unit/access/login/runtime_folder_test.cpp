@@ -1,7 +1,13 @@
 #include "access/login/runtime_folder.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <cstdlib>
 #include <filesystem>
 
 #include "unit/scratch.hpp"
@@ -10,6 +16,7 @@ namespace connect_bridge {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::Contains;
 using testing::UnorderedElementsAre;
 
 // A unit's folder has the unit's name, which the operator chooses.
@@ -23,6 +30,23 @@ TEST(RuntimeFolder, FoldersOfUnitsHaveAnyName) {
       folders_of_units(run),
       UnorderedElementsAre(run + "/connect_bridge", run + "/connect_client", run + "/of_anna"))
       << "others may put a socket into /run/lock";
+}
+
+TEST(RuntimeFolder, AUnitOfAnotherUserIsNotAsked) {
+  const fs::path run = fs::temp_directory_path() / ("connect_run_" + std::to_string(::getpid()));
+  fs::create_directories(run / "unit");
+  const std::string socket = run / "unit/connect_server-1.status";
+  boost::asio::io_context io;
+  const boost::asio::local::stream_protocol::acceptor listens(io, {socket});
+  EXPECT_THAT(status_sockets(run), Contains(socket));
+  ASSERT_EQ(::chmod(socket.c_str(), 0), 0);
+  const auto look = [&] {
+    if (::getuid() == 0 && ::setuid(65534) != 0) std::exit(1);
+    const auto found = status_sockets(run);
+    std::exit(static_cast<int>(std::count(found.begin(), found.end(), socket)));
+  };
+  EXPECT_EXIT(look(), testing::ExitedWithCode(0), "");
+  fs::remove_all(run);
 }
 
 }  // namespace

@@ -291,6 +291,12 @@ TEST(DoctorStatus, ASideThatIsWellHasNoFinding) {
   EXPECT_FALSE(has_fault({}));
 }
 
+TEST(DoctorStatus, ALoopThatWasHeldUpOnceIsNotSlow) {
+  EXPECT_THAT(
+      ids_of(diagnose_status(status_of(R"({"lately": {"loop_lag_ms": 900, "held_up": 2}})"))),
+      Not(Contains("loop_slow")));
+}
+
 // A rule that keeps names here, and a topic on which nothing happens, are as they are to be.
 TEST(DoctorStatus, WhatMayBeMeantIsNoFault) {
   for (const char* reason : {"no_rule", "denied", "other_peer", "not_there"})

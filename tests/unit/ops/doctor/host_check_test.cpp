@@ -178,6 +178,16 @@ TEST(HostCheck, WhereNoServerCanListen) {
   EXPECT_EQ(why_not_listening(listen).cause, Cause::kAddressNotHere);
 }
 
+TEST(HostCheck, FindsTheUserWhoListens) {
+  const std::string table = test::scratch_folder() + "tcp";
+  std::ofstream(table)
+      << "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid\n"
+         "   0: 0100007F:2382 0100007F:D431 01 00000000:00000000 00:00000000 00000000  1001  0 1\n"
+         "   1: 0100007F:2382 00000000:0000 0A 00000000:00000000 00:00000000 00000000  1002  0 1\n";
+  EXPECT_EQ(listener_at(9090, {table + ".none", table}), 1002U);
+  EXPECT_EQ(listener_at(9091, {table}), std::nullopt);
+}
+
 // Root may read everything, so that a process without its rights looks.
 TEST(HostCheck, SaysWhomAFileBelongsToThatIsNotPermitted) {
   const auto folder =

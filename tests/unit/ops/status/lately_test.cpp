@@ -29,6 +29,21 @@ TEST(Lately, APeakStaysForTwoPeriods) {
   EXPECT_EQ(peak.to(1, 7), 1);
 }
 
+TEST(Lately, OneMomentIsNoState) {
+  RecentThird third;
+  const auto look = [&](double value, std::int64_t period, Duration time) {
+    return third.to(value, period, kStart + time);
+  };
+  EXPECT_EQ(look(900, 1, 0s), 0);
+  EXPECT_EQ(look(900, 1, 1s), 0) << "the same moment";
+  EXPECT_EQ(look(900, 1, 2s), 0);
+  EXPECT_EQ(look(700, 1, 20s), 0);
+  EXPECT_EQ(look(800, 1, 40s), 700);
+  EXPECT_EQ(look(0, 2, 301s), 700);
+  EXPECT_EQ(look(850, 2, 320s), 800);
+  EXPECT_EQ(look(0, 3, 610s), 0);
+}
+
 TEST(Lately, TheSideKeepsTheWorstOfItsLastMinutes) {
   Lately lately(kStart);
   for (int i = 0; i < 5; ++i) lately.on_second(900, true, kStart + std::chrono::seconds(i));
@@ -80,6 +95,23 @@ TEST(Lately, TopicsOfALostLinkCountOnWhenItIsBack) {
   EXPECT_EQ(back.topics[0].lately->messages, 110U) << "since the last period began";
   EXPECT_EQ(back.topics[0].lately->dropped.of(DropReason::kRate), 5U);
   EXPECT_EQ(back.lately->segments, 2100U) << "the connection is another one";
+}
+
+TEST(Lately, NothingCountsTwiceAfterALongBreak) {
+  Lately lately(kStart);
+  RunStatus run;
+  const auto look = [&](LinkStatus link, Duration time) {
+    lately.add(run, {}, kStart + time);
+    lately.add(link, kStart + time);
+    return link;
+  };
+  LinkStatus lost = link_with(100, 20);
+  lost.open = true;
+  look(lost, 1min);
+  lost.open = false;
+  lost.topics.clear();
+  for (auto at = 2min; at < 30min; at += 1min) look(lost, at);
+  EXPECT_EQ(look(link_with(110, 20), 30min).topics[0].lately->messages, 10U);
 }
 
 TEST(Lately, APictureIsNeededEachMinute) {

@@ -132,6 +132,10 @@ TEST(Metrics, ABreakCountsNothingTwice) {
   metrics.count(picture({{7, {}}}), kNow + std::chrono::seconds(1));
   metrics.count(picture({{7, {topic("/a", 103)}}}), kNow + std::chrono::seconds(2));
   EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\"} 103\n"));
+  for (auto at = std::chrono::minutes(1); at < std::chrono::minutes(20); ++at)
+    metrics.count(picture({{7, {}}}), kNow + at);
+  metrics.count(picture({{7, {topic("/a", 104)}}}), kNow + std::chrono::minutes(20));
+  EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\"} 104\n"));
 }
 
 // `count` topics named `before`, and a number.
