@@ -130,6 +130,13 @@ struct ServiceStatus {
   std::string declined;       // exported: why the peer does not import it; empty if it does
   std::string declined_code;  // its word in the protocol
   std::string rule;           // of ours, that lets it cross
+
+  // As of a topic.
+  struct Lately {
+    std::uint64_t answered = 0;
+    std::uint64_t timed_out = 0;
+  };
+  std::optional<Lately> lately;
 };
 
 // Why a name does not cross.

@@ -172,10 +172,11 @@ void Doctor::topic(const Json& link, const Json& topic) {
 
 void Doctor::service(const Json& service) {
   const std::string name = text_in(service, "service");
-  const double calls = number_in(service, "calls"), late = number_in(service, "timed_out");
+  const double late = lately_in(service, "timed_out");
   const bool is_of_action = name.find("/_action/") != std::string::npos;
-  if (late > 0 && late >= kDroppedShare * calls)
-    add("service_silent", name, fmt::format("{:.0f} of {:.0f} calls timed out", late, calls), true);
+  if (late > 0 && lately_in(service, "answered") == 0)
+    add("service_silent", name, fmt::format("{:.0f} calls timed out, none was answered", late),
+        true);
   else if (!is_of_action && number_in(service, "pending") > 0 &&
            number_in(service, "answered") == 0)
     add("calls_wait", name, fmt::format("{:.0f} calls", number_in(service, "pending")), true);

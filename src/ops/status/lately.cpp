@@ -8,6 +8,13 @@
 #include "ops/status/status_json.hpp"
 
 namespace connect_bridge {
+namespace {
+
+std::string name_of(bool exported, const std::string& name, const std::string& type) {
+  return (exported ? ">" : "<") + name + " " + type;
+}
+
+}  // namespace
 
 std::uint64_t RecentGrowth::to(std::uint64_t value, std::int64_t period) {
   if (value < last_) before_ = begun_ = last_ = 0;
@@ -70,11 +77,13 @@ void Lately::add(LinkStatus& link, TimePoint now) {
   link.lately = {
       std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(queue_ms)),
       known.segments.to(link.segments, at), known.retransmitted.to(link.retransmitted, at)};
-  // A lost link shows no topics until it is back, however late.
-  if (!link.open)
+  // A lost link shows no topics and services until it is back, however late.
+  if (!link.open) {
     for (auto& [name, topic] : known.topics) topic.seen = at;
+    for (auto& [name, service] : known.services) service.seen = at;
+  }
   for (TopicStatus& topic : link.topics) {
-    OfTopic& of_topic = known.topics[(topic.exported ? ">" : "<") + topic.topic + " " + topic.type];
+    OfTopic& of_topic = known.topics[name_of(topic.exported, topic.topic, topic.type)];
     of_topic.seen = at;
     TopicStatus::Lately grown{
         of_topic.messages.to(topic.messages, at), of_topic.wire_bytes.to(topic.wire_bytes, at), {}};
@@ -83,6 +92,11 @@ void Lately::add(LinkStatus& link, TimePoint now) {
         grown.dropped.by_reason[i] = of_topic.dropped[i].to(count, at);
     topic.lately = grown;
   }
+  for (ServiceStatus& service : link.services) {
+    OfService& of = known.services[name_of(service.exported, service.service, service.type)];
+    of.seen = at;
+    service.lately = {of.answered.to(service.answered, at), of.timed_out.to(service.timed_out, at)};
+  }
 }
 
 void Lately::forget(std::int64_t now) {
@@ -90,7 +104,10 @@ void Lately::forget(std::int64_t now) {
   forgot_ = now;
   const auto is_old = [&](const auto& entry) { return entry.second.seen + 1 < now; };
   std::erase_if(links_, is_old);
-  for (auto& [number, link] : links_) std::erase_if(link.topics, is_old);
+  for (auto& [number, link] : links_) {
+    std::erase_if(link.topics, is_old);
+    std::erase_if(link.services, is_old);
+  }
 }
 
 }  // namespace connect_bridge

@@ -54,7 +54,8 @@ class RecentThird {
 };
 
 // Time is divided into periods of five minutes; "lately" means this period and the last one.
-// Bounded: an entry for each topic that a status shows, and for no longer than two periods after.
+// Bounded: an entry for each topic and service that a status shows, and of an open link for no
+// longer than two periods after.
 // Single-threaded.
 class Lately {
  public:
@@ -78,11 +79,16 @@ class Lately {
     RecentGrowth messages, wire_bytes;
     std::map<std::size_t, RecentGrowth> dropped;  // by reason
   };
+  struct OfService {
+    std::int64_t seen = 0;
+    RecentGrowth answered, timed_out;
+  };
   struct OfLink {
     std::int64_t seen = 0;
     RecentThird path_queue_ms;
     RecentGrowth segments, retransmitted;
     std::map<std::string, OfTopic> topics;  // by direction and name
+    std::map<std::string, OfService> services;
   };
 
   [[nodiscard]] std::int64_t period(TimePoint now) const { return (now - start_) / kPeriod + 1; }

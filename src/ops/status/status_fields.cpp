@@ -539,6 +539,11 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
 
 // ---- services
 
+OrderedJson lately_of_service(const ServiceStatus& service) {
+  if (!service.lately) return {};
+  return {{"answered", service.lately->answered}, {"timed_out", service.lately->timed_out}};
+}
+
 constexpr StatusField<ServiceStatus> kServiceFields[] = {
     {"service", Unit::kNone, get<&ServiceStatus::service>, "local name"},
     {"type", Unit::kNone, get<&ServiceStatus::type>, "", {}, {"type"}},
@@ -593,6 +598,8 @@ constexpr StatusField<ServiceStatus> kServiceFields[] = {
      "requests or answers that came twice or late",
      {},
      {"duplicates", As::kCount}},
+    {"lately", Unit::kNone, lately_of_service,
+     "`answered` and `timed_out` of the last 5 to 10 minutes"},
     {"request_bytes", Unit::kBytes, get<&ServiceStatus::request_bytes>, ""},
     {"response_bytes", Unit::kBytes, get<&ServiceStatus::response_bytes>, ""},
     {"rule",

@@ -291,6 +291,16 @@ TEST(DoctorStatus, ASideThatIsWellHasNoFinding) {
   EXPECT_FALSE(has_fault({}));
 }
 
+TEST(DoctorStatus, AServiceThatAnswersLatelyIsNotSilent) {
+  const auto found = [](const char* lately) {
+    return ids_of(diagnose_status(status_of(service_with(
+        R"({"calls": 9, "answered": 5, "timed_out": 4, "lately": )" + std::string(lately) + "}"))));
+  };
+  EXPECT_THAT(found(R"({"answered": 0, "timed_out": 1})"), Contains("service_silent"));
+  EXPECT_THAT(found(R"({"answered": 0, "timed_out": 0})"), Not(Contains("service_silent")));
+  EXPECT_THAT(found(R"({"answered": 2, "timed_out": 1})"), Not(Contains("service_silent")));
+}
+
 TEST(DoctorStatus, ALoopThatWasHeldUpOnceIsNotSlow) {
   EXPECT_THAT(
       ids_of(diagnose_status(status_of(R"({"lately": {"loop_lag_ms": 900, "held_up": 2}})"))),

@@ -97,6 +97,26 @@ TEST(Lately, TopicsOfALostLinkCountOnWhenItIsBack) {
   EXPECT_EQ(back.lately->segments, 2100U) << "the connection is another one";
 }
 
+TEST(Lately, CallsOfAServiceCountInTheirTime) {
+  Lately lately(kStart);
+  const auto look = [&](std::uint64_t answered, std::uint64_t timed_out, Duration time) {
+    LinkStatus link;
+    link.number = 7;
+    ServiceStatus& service = link.services.emplace_back();
+    service.service = "/s";
+    service.answered = answered;
+    service.timed_out = timed_out;
+    RunStatus run;
+    lately.add(run, {}, kStart + time);
+    lately.add(link, kStart + time);
+    return *link.services[0].lately;
+  };
+  EXPECT_EQ(look(5, 4, 1min).timed_out, 4U);
+  look(5, 4, 6min);
+  EXPECT_EQ(look(7, 4, 11min).timed_out, 0U);
+  EXPECT_EQ(look(7, 4, 12min).answered, 2U);
+}
+
 TEST(Lately, NothingCountsTwiceAfterALongBreak) {
   Lately lately(kStart);
   RunStatus run;
