@@ -93,7 +93,8 @@ void LinkTopics::on_link_lost(const Now& now) {
 }
 
 void LinkTopics::on_clock(const Now& now) {
-  if (std::exchange(has_clock_, true)) return;
+  // Impossible replies measure nothing.
+  if (!link_.clock().known() || std::exchange(has_clock_, true)) return;
   for (auto& [number, topic] : topics_) topic.publish_unjudged(now);
 }
 

@@ -30,7 +30,7 @@ class LinkTopics {
   // or the sample is malformed.
   [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
   void on_link_lost(const Now& now);
-  // A reply has measured the peer's clock.
+  // A reply about the peer's clock has come.
   void on_clock(const Now& now);
 
   // The demand for a topic has changed; send_demands() sends it.
