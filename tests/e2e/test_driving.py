@@ -177,8 +177,8 @@ def test_two_clients_drive_one_after_the_other(make_pair, make_side, make_graph,
     drive(sticks[1], 0.2, 0.5)
     assert not [m for m in robot.messages if m.linear.x == 0.2]
     assert [m for m in robot.messages if m.linear.x == 0.1]
-    # Somebody else's stop works, once its publisher said nothing for a second.
-    time.sleep(1.1)
+    # Somebody else's stop works, once its publisher said nothing for a second and a half.
+    time.sleep(1.7)
     drive(sticks[1], 0.0)
     robot.wait_for(lambda m: m.linear.x == 0, "a zero")
     time.sleep(0.2)

@@ -1,5 +1,6 @@
 #include "sim/driving.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -289,12 +290,13 @@ void Driving::on_command(const Host& host, ByteView message) {
   const Source& of = sources_.at(source);
   const Said& said = of.said.at(index);
   if (said.moves != moves) violated("a command is changed");
-  check_age(said, of);
-  if (plan_.stamped) check_stamp(said, of, message, host.now().system);
+  // A stop does not wait until the clock of its publisher is known.
   if (!moves) {
     stopped_ = now;
     return;
   }
+  check_age(said, of);
+  if (plan_.stamped) check_stamp(said, of, message, host.now().system);
   check_holder(source, now);
   check_let_go(source, index);
   halted_.erase(of.by);
@@ -337,7 +339,7 @@ void Driving::check_stamp(const Said& said, const Source& of, ByteView message, 
 
 // Between commands of two holders that move, a halt or a second.
 void Driving::check_holder(std::size_t source, TimePoint now) const {
-  if (!last_ || last_->source == source) return;
+  if (!last_ || sources_[last_->source].by == sources_[source].by) return;
   if (now - last_->at >= kHeld) return;
   // The end of its link frees a wheel, after a halt if there is one.
   if (stopped_ >= last_->at || (plan_.halt_after == kForever && now - cut_ < 10s)) return;
@@ -355,7 +357,7 @@ void Driving::check_let_go(std::size_t source, std::size_t index) const {
   for (std::size_t i = index + 1; i-- > 0;) {
     if (of.said[i].at < from) break;
     if (!of.said[i].moves) return;
-    if (i > 0 && of.said[i].at - of.said[i - 1].at >= kAnew) return;
+    if (i > 0 && of.said[i].at - of.said[i - 1].at >= std::min(kAnew, plan_.halt_after)) return;
     if (i == 0) return;
   }
   violated("the robot moves again, and its driver has never let go");

@@ -17,7 +17,7 @@ Duration distance(Stamp a, Stamp b) {
 
 std::optional<Payload> shifted(CommandType, const Command& command, ByteView sample,
                                const ShiftFrom& from, Stamp now) {
-  if (command.stamp.at == 0 || from.simulated) return std::nullopt;  // mutant: simulated_stamps
+  if (command.stamp.at == 0) return std::nullopt;
   const auto stamp = stamp_of(sample, command.stamp);
   if (!stamp || *stamp == 0 || !is_plausible(from.published)) return std::nullopt;
   if (distance(*stamp, from.published) > kApart) return std::nullopt;  // mutant: far_stamps

@@ -20,8 +20,7 @@ struct PeerClock {
 // Receivers judge the age of a command by its stamp and their own clock.
 struct ShiftFrom {
   PeerClock clock;
-  Stamp published = 0;     // by the sample's own machine; 0: unknown
-  bool simulated = false;  // one of the graphs has simulated time
+  Stamp published = 0;  // by the sample's own machine; 0: unknown
 };
 
 // The sample with its stamp in our clock, and never later than `now`. nullopt: the sample stays as

@@ -8,8 +8,8 @@
 namespace connect_bridge::driving {
 namespace {
 
-constexpr Duration kAlone = std::chrono::seconds(1);
-constexpr Duration kPressedAnew = std::chrono::milliseconds(500);
+// Programs such as `ros2 topic pub` repeat once a second.
+constexpr Duration kAlone = std::chrono::milliseconds(1500);
 // Best effort may lose a zero.
 constexpr int kZeros = 3;
 constexpr Duration kZeroPeriod = std::chrono::milliseconds(80);
@@ -17,6 +17,15 @@ constexpr std::size_t kFlagsMax = 64;  // of a topic
 
 bool contains(const std::vector<Gid>& origins, const Gid& origin) {
   return std::find(origins.begin(), origins.end(), origin) != origins.end();
+}
+
+// Samples of a stream may come late, or be lost: their publisher was not silent. Unknown: true.
+bool are_apart(const SampleFacts& before, const SampleFacts& sample) {
+  if (before.number == 0 || sample.number <= before.number) return true;
+  if (!is_plausible(before.published) || !is_plausible(sample.published)) return true;
+  if (sample.published < before.published) return false;
+  const auto time = static_cast<std::uint64_t>(sample.published - before.published);
+  return time / (sample.number - before.number) >= std::uint64_t{kAlone.count()};
 }
 
 }  // namespace
@@ -39,13 +48,13 @@ std::string_view name_of(WheelCause cause) {
 
 // Only a sample that follows directly on the one before shows a pause: what was lost in between may
 // have been a held stick.
-void OriginSeen::note(const SampleFacts& sample, TimePoint now) {
+void OriginSeen::note(const SampleFacts& sample, TimePoint now, Duration pause) {
   const bool follows = sample_ && sample_->connection == sample.connection &&
                        sample_->demand == sample.demand && sample_->number != 0 &&
                        sample.number == sample_->number + 1;  // mutant: pressed_anew
-  noted_.alone = !sample_ || now - at_ >= kAlone;
+  noted_.alone = !sample_ || (now - at_ >= kAlone && are_apart(*sample_, sample));
   noted_.pressed = follows && is_plausible(sample_->published) && is_plausible(sample.published) &&
-                   Duration(sample.published - sample_->published) >= kPressedAnew;
+                   Duration(sample.published - sample_->published) >= pause;
   sample_ = sample;
   at_ = now;
 }
@@ -56,6 +65,11 @@ bool Wheel::is_mover(const Driver& who) const {
   if (!mover_) return false;
   return mover_->who.origin == Gid{} ? mover_->who.identity == who.identity
                                      : mover_->who.origin == who.origin;
+}
+
+bool Wheel::goes_on(const Said& said, TimePoint now) const {
+  return is_held(now) && mover_->who.identity == said.who.identity &&
+         (!mover_->moves || said.holder_gone);
 }
 
 WheelStep Wheel::on_command(const Said& said, const WheelRules& rules, TimePoint now) {
@@ -72,7 +86,7 @@ void Wheel::on_moving(const Said& said, const WheelRules& rules, TimePoint now, 
     flags_.erase(flag);
     step.cleared = true;
   }
-  const bool same = is_mover(who);
+  const bool same = is_mover(who) || goes_on(said, now);
   if (!same && is_held(now)) {  // mutant: one_holder
     step.publishes = false;
     return;
@@ -92,7 +106,7 @@ void Wheel::on_moving(const Said& said, const WheelRules& rules, TimePoint now, 
   mover.last = Payload::copy_of(said.raw.view());
   mover.moves = true;
   mover.was_old = false;
-  mover.moved_at = now;
+  mover.moved_at = mover.held_at = now;
   ++mover.commands;
   mover.oldest = std::max(mover.oldest, said.age);
 }
@@ -139,6 +153,15 @@ WheelStep Wheel::on_end(const std::string& identity, LinkId link, WheelCause cau
   return step;
 }
 
+WheelStep Wheel::on_rule_without(LinkId link) {
+  WheelStep step;
+  if (!mover_ || mover_->who.link != link) return step;
+  if (held_) release(WheelCause::kRight, step);
+  if (zeros_ && zeros_->zero.origin == mover_->who.origin) zeros_.reset();
+  mover_.reset();
+  return step;
+}
+
 WheelStep Wheel::take(const Driver& who, TimePoint now) {
   WheelStep step;
   if (mover_ && mover_->who.identity == who.identity) {
@@ -147,13 +170,16 @@ WheelStep Wheel::take(const Driver& who, TimePoint now) {
       step.events.push_back({WheelEvent::What::kTaken, who, WheelCause::kTaken, 0, {}});
     }
   } else {
-    if (mover_ && mover_->moves) halt(WheelCause::kTaken, now, step);
+    if (needs_halt(now))
+      halt(WheelCause::kTaken, now, step);
+    else if (mover_ && mover_->moves)
+      flag(Driver(mover_->who), now, step);
     if (held_) release(WheelCause::kTaken, step);
     mover_.emplace();
     mover_->who = who;
     step.events.push_back({WheelEvent::What::kTaken, who, WheelCause::kTaken, 0, {}});
   }
-  mover_->moved_at = now;
+  mover_->held_at = now;
   held_ = true;
   return step;
 }
@@ -161,7 +187,7 @@ WheelStep Wheel::take(const Driver& who, TimePoint now) {
 WheelStep Wheel::leave(const Driver& who, TimePoint now) {
   WheelStep step;
   if (!mover_ || mover_->who.identity != who.identity) return step;
-  if (mover_->moves) halt(WheelCause::kGiven, now, step);
+  if (needs_halt(now)) halt(WheelCause::kGiven, now, step);
   if (held_) release(WheelCause::kGiven, step);
   return step;
 }
@@ -233,7 +259,7 @@ std::optional<TimePoint> Wheel::deadline() const {
   std::optional<TimePoint> first;
   if (zeros_) first = zeros_->next;
   if (halts_at() != TimePoint::max()) first = earliest(first, halts_at());
-  if (held_) first = earliest(first, mover_->moved_at + kWheelHeld);
+  if (held_) first = earliest(first, mover_->held_at + kWheelHeld);
   return first;
 }
 

@@ -20,6 +20,9 @@ namespace connect_bridge::driving {
 inline constexpr Duration kWheelHeld = std::chrono::seconds(1);
 // A mirror lives this long beyond the halt that it publishes.
 inline constexpr Duration kHaltLinger = std::chrono::milliseconds(500);
+// A key is pressed again if nothing was published for this time before, or for a shorter
+// halt_after.
+inline constexpr Duration kPressedAnew = std::chrono::milliseconds(500);
 // How long a flag outlives the link of its identity.
 inline constexpr Duration kFlagKept = std::chrono::seconds(60);
 
@@ -37,10 +40,10 @@ struct SampleFacts {
 class OriginSeen {
  public:
   struct Noted {
-    bool alone = true;     // nothing came from the publisher in the second before
-    bool pressed = false;  // a key: nothing was published in the half second before
+    bool alone = true;     // no stream: it said nothing in the time before
+    bool pressed = false;  // a key: nothing was published for a `pause` before
   };
-  void note(const SampleFacts& sample, TimePoint now);
+  void note(const SampleFacts& sample, TimePoint now, Duration pause = kPressedAnew);
   // Of the last sample.
   [[nodiscard]] const Noted& last() const { return noted_; }
 
@@ -56,7 +59,8 @@ class OriginSeen {
 struct Driver {
   std::string identity;  // without a login: the peer's side
   LinkId link;
-  Gid origin;  // all zero: none has said a command yet
+  Gid origin;          // all zero: none has said a command yet
+  std::string rule{};  // that allows the commands
 };
 
 // A rule's.
@@ -116,6 +120,7 @@ class Wheel {
     Payload raw;
     bool moves = true;
     Duration age{0};
+    bool holder_gone = false;  // the publisher that moved the robot last has ended
   };
   [[nodiscard]] WheelStep on_command(const Said& said, const WheelRules& rules, TimePoint now);
   // A command of this publisher was dropped because of its age.
@@ -126,6 +131,10 @@ class Wheel {
   // The link has ended, or its right. `identity`: of the link.
   [[nodiscard]] WheelStep on_end(const std::string& identity, LinkId link, WheelCause cause,
                                  TimePoint now);
+  // The rule of the link has no wheel any longer: nobody is halted.
+  [[nodiscard]] WheelStep on_rule_without(LinkId link);
+  // Another link goes on with the publisher that holds the wheel.
+  void hand_over(LinkId link) { mover_->who.link = link; }
   [[nodiscard]] WheelStep take(const Driver& who, TimePoint now);
   [[nodiscard]] WheelStep leave(const Driver& who, TimePoint now);
   // The publishers that a flagged identity offers now. A publisher that comes later has let go.
@@ -142,7 +151,7 @@ class Wheel {
   // The age of the last command that moves.
   [[nodiscard]] std::optional<Duration> last_moved(TimePoint now) const;
   [[nodiscard]] bool is_held(TimePoint now) const {
-    return held_ && now - mover_->moved_at < kWheelHeld;  // mutant: free_at_once
+    return held_ && now - mover_->held_at < kWheelHeld;  // mutant: free_at_once
   }
 
  private:
@@ -154,6 +163,7 @@ class Wheel {
     bool moves = false;
     bool was_old = false;  // a command was too old since the last fresh one
     TimePoint moved_at{};
+    TimePoint held_at{};  // the last command that moves, or a take
     std::uint64_t commands = 0;
     Duration oldest{0};
   };
@@ -173,6 +183,12 @@ class Wheel {
   void on_moving(const Said& said, const WheelRules& rules, TimePoint now, WheelStep& step);
   void on_neutral(const Said& said, TimePoint now, WheelStep& step);
   [[nodiscard]] bool is_mover(const Driver& who) const;
+  // Another publisher of the holder, which has let go of the one before.
+  [[nodiscard]] bool goes_on(const Said& said, TimePoint now) const;
+  // Its silence is neither so long that nobody halts it, nor over.
+  [[nodiscard]] bool needs_halt(TimePoint now) const {
+    return mover_ && mover_->moves && (is_held(now) || mover_->rules.halt_after);
+  }
   void halt(WheelCause cause, TimePoint now, WheelStep& step);
   void release(WheelCause cause, WheelStep& step);
   void flag(const Driver& who, TimePoint now, WheelStep& step);

@@ -36,7 +36,7 @@ PeerTopic::PeerTopic(LinkTopics& peer, TopicKey key, const ChannelOffer& offer, 
   const auto wire_name = link_.names.to_wire(key_.first);
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
                       is_parameter_events(InterfaceKind::kTopic, *wire_name);
-  if (context_.options.at_robot) command_ = driving::command_type(key_.second);
+  command_ = steers();
   link_.take_offered(number_, *this);
   if (!offers_resume_) link_.arrived.erase(key_);
 }
@@ -98,7 +98,11 @@ bool PeerTopic::recheck(const Now& now) {
   auto decision = import_right(context_, link_, InterfaceKind::kTopic, key_, action_type_);
   if (!decision) return false;
   decision_ = *std::move(decision);
-  if (command_ && !treatment().wheel) context_.wheels.on_rule_without(key_, link_);
+  const bool steered = command_.has_value();
+  command_ = steers();
+  if (steered && !(command_ && treatment().wheel))
+    context_.wheels.on_rule_without(context_, key_, link_, now);
+  if (command_ && !steered) context_.wheels.on_offered(key_, now);
   const std::size_t before = origins_.size();
   for (auto it = origins_.begin(); it != origins_.end();) {
     const auto origin = it++;
@@ -376,10 +380,11 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
   if (command_ && !was_held)
     mirror.steered().seen.note({link_.connection() ? link_.connection()->id() : ConnectionId{},
                                 message.demand, message.number, message.stamp},
-                               now.steady);
-  if (waits_for_clock(message, raw, now)) return;
+                               now.steady, std::min(driving::kPressedAnew, treatment().halt_after));
+  const bool moves = !command_ || driving::read_command(*command_, raw.view()).moves;
+  if (waits_for_clock(message, raw, moves, now)) return;
   Duration age{0};
-  if (!is_fresh(message, mirror, age, now)) {
+  if (!is_fresh(message, moves, mirror, age, now)) {
     if (command_) context_.wheels.on_old(mirror);
     return dropped_.add(DropReason::kMaxAge);
   }
@@ -402,13 +407,18 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
   bytes_ += raw.size();
 }
 
-// A command without a known age moves nothing. A middleware without times of publication is known
-// to have none.
-bool PeerTopic::waits_for_clock(const MessageHead& message, const Payload& raw, const Now& now) {
+// A command without a known age moves nothing. A neutral does not wait, and the command before it
+// is over. A middleware without times of publication is known to have none.
+bool PeerTopic::waits_for_clock(const MessageHead& message, const Payload& raw, bool moves,
+                                const Now& now) {
   const Duration limit = age_limit();
   if (!command_ || limit == kForever || !is_plausible(message.stamp) || !link_.connection() ||
       link_.clock().known())
     return false;
+  if (!moves) {  // mutant: stop_without_clock
+    if (unjudged_.take(message.subject.origin())) dropped_.add(DropReason::kMaxAge);
+    return false;
+  }
   if (unjudged_.hold({message.subject.origin(), 0}, {message, out_of_packet(raw)}, raw.size(),
                      now.steady + limit))  // mutant: unknown_age
     dropped_.add(DropReason::kMaxAge);
@@ -416,7 +426,8 @@ bool PeerTopic::waits_for_clock(const MessageHead& message, const Payload& raw, 
 }
 
 void PeerTopic::publish_unjudged(const Now& now) {
-  while (const auto held = unjudged_.take()) publish(held->head, held->raw, now, true);
+  for (std::size_t left = unjudged_.size(); left > 0; --left)
+    if (const auto held = unjudged_.take()) publish(held->head, held->raw, now, true);
 }
 
 driving::PeerClock PeerTopic::peer_clock() const {
@@ -425,7 +436,7 @@ driving::PeerClock PeerTopic::peer_clock() const {
   return {clock.offset(), clock.error_bound(), clock.total()};
 }
 
-bool PeerTopic::is_fresh(const MessageHead& message, TopicMirror& mirror, Duration& age,
+bool PeerTopic::is_fresh(const MessageHead& message, bool moves, TopicMirror& mirror, Duration& age,
                          const Now& now) {
   const driving::PeerClock clock = peer_clock();
   if (clock.replies == 0 || !is_plausible(message.stamp)) return true;
@@ -438,7 +449,9 @@ bool PeerTopic::is_fresh(const MessageHead& message, TopicMirror& mirror, Durati
     if (std::exchange(steered.judged_on, link_.connection()->id()) != link_.connection()->id())
       steered.ages = {};
     const auto verdict = steered.ages.judge(age, limit, clock);
-    if (verdict == driving::AgeJudge::Verdict::kOld) return false;  // mutant: old_commands
+    // A stop does not wait until the publisher's clock is understood.
+    const bool is_old = verdict == driving::AgeJudge::Verdict::kOld && (moves || age > limit);
+    if (is_old) return false;  // mutant: old_commands
     if (verdict == driving::AgeJudge::Verdict::kFreshAhead) warn_ahead(mirror, age);
     age = steered.ages.corrected(age);
   }
@@ -463,8 +476,8 @@ std::optional<Payload> PeerTopic::steer(const MessageHead& message, const Payloa
   const driving::PeerClock clock = peer_clock();
   std::optional<Payload> shifted;
   if (command.stamp.at != 0 && clock.replies > 0)
-    shifted = driving::shifted(*command_, command, raw.view(),
-                               {clock, message.stamp, context_.has_simulated_time()}, now.system);
+    shifted = driving::shifted(*command_, command, raw.view(), {clock, message.stamp}, now.system);
+  if (shifted && context_.has_simulated_time()) shifted.reset();  // mutant: simulated_stamps
   const Payload& out = shifted ? *shifted : raw;
   const Treatment& rule = treatment();
   if (!rule.wheel) return out;
@@ -474,6 +487,11 @@ std::optional<Payload> PeerTopic::steer(const MessageHead& message, const Payloa
                                  decision_.rule};
   if (context_.wheels.judge(context_, mirror, link_, steering, now)) return std::nullopt;
   return out;
+}
+
+std::optional<driving::CommandType> PeerTopic::steers() const {
+  if (!context_.options.at_robot || !drives(treatment(), key_)) return std::nullopt;
+  return driving::command_type(key_.second);
 }
 
 void PeerTopic::tell_wheel(WheelState state) {

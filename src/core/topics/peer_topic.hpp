@@ -132,15 +132,18 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
     if (command_ && rule.max_age == kForever) return rule.halt_after;
     return rule.max_age;
   }
-  // A command came before the peer's clock was known: true. The newest one of its publisher waits.
-  [[nodiscard]] bool waits_for_clock(const MessageHead& message, const Payload& raw,
+  // A command that moves came before the peer's clock was known: true. The newest one of its
+  // publisher waits.
+  [[nodiscard]] bool waits_for_clock(const MessageHead& message, const Payload& raw, bool moves,
                                      const Now& now);
   // May the message be published by its age? `age`: gets it, if it is known.
-  [[nodiscard]] bool is_fresh(const MessageHead& message, TopicMirror& mirror, Duration& age,
-                              const Now& now);
+  [[nodiscard]] bool is_fresh(const MessageHead& message, bool moves, TopicMirror& mirror,
+                              Duration& age, const Now& now);
   // The publisher's clock is ahead of the peer's, by minus this age.
   void warn_ahead(const TopicMirror& mirror, Duration age);
   [[nodiscard]] driving::PeerClock peer_clock() const;
+  // How the topic drives this robot, by its type and our rule.
+  [[nodiscard]] std::optional<driving::CommandType> steers() const;
   // The bytes to publish for a command. nullopt: the wheel is another's.
   [[nodiscard]] std::optional<Payload> steer(const MessageHead& message, const Payload& raw,
                                              Duration age, TopicMirror& mirror, const Now& now);

@@ -97,8 +97,11 @@ void PeerTopics::on_policy(const Now& now) {
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
     TopicMirror& mirror = (it++)->second;
     const auto candidates = mirror.candidates();  // a copy: the mirror may end with the last one
-    for (const auto& [link, offered, declined, qos, told] : candidates)
-      if (!offered && !permission(*link, mirror)) context_.remove_candidate(mirror, link->id, now);
+    for (const auto& [link, offered, declined, qos, told] : candidates) {
+      if (offered || permission(*link, mirror)) continue;
+      context_.wheels.on_right_end(context_, mirror.key().first, *link, now);
+      context_.remove_candidate(mirror, link->id, now);
+    }
   }
   for (const MirrorKey& key : emptied)
     if (const auto it = context_.mirrors.find(key); it != context_.mirrors.end())

@@ -315,7 +315,12 @@ void TopicMirror::try_again() {
 
 void TopicMirror::on_time(const Now& now) {
   const auto is_due = [&](const Timer& timer) { return timer && timer.at() <= now.steady; };
-  if (is_due(ends_)) return destroy();
+  if (is_due(ends_)) {
+    const auto needed = context_.wheels.needs(*this);  // another one may have halted it meanwhile
+    if (!needed || *needed <= now.steady) return destroy();
+    ends_ = context_.timers.set(*needed, this);
+    return;
+  }
   first_.publish_due(context_.outputs, id_, feeder(), now);
   if (is_due(unnamed_)) warn_incompatible(now);
   if (is_due(retries_)) failed_ = false;

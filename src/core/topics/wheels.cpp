@@ -12,11 +12,16 @@
 namespace connect_bridge {
 namespace {
 
-// Topics that peers steer; more than any robot has.
-constexpr std::size_t kWheelsMax = 256;
+// More wheels than this stay only while their topics are offered.
+constexpr std::size_t kWheelsKept = 256;
 constexpr std::string_view kSide = "side ";
 // docs/protocol.md, "Limits".
 constexpr Duration kToldPeriod = std::chrono::milliseconds(250);
+
+bool is_mirrored(const ImportContext& context, const TopicKey& key) {
+  const auto first = context.mirrors.lower_bound({key, Gid{}});
+  return first != context.mirrors.end() && first->first.first == key;
+}
 
 std::vector<Gid> origins_of(const ImportContext& context, const TopicKey& key,
                             const std::string& driver) {
@@ -40,15 +45,14 @@ AuditEvent event_of(driving::WheelEvent::What what) {
   return AuditEvent::kWheelLeft;
 }
 
-void tell(Outputs& outputs, const TopicKey& key, const std::string& rule,
-          const driving::WheelEvent& event) {
+void tell(Outputs& outputs, const TopicKey& key, const driving::WheelEvent& event) {
   if (!outputs.audits()) return;
   Audit line;
   line.event = event_of(event.what);
   line.link = event.who.link;
   if (!event.who.identity.starts_with(kSide)) line.identity = event.who.identity;
-  line.channel =
-      AuditChannel{Direction::kImport, InterfaceKind::kTopic, key.first, key.second, rule};
+  line.channel = AuditChannel{Direction::kImport, InterfaceKind::kTopic, key.first, key.second,
+                              event.who.rule};
   line.code = name_of(event.cause);
   if (event.what != driving::WheelEvent::What::kTaken)
     line.reason = std::to_string(event.commands) + " commands, the oldest " +
@@ -68,10 +72,13 @@ WheelState state_of(driving::WheelWord word) {
 }
 
 void log_drop(Outputs& outputs, const Link& link, const TopicKey& key, driving::WheelWord word) {
-  const bool halted = word == driving::WheelWord::kLetGo;
-  outputs.log_once(link.account->told, LogLevel::kWarn,
-                   "commands of " + link.label() + " on " + key.first + " are dropped: " +
-                       (halted ? "it was halted, and has to let go first" : "another peer drives"));
+  const std::string_view why =
+      word == driving::WheelWord::kLetGo ? "it was halted, and has to let go first"
+      : word == driving::WheelWord::kYou ? "another publisher of the same operator drives"
+                                         : "another peer drives";
+  outputs.log_once(
+      link.account->told, LogLevel::kWarn,
+      "commands of " + link.label() + " on " + key.first + " are dropped: " + std::string(why));
 }
 
 }  // namespace
@@ -88,17 +95,17 @@ std::optional<DropReason> Wheels::judge(ImportContext& context, TopicMirror& mir
   auto found = wheels_.find(key);
   if (found == wheels_.end()) {
     if (!command.moves) return std::nullopt;
-    if (wheels_.size() >= kWheelsMax) forget_idle(now);
-    if (wheels_.size() >= kWheelsMax) return DropReason::kWheel;
-    found = wheels_.try_emplace(key).first;
+    found = open(context, key, now);
   }
   Entry& entry = found->second;
   entry.type = command.type;
-  entry.rule = command.rule;
-  const driving::Driver who{driver_of(link), link.id, mirror.key().second};
+  const driving::Driver who{driver_of(link), link.id, mirror.key().second, command.rule};
+  const driving::Driver* const mover = entry.wheel.mover();
+  const auto holder = mover ? context.mirrors.find({key, mover->origin}) : context.mirrors.end();
+  const bool gone = holder == context.mirrors.end() || holder->second.candidates().empty();
   auto step = entry.wheel.on_command(
-      {who, mirror.steered().seen.last(), command.raw, command.moves, command.age}, command.rules,
-      now.steady);
+      {who, mirror.steered().seen.last(), command.raw, command.moves, command.age, gone},
+      command.rules, now.steady);
   const bool publishes = step.publishes;
   if (!publishes)
     log_drop(context.outputs, link, key, entry.wheel.word_for(who.identity, now.steady));
@@ -123,11 +130,10 @@ void Wheels::on_right_end(ImportContext& context, const TopicKey& key, const Lin
     end(context, found, link, driving::WheelCause::kRight, now);
 }
 
-void Wheels::on_rule_without(const TopicKey& key, const Link& link) {
-  const auto found = wheels_.find(key);
-  if (found == wheels_.end()) return;
-  const driving::Driver* const mover = found->second.wheel.mover();
-  if (mover && mover->link == link.id) wheels_.erase(found);
+void Wheels::on_rule_without(ImportContext& context, const TopicKey& key, const Link& link,
+                             const Now& now) {
+  if (const auto found = wheels_.find(key); found != wheels_.end())
+    follow(context, found, found->second.wheel.on_rule_without(link.id), now);
 }
 
 // A second link that offers the publisher goes on as its feeder.
@@ -136,11 +142,13 @@ void Wheels::end(ImportContext& context, Found wheel, const Link& link, driving:
   const driving::Driver* const mover = wheel->second.wheel.mover();
   if (mover && mover->link == link.id) {
     const auto mirror = context.mirrors.find({wheel->first, mover->origin});
-    if (mirror != context.mirrors.end() &&
-        std::ranges::any_of(mirror->second.candidates(), [&](const MirrorCandidate& c) {
-          return c.link->id != link.id && c.is_usable();
-        }))
-      return;
+    if (mirror != context.mirrors.end()) {
+      const auto& candidates = mirror->second.candidates();
+      const auto next = std::ranges::find_if(candidates, [&](const MirrorCandidate& c) {
+        return c.link->id != link.id && c.is_usable();
+      });
+      if (next != candidates.end()) wheel->second.wheel.hand_over(next->link->id);
+    }
   }
   follow(context, wheel, wheel->second.wheel.on_end(driver_of(link), link.id, cause, now.steady),
          now);
@@ -148,13 +156,10 @@ void Wheels::end(ImportContext& context, Found wheel, const Link& link, driving:
 
 void Wheels::on_wanted(ImportContext& context, const TopicKey& key, const Link& link,
                        WheelWant want, const std::string& rule, const Now& now) {
-  if (!wheels_.contains(key) && wheels_.size() >= kWheelsMax) forget_idle(now);
-  if (!wheels_.contains(key) && wheels_.size() >= kWheelsMax) return;
-  const Found found = wheels_.try_emplace(key).first;
+  const Found found = open(context, key, now);
   Entry& entry = found->second;
-  entry.rule = rule;
   entry.type = *driving::command_type(key.second);
-  const driving::Driver who{driver_of(link), link.id, {}};
+  const driving::Driver who{driver_of(link), link.id, {}, rule};
   follow(context, found,
          want == WheelWant::kTake ? entry.wheel.take(who, now.steady)
                                   : entry.wheel.leave(who, now.steady),
@@ -170,11 +175,13 @@ void Wheels::on_offered(const TopicKey& key, const Now& now) {
 
 void Wheels::on_stop(ImportContext& context, const Now& now) {
   for (auto it = wheels_.begin(); it != wheels_.end(); ++it)
-    if (const driving::Driver* const mover = it->second.wheel.mover())
+    if (it->second.wheel.mover()) {
+      const driving::Driver who = *it->second.wheel.mover();  // a copy: the mover ends
       follow(context, it,
-             it->second.wheel.on_end(mover->identity, mover->link, driving::WheelCause::kLinkLost,
+             it->second.wheel.on_end(who.identity, who.link, driving::WheelCause::kLinkLost,
                                      now.steady),
              now);
+    }
 }
 
 void Wheels::on_time(ImportContext& context, const Now& now) {
@@ -195,7 +202,7 @@ void Wheels::follow(ImportContext& context, Found wheel, driving::WheelStep step
                           now);
   for (const std::string& identity : step.flagged)
     wheel->second.wheel.confine(identity, origins_of(context, key, identity));
-  for (const auto& event : step.events) tell(context.outputs, key, entry.rule, event);
+  for (const auto& event : step.events) tell(context.outputs, key, event);
   // A neutral clears a flag without an event.
   wheel->second.to_tell = entry.to_tell || !step.events.empty() || step.cleared;
   tell_peers(context, wheel, now);
@@ -223,6 +230,18 @@ void Wheels::set_timer(Found wheel) {
   if (entry.to_tell) at = earliest(at, entry.told_at + kToldPeriod);
   if (!at) return entry.timer.cancel();
   if (!entry.timer || *at < entry.timer.at()) entry.timer = timers_.set(*at, &wheel->first);
+}
+
+// A command that moves is never dropped because there are many wheels: each topic that is offered
+// may have one.
+Wheels::Found Wheels::open(const ImportContext& context, const TopicKey& key, const Now& now) {
+  if (!wheels_.contains(key) && wheels_.size() >= kWheelsKept) {
+    forget_idle(now);
+    std::erase_if(wheels_, [&](auto& named) {
+      return !named.second.wheel.is_held(now.steady) && !is_mirrored(context, named.first);
+    });
+  }
+  return wheels_.try_emplace(key).first;
 }
 
 void Wheels::forget_idle(const Now& now) {

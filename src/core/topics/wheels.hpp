@@ -42,7 +42,8 @@ class Wheels {
   // Our rules do not allow the topic to the link any longer.
   void on_right_end(ImportContext& context, const TopicKey& key, const Link& link, const Now& now);
   // The rule has no wheel for the link any longer: its commands are not judged.
-  void on_rule_without(const TopicKey& key, const Link& link);
+  void on_rule_without(ImportContext& context, const TopicKey& key, const Link& link,
+                       const Now& now);
   // The peer would take or leave the wheel. `rule`: that allows the topic to it.
   void on_wanted(ImportContext& context, const TopicKey& key, const Link& link, WheelWant want,
                  const std::string& rule, const Now& now);
@@ -62,7 +63,6 @@ class Wheels {
   struct Entry {
     driving::Wheel wheel;
     driving::CommandType type{};
-    std::string rule;  // of the last command
     bool to_tell = false;
     TimePoint told_at{};  // when peers were told last who steers
     Timers<const TopicKey*>::Timer timer{};
@@ -75,6 +75,8 @@ class Wheels {
   // Tells each peer that offers the topic who steers, but not too often.
   static void tell_peers(ImportContext& context, Found wheel, const Now& now);
   void set_timer(Found wheel);
+  // The wheel of a topic, made if necessary.
+  Found open(const ImportContext& context, const TopicKey& key, const Now& now);
   void forget_idle(const Now& now);
 
   Timers<const TopicKey*> timers_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/cdr.hpp"
+#include "core/base/time.hpp"
 
 namespace connect_bridge::driving_test {
 

@@ -23,16 +23,17 @@ TimePoint at_ms(std::int64_t n) {
 // another identity.
 Driver driver_of(const std::string& who) {
   const std::map<std::string, Driver> drivers = {
-      {"a", {"anna", {1}, {{1}}}},
-      {"b", {"bob", {2}, {{2}}}},
-      {"c", {"anna", {1}, {{3}}}},
-      {"d", {"dora", {3}, {{1}}}},
+      {"a", {"anna", {1}, {{1}}, "ops"}},
+      {"b", {"bob", {2}, {{2}}, "guests"}},
+      {"c", {"anna", {1}, {{3}}, "ops"}},
+      {"d", {"dora", {3}, {{1}}, "guests"}},
   };
   return drivers.at(who);
 }
 
 // "300 a move" is a command of a after 300 ms, "300 time" a look at the time. A neutral is "stop"
-// if nothing came before it, else "zeros". "press" is a command after half a second. Deadlines run
+// if nothing came before it, else "zeros". "press" is a command after half a second, "succeeds" one
+// after the end of the holder's publisher. Deadlines run
 // by themselves. The result is a word for each step and event.
 class Script {
  public:
@@ -70,10 +71,12 @@ class Script {
       return tell(wheel.on_end(driver.identity, driver.link, WheelCause::kLinkLost, now), now);
     if (what == "loses_right")
       return tell(wheel.on_end(driver.identity, driver.link, WheelCause::kRight, now), now);
-    const bool moves = what == "move" || what == "press";
+    const bool gone = what == "succeeds";
+    const bool moves = what == "move" || what == "press" || gone;
     const OriginSeen::Noted seen{what == "stop", what == "press"};
     const Payload raw = driving_test::twist(moves ? 1 : 0);
-    const auto step = wheel.on_command({driver, seen, raw, moves, milliseconds(20)}, rules_, now);
+    const auto step =
+        wheel.on_command({driver, seen, raw, moves, milliseconds(20), gone}, rules_, now);
     say(step.publishes ? "yes" : "no");
     tell(step, now);
   }
@@ -167,6 +170,17 @@ constexpr Case kHalting[] = {
     {"moving_leave", "0 a move; 50 a leave; 60 b move",
      "yes taken:anna:moved zero1 halted:anna:given:1 left:anna:given:1 yes taken:bob:moved"},
     {"moving_own_take", "0 a move; 50 a take; 60 a move", "yes taken:anna:moved yes"},
+    // To take what one has is no sign of life, but the wheel is held for longer.
+    {"own_take_is_no_life", "0 a move; 250 a take; 300 time; 1100 b move",
+     "yes taken:anna:moved zero1 halted:anna:silence:1 zero1 zero1 no"},
+    // The holder's other publisher.
+    {"own_other_at_rest", "0 a move; 50 a zeros; 60 c move; 70 a move; 80 c zeros; 90 b move",
+     "yes taken:anna:moved yes yes no yes no"},
+    {"own_other_after_an_end", "0 a move; 50 c succeeds; 60 c move; 400 time",
+     "yes taken:anna:moved yes yes zero3 halted:anna:silence:3"},
+    {"another_after_an_end", "0 a move; 50 b succeeds", "yes taken:anna:moved no"},
+    {"own_other_pressed_anew", "0 a move; 310 c press; 320 c move",
+     "yes taken:anna:moved zero1 halted:anna:silence:1 yes yes"},
     // ---- let go first
     {"held_stick", "0 a move; 310 a move; 400 a move; 2000 a move",
      "yes taken:anna:moved zero1 halted:anna:silence:1 no zero1 no zero1 left:anna:silence:1 no"},
@@ -224,6 +238,13 @@ constexpr Case kPlain[] = {
      "taken:anna:moved"},
     {"stop_of_another", "0 a move; 50 b stop; 60 a move; 300 time",
      "yes taken:anna:moved yes zero1 halted:anna:stopped:1 no zero1 zero1"},
+    // Who is long silent is not halted; a stick that is still held lets go first.
+    {"take_after_silence", "0 a move; 5000 b take; 5010 a move; 7000 a move",
+     "yes taken:anna:moved left:anna:silence:1 taken:bob:taken no left:bob:silence:0 no"},
+    {"leave_after_silence", "0 a move; 5000 a leave; 5010 a move",
+     "yes taken:anna:moved left:anna:silence:1 yes taken:anna:moved"},
+    {"take_while_it_moves", "0 a move; 500 b take",
+     "yes taken:anna:moved zero1 halted:anna:taken:1 left:anna:taken:1 taken:bob:taken"},
 };
 INSTANTIATE_TEST_SUITE_P(Plain, WheelWithoutHalt, testing::ValuesIn(kPlain),
                          [](const auto& row) { return std::string(row.param.name); });
@@ -267,6 +288,28 @@ TEST(Wheel, EachIdentityHasItsWord) {
   EXPECT_EQ(words(1000), (std::pair{WheelWord::kLetGo, WheelWord::kNobody}));
 }
 
+// Another way to the publisher goes on with the wheel.
+TEST(Wheel, TheEndOfALinkThatHasHandedOverHaltsNobody) {
+  Script script;
+  script.run("0 a move");
+  script.wheel.hand_over({3});
+  EXPECT_EQ(script.run("50 a ends; 60 d ends"),
+            "zero1 halted:anna:link_lost:1 left:anna:link_lost:1");
+}
+
+TEST(Wheel, ARuleWithoutAWheelReleasesItsOwnHolder) {
+  Script script;
+  script.run("0 a move; 10 b move");
+  EXPECT_TRUE(script.wheel.on_rule_without({2}).events.empty());
+  const auto step = script.wheel.on_rule_without({1});
+  EXPECT_FALSE(step.zero);
+  ASSERT_EQ(step.events.size(), 1U);
+  EXPECT_EQ(step.events[0].what, WheelEvent::What::kLeft);
+  EXPECT_EQ(step.events[0].cause, WheelCause::kRight);
+  EXPECT_EQ(step.events[0].who.rule, "ops");
+  EXPECT_EQ(script.run("50 b move; 360 time"), "yes taken:bob:moved zero2 halted:bob:silence:1");
+}
+
 TEST(Wheel, WhatHasEndedIsForgotten) {
   Script script;
   EXPECT_TRUE(script.wheel.is_idle(at_ms(0)));
@@ -308,11 +351,38 @@ TEST(WheelSeen, WhatWasLostInBetweenMayHaveBeenHeld) {
   EXPECT_FALSE(noted(without, 1000, 0, 1000).pressed);
 }
 
-TEST(WheelSeen, APublisherIsAloneAfterASecond) {
+TEST(WheelSeen, AKeyIsPressedAnewAfterAShorterHalt) {
+  constexpr Stamp kBegin = 1'700'000'000'000'000'000;
+  OriginSeen seen;
+  seen.note({{1}, 1, 1, kBegin}, at_ms(0), milliseconds(200));
+  seen.note({{1}, 1, 2, kBegin + 199'000'000}, at_ms(199), milliseconds(200));
+  EXPECT_FALSE(seen.last().pressed);
+  seen.note({{1}, 1, 3, kBegin + 399'000'000}, at_ms(399), milliseconds(200));
+  EXPECT_TRUE(seen.last().pressed);
+}
+
+// `ros2 topic pub` repeats once a second.
+TEST(WheelSeen, APublisherIsAloneAfterASecondAndAHalf) {
   OriginSeen seen;
   EXPECT_TRUE(noted(seen, 0, 1, 0).alone);
-  EXPECT_FALSE(noted(seen, 999, 2, 999).alone);
-  EXPECT_TRUE(noted(seen, 1999, 3, 1999).alone);
+  EXPECT_FALSE(noted(seen, 1020, 2, 1000).alone);
+  EXPECT_FALSE(noted(seen, 2519, 3, 2499).alone);
+  EXPECT_TRUE(noted(seen, 4019, 4, 3999).alone);
+}
+
+// A path was blocked, or lost samples: the panel has repeated its zeros all the time.
+TEST(WheelSeen, AStreamThatComesLateIsNotAlone) {
+  OriginSeen seen;
+  noted(seen, 0, 1, 0);
+  EXPECT_FALSE(noted(seen, 5000, 2, 100).alone);
+  EXPECT_FALSE(noted(seen, 9000, 41, 4000, 2, 3).alone);
+  EXPECT_FALSE(noted(seen, 12'000, 42, 2000).alone);  // its clock was set
+  EXPECT_TRUE(noted(seen, 15'000, 44, 5000).alone);
+  EXPECT_TRUE(noted(seen, 18'000, 1, 5010).alone);  // numbers begin again
+  EXPECT_FALSE(noted(seen, 21'000, ~std::uint64_t{0}, 5020).alone);
+  OriginSeen without;
+  noted(without, 0, 0, 0);
+  EXPECT_TRUE(noted(without, 1500, 0, 10).alone);
 }
 
 }  // namespace

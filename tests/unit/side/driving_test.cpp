@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <utility>
+
 #include "unit/driving/samples.hpp"
 #include "unit/side/script.hpp"
 
@@ -53,18 +56,20 @@ struct Robot : Script {
     said(link);
   }
   // A reply measures that the peer's clock is ahead by this.
-  void tell_clock(std::uint32_t link, std::int64_t ahead_ms = 0) {
+  void tell_clock(std::uint32_t link, std::int64_t ahead_ms = 0, bool is_possible = true) {
     give(TimePassed{});  // it asks, or has asked lately
     const Stamp ahead = ahead_ms * 1'000'000;
     for (std::int64_t asked = std::max<std::int64_t>(0, at - 1200); asked <= at; ++asked) {
       const Stamp then = flow_test::at_ms(asked);
       Bytes reply;
-      append_header(TimeReply{then, then + ahead, flow_test::at_ms(at) + ahead, 0}, reply);
+      const Stamp sent = is_possible ? flow_test::at_ms(at) : then - 1;
+      append_header(TimeReply{then, then + ahead, sent + ahead, 0}, reply);
       binary(link, reply);
     }
   }
   void command(std::uint32_t link, const Payload& body, std::int64_t stamp_ms) {
-    message(link, 1, 1, body, Codec::kNone, static_cast<std::uint32_t>(body.size()), stamp_ms);
+    message(link, 1, 1, body, Codec::kNone, static_cast<std::uint32_t>(body.size()), stamp_ms,
+            ++numbers[link]);
   }
   void move(std::uint32_t link) { command(link, twist(0.5), at); }
   void stop(std::uint32_t link) { command(link, twist(0), at); }
@@ -98,7 +103,8 @@ struct Robot : Script {
   }
 
   std::string type;
-  Bytes last;  // of the last command that was published
+  std::map<std::uint32_t, std::uint64_t> numbers;  // of the last command, by link
+  Bytes last;                                      // of the last command that was published
 };
 
 TEST(Driving, SilenceHaltsWhoDrives) {
@@ -114,6 +120,7 @@ TEST(Driving, SilenceHaltsWhoDrives) {
             "zero; halted 1 anna import /cmd_vel by rule silence: 1 commands, the oldest 0 ms old");
   s.pass(200);
   EXPECT_EQ(s.drove(), "zero; zero");
+  ++s.numbers[1];  // the stick is held, and a command was lost
   s.move(1);
   EXPECT_EQ(s.drove(), "");
   EXPECT_EQ(s.lost(0, DropReason::kWheel), 1U);
@@ -205,8 +212,11 @@ TEST(Driving, ASideThatStopsHaltsFirst) {
 TEST(Driving, WithoutAWheelOrARobotAllMove) {
   Rule plain = driving();
   plain.treatment.wheel = false;
-  for (const bool at_robot : {true, false}) {
-    Robot s(at_robot ? plain : driving(), false, at_robot);
+  Rule idle = driving();
+  idle.treatment.drives = false;
+  for (const auto& [rule, at_robot] :
+       {std::pair{plain, true}, std::pair{idle, true}, std::pair{driving(), false}}) {
+    Robot s(rule, false, at_robot);
     s.tell_clock(1);
     s.tell_clock(2);
     s.drove();
@@ -219,15 +229,108 @@ TEST(Driving, WithoutAWheelOrARobotAllMove) {
 }
 
 TEST(Driving, ARuleThatLosesItsWheelHaltsNobody) {
+  for (const bool drives : {true, false}) {
+    Robot s;
+    s.tell_clock(1);
+    s.move(1);
+    s.drove();
+    Rule plain = driving();
+    plain.treatment.wheel = !drives;
+    plain.treatment.drives = drives;
+    s.give(PolicyChanged{Policy({plain})});
+    s.pass(500);
+    EXPECT_EQ(s.drove(),
+              "wheel_left 1 anna import /cmd_vel by rule right: 1 commands, the oldest 0 ms old");
+  }
+}
+
+// Its candidate waits for the link's return.
+TEST(Driving, TheEndOfALostLinksRightHaltsAtOnce) {
+  Robot s(driving(milliseconds(5000)));
+  s.tell_clock(1);
+  s.move(1);
+  s.lose(1);
+  s.drove();
+  s.give(PolicyChanged{Policy({rule({}, {"/other"})})});
+  EXPECT_THAT(s.drove(), HasSubstr("zero; halted 1 anna import /cmd_vel by rule right"));
+}
+
+// Link 3 is another way to the publisher of link 1.
+TEST(Driving, WhoGoesOnByAnotherWayIsHaltedWhenThatEndsToo) {
+  Robot s(driving(milliseconds(5000)));
+  s.login(3, {}, called("anne"));
+  s.offer(3, 7);
+  s.tell_clock(1);
+  s.move(1);
+  EXPECT_THAT(s.drove(), HasSubstr("wheel_taken 1 anna"));
+  s.lose(1, 1000);
+  EXPECT_EQ(s.drove(), "");
+  s.lose(3, 1000);
+  EXPECT_THAT(s.drove(), HasSubstr("zero; halted 3 anna import /cmd_vel by rule link_lost"));
+}
+
+// Nobody else's topics take a robot's wheel away.
+TEST(Driving, EachTopicHasAWheel) {
+  constexpr std::uint32_t kTopics = 300;
   Robot s;
+  std::vector<Topic> heard;
+  std::vector<ChannelOffer> offered;
+  for (std::uint32_t n = 2; n < 2 + kTopics; ++n) {
+    const std::string name = "/r" + std::to_string(n) + "/cmd_vel";
+    heard.push_back(topic(name).sub(5));
+    heard.back().type = s.type;
+    offered.push_back(channel(n, name, {origin(1, 7)}));
+    offered.back().type = s.type;
+  }
+  s.see(heard);
+  s.say(1, Offer{offered, true});
+  s.pass(60'000);
+  s.said(1);
+  s.tell_clock(1);
+  s.drove();
+  const Payload body = twist(1);
+  for (std::uint32_t n = 2; n < 2 + kTopics; ++n)
+    s.message(1, n, 1, body, Codec::kNone, static_cast<std::uint32_t>(body.size()), s.at);
+  std::size_t taken = 0;
+  for (std::string words = s.drove(); const char c : words) taken += c == ';';
+  EXPECT_EQ(taken, 2 * kTopics - 1);
+}
+
+TEST(Driving, AnotherPublisherOfTheHolderDrivesAfterTheFirstOneHasEnded) {
+  Robot s;
+  s.say(1, OriginsChanged{{1}, {origin(2, 9)}, {}});
   s.tell_clock(1);
   s.move(1);
   s.drove();
-  Rule plain = driving();
-  plain.treatment.wheel = false;
-  s.give(PolicyChanged{Policy({plain})});
-  s.pass(500);
-  EXPECT_EQ(s.drove(), "");
+  const Payload body = twist(1);
+  const auto say_by_other = [&] {
+    s.pass(50);
+    s.message(1, 1, 2, body, Codec::kNone, static_cast<std::uint32_t>(body.size()), s.at);
+    return s.drove();
+  };
+  EXPECT_EQ(say_by_other(), "");
+  EXPECT_THAT(s.logged, HasSubstr("another publisher of the same operator drives"));
+  s.say(1, OriginsChanged{{1}, {}, {{1}}});
+  EXPECT_EQ(say_by_other(), "move");
+}
+
+// Its mirror was about to end.
+TEST(Driving, AMirrorThatIsHaltedLatePublishesAllZeros) {
+  Robot s(driving(kForever));
+  s.tell_clock(1);
+  s.tell_clock(2);
+  s.move(1);
+  s.drove();
+  s.say(1, OriginsChanged{{1}, {}, {{1}}});
+  s.pass(150);
+  s.stop(2);
+  EXPECT_THAT(s.drove(), HasSubstr("zero; halted 1 anna import /cmd_vel by rule stopped"));
+  s.pass(160);
+  EXPECT_EQ(s.drove(), "zero; zero");
+  s.pass(339);
+  EXPECT_EQ(s.drove().find("unmirror"), std::string::npos);
+  s.pass(1);
+  EXPECT_THAT(s.drove(), HasSubstr("unmirror"));
 }
 
 // ---- age
@@ -251,6 +354,38 @@ TEST(Driving, ACommandWhoseAgeStaysUnknownMovesNothing) {
   s.pass(1);
   EXPECT_EQ(s.lost(0, DropReason::kMaxAge), 1U);
   s.tell_clock(1);
+  EXPECT_EQ(s.drove(), "");
+}
+
+TEST(Driving, AReplyThatMeasuresNothingEndsNoWait) {
+  Robot s(driving(kForever, milliseconds(5000)));
+  s.move(1);
+  s.tell_clock(1, 0, false);
+  EXPECT_EQ(s.drove(), "");
+  s.pass(1100);
+  s.tell_clock(1);
+  EXPECT_THAT(s.drove(), HasSubstr("move"));
+}
+
+// The command that waits is over then.
+TEST(Driving, AStopDoesNotWaitForTheFirstReply) {
+  Robot s(driving(kForever, milliseconds(300)));
+  s.move(1);
+  s.stop(1);
+  EXPECT_EQ(s.drove(), "zero");
+  EXPECT_EQ(s.lost(0, DropReason::kMaxAge), 1U);
+  s.tell_clock(1);
+  EXPECT_EQ(s.drove(), "");
+}
+
+TEST(Driving, AStopThatSeemsToComeFromTheFutureStops) {
+  Robot s(driving(kForever, milliseconds(300)));
+  s.tell_clock(1);
+  s.move(1);
+  s.drove();
+  s.command(1, twist(0), s.at + 5000);
+  EXPECT_EQ(s.drove(), "zero");
+  s.command(1, twist(0), s.at - 301);
   EXPECT_EQ(s.drove(), "");
 }
 

@@ -106,7 +106,7 @@ void Script::message(std::uint32_t connection, std::uint32_t channel, std::uint3
 
 void Script::message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
                      const Payload& body, Codec codec, std::uint32_t raw_bytes,
-                     std::int64_t stamp_ms) {
+                     std::int64_t stamp_ms, std::uint64_t number) {
   MessageFrame frame;
   frame.codec = codec;
   frame.channel = {channel};
@@ -115,7 +115,8 @@ void Script::message(std::uint32_t connection, std::uint32_t channel, std::uint3
   const auto demand = demands_.find({connection, frame.channel});
   frame.demand = demand == demands_.end() ? 1 : demand->second;
   frame.stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
-  if (stamp_ms >= 0) frame.number = static_cast<std::uint64_t>(stamp_ms);
+  frame.number = number;
+  if (number == 0 && stamp_ms >= 0) frame.number = static_cast<std::uint64_t>(stamp_ms);
   frame.raw_bytes = raw_bytes;
   frame.body_bytes = static_cast<std::uint32_t>(body.size());
   frame.part = body.view();

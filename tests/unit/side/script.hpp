@@ -44,12 +44,12 @@ class Script {
              bool complete = false);
   void demand(std::uint32_t connection, std::uint32_t channel, bool on = true);
   // A message on a channel, for the demand that said() has read (the first one, if it has not). Its
-  // number is its stamp, if that is given; sequences are counted here.
+  // number is its stamp, if only that is given; sequences are counted here.
   void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
                const std::string& text, std::int64_t stamp_ms = -1);
   void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
                const Payload& body, Codec codec, std::uint32_t raw_bytes,
-               std::int64_t stamp_ms = -1);
+               std::int64_t stamp_ms = -1, std::uint64_t number = 0);
   // The same, compressed.
   void compressed(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
                   const std::string& text);
