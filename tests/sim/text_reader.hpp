@@ -24,26 +24,31 @@ class TextReader {
 
   // The texts of the frame; empty: it does not decompress.
   std::vector<std::string> read(const TextsFrame& frame, const Kept& kept = {}) {
-    const Kept bases = frame.kept ? kept : std::exchange(possible_, {});
+    std::deque<TextHistory> before = std::exchange(possible_, {});
+    if (frame.kept) {
+      before.clear();
+      for (const Bytes& base : kept) before.emplace_back().go_on(base);
+    }
     std::string said;
-    possible_.clear();
-    for (const Bytes& base : bases) {
-      const auto raw = decompress_delta(frame.body, base, frame.raw_bytes);
+    for (TextHistory& history : before) {
+      const auto raw = decompress_delta(frame.body, history.texts(), frame.raw_bytes);
       if (!raw) continue;
-      TextHistory history;
-      history.go_on(base);
       history.add(raw.value());
-      add(possible_, history.texts());
       said.assign(raw.value().begin(), raw.value().end());
+      possible_.push_back(std::move(history));
     }
     return possible_.empty() ? std::vector<std::string>{} : split(said);
   }
   // The texts so far, if this one completes the first round.
-  void note(const Control& control, Kept& kept) const {
+  void note(const Control& control, Kept& kept) {
     constexpr std::size_t kMost = 4;
     const auto* offer = std::get_if<Offer>(&control);
     if (!offer || !offer->complete) return;
-    for (const Bytes& texts : possible_) add(kept, texts);
+    for (TextHistory& history : possible_) {
+      history.keep();
+      std::erase(kept, history.kept());
+      kept.push_back(history.kept());
+    }
     while (kept.size() > kMost) kept.pop_front();
   }
 
@@ -58,12 +63,7 @@ class TextReader {
     }
   }
 
-  static void add(Kept& to, const Bytes& texts) {
-    std::erase(to, texts);
-    to.push_back(texts);
-  }
-
-  Kept possible_{Bytes{}};
+  std::deque<TextHistory> possible_{TextHistory{}};
 };
 
 }  // namespace connect_bridge::sim

@@ -12,8 +12,8 @@
 namespace connect_bridge {
 
 // Both sides of a connection keep the same texts, and each further compressed text is the
-// difference to them. At `complete` both take a copy, to which the link's next connection may
-// refer: so offers that still hold cost little then. Single-threaded.
+// difference to them. At `complete` both take a copy of the connection's own texts, to which the
+// link's next connection may refer: so offers that still hold cost little then. Single-threaded.
 class TextHistory {
  public:
   static constexpr std::size_t kBytesMax = 256 << 10;  // docs/protocol.md section 6
@@ -23,12 +23,17 @@ class TextHistory {
     texts_.insert(texts_.end(), texts.begin(), texts.end());
     if (texts_.size() > kBytesMax)
       texts_.erase(texts_.begin(), texts_.end() - static_cast<std::ptrdiff_t>(kBytesMax));
+    own_ = std::min(own_ + texts.size(), texts_.size());
   }
   // Continues with texts of an earlier connection.
-  void go_on(Bytes kept) { texts_ = std::move(kept); }
-  // The first round is complete: keeps a copy for the next connection, unless there is one.
+  void go_on(Bytes kept) {
+    texts_ = std::move(kept);
+    own_ = 0;
+  }
+  // The first round is complete: keeps a copy for the next connection, unless there is one. Texts
+  // of earlier connections are not in it: the round has all that holds.
   void keep() {
-    if (kept_.empty()) kept_ = texts_;
+    if (kept_.empty()) kept_.assign(texts_.end() - static_cast<std::ptrdiff_t>(own_), texts_.end());
   }
   [[nodiscard]] const Bytes& kept() const { return kept_; }
   // Bytes that are held.
@@ -36,6 +41,7 @@ class TextHistory {
 
  private:
   Bytes texts_;
+  std::size_t own_ = 0;  // bytes at the end of texts_ that this connection has added
   Bytes kept_;
 };
 
