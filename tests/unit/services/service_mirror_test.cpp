@@ -47,20 +47,21 @@ TEST(ServiceMirror, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
 // The link's session may go on under another identity.
 TEST(ServiceMirror, ResultsAreAwaitedFromTheIdentityThatGotTheCalls) {
   for (const bool same : {true, false}) {
+    OneLink robot(2, std::make_shared<Account>(), std::chrono::seconds(60));
     OfferedServices s(importing_actions());
-    s.peer.link.login.set_identity(called("robot"));
-    ServiceMirror& results = s.offer(s.peer, offer_of_part(1, ActionPart::kGetResult));
-    EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+    robot.link.login.set_identity(called("robot"));
+    ServiceMirror& results = s.offer(robot, offer_of_part(1, ActionPart::kGetResult));
+    EXPECT_TRUE(s.attached(robot, {{1}, {1}, {}}));
     RequestTaken request{{1}, {7}, sample("a")};
     results.on_request(request, ms(0));
     s.did();
-    EXPECT_TRUE(results.on_link_lost({1}));
-    s.peer.lose();
-    s.peer.connect();
-    s.peer.link.login.set_identity(called(same ? "robot" : "other"));
+    EXPECT_TRUE(results.on_link_lost({2}));
+    robot.lose();
+    robot.connect();
+    robot.link.login.set_identity(called(same ? "robot" : "other"));
     ChannelOffer again = offer_of_part(1, ActionPart::kGetResult);
     again.epoch = 8;
-    s.offer(s.peer, again);
+    s.offer(robot, again);
     EXPECT_EQ(s.did().find("abort_request 1.7") == std::string::npos, same);
   }
 }
