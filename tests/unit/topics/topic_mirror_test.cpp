@@ -203,6 +203,23 @@ TEST(TopicMirror, ALateSubscriberBehindANewSampleRepeatsNoOrder) {
             DropReason::kDuplicate);
 }
 
+// Its subscribers had not found the mirror yet.
+TEST(TopicMirror, WhatWaitedWhenItsLinkEndedComesAfterAll) {
+  MirrorScript s;
+  s.options.matching = std::chrono::milliseconds(60);
+  s.offer(s.one, {origin(1, 7, latched(1))});
+  EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)), std::nullopt);
+  s.mirror(7).lose_link({1});
+  s.context.remove_candidate(s.mirror(7), {1}, ms(10));
+  s.one.on_link_lost(ms(10));
+  s.pass_to(1000);
+  s.offer(s.one, {origin(1, 7, latched(1))}, 1000);
+  s.did();
+  EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(1000)), std::nullopt);
+  s.pass_to(1060);
+  EXPECT_NE(s.did().find("order"), std::string::npos);
+}
+
 // The exporter subscribes to such a topic as volatile, and then has no last samples.
 TEST(TopicMirror, WhatItKeepsStaysBesideAVolatilePublisher) {
   MirrorScript s;
