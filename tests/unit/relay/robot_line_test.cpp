@@ -18,10 +18,11 @@
 namespace connect_bridge {
 namespace {
 
-// Files are written now, and a clock that is behind them is not believed.
-const Stamp kNow = std::chrono::duration_cast<std::chrono::nanoseconds>(
+// Files are written now, and a clock that is behind them is not believed. Files have whole seconds.
+const Stamp kNow = std::chrono::duration_cast<std::chrono::seconds>(
                        std::chrono::system_clock::now().time_since_epoch())
-                       .count();
+                       .count() *
+                   kStampSecond;
 
 TEST(RobotLine, OfARelayThatIsMadeByItIsWhatARobotLogsInWith) {
   const std::string folder = test::scratch_folder() + "robot_line";
