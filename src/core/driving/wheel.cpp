@@ -95,7 +95,7 @@ void Wheel::on_moving(const Said& said, const WheelRules& rules, TimePoint now, 
     if (held_) release(WheelCause::kSilence, step);
     if (mover_ && mover_->moves && !same && mover_->who.identity != who.identity)
       flag(Driver(mover_->who), now, step);
-    if (!same || !held_) mover_.emplace();
+    if (!same || !held_) mover_ = Mover{};
     step.events.push_back({WheelEvent::What::kTaken, who, WheelCause::kMoved, 0, {}});
   }
   held_ = true;
@@ -175,7 +175,7 @@ WheelStep Wheel::take(const Driver& who, TimePoint now) {
     else if (mover_ && mover_->moves)
       flag(Driver(mover_->who), now, step);
     if (held_) release(WheelCause::kTaken, step);
-    mover_.emplace();
+    mover_ = Mover{};
     mover_->who = who;
     step.events.push_back({WheelEvent::What::kTaken, who, WheelCause::kTaken, 0, {}});
   }

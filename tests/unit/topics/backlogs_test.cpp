@@ -298,7 +298,7 @@ TEST(Backlogs, OfALinkWithoutOneNothingIsSaid) {
   Keeping s;
   EXPECT_TRUE(s.subject.may_stay(s.id()));
   EXPECT_FALSE(s.subject.take_over(*s.offer, s.id(), true, ms(0)));
-  EXPECT_FALSE(s.subject.go_on(*s.offer, s.id(), {1, true, 0}, ms(0)));
+  EXPECT_FALSE(s.subject.go_on(*s.offer, s.id(), s.demand_of(1, true, 0), ms(0)));
   LinkStatus status;
   s.subject.add_status(s.id(), status);
   EXPECT_TRUE(status.topics.empty());
