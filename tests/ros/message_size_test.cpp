@@ -30,30 +30,6 @@ TEST_F(MessageSizeTest, DropsWhatIsTooLarge) {
   EXPECT_EQ(string_message("small"), bytes_of(message->payload));
 }
 
-// The queue for bursts of a thousand is for small ones: large ones would take memory without a
-// bound.
-TEST_F(MessageSizeTest, ALargeOneEndsTheQueueForBursts) {
-  TestNode talker("talker");
-  TestSide side("connect_server");
-  RawPublisher publisher(talker, topic("chatter"), qos_of_depth(100));
-  side.gateway.apply(
-      CreateSubscription{kSubscription, topic("chatter"), kString, "", qos_of_depth(5)});
-  const auto taken_of_burst = [&] {
-    for (int n = 0; n < 20; ++n) publisher.publish(string_message(std::to_string(n)));
-    std::this_thread::sleep_for(200ms);
-    int taken = 0;
-    while (side.next<MessageTaken>(500ms)) ++taken;
-    return taken;
-  };
-  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
-  EXPECT_EQ(20, taken_of_burst());
-  publisher.publish(string_message(std::string(100'000, 'x')));
-  EXPECT_TRUE(side.next<MessageTaken>());
-  side.drain_for(500ms);
-  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
-  EXPECT_EQ(5, taken_of_burst());
-}
-
 // Large ones are checked beside the loop, and overtake nothing.
 TEST_F(MessageSizeTest, LargeOnesKeepTheirOrder) {
   TestNode listener("listener");

@@ -41,7 +41,7 @@ class TextReader {
   }
   // The texts so far, if this one completes the first round.
   void note(const Control& control, Kept& kept) {
-    constexpr std::size_t kMost = 4;
+    constexpr std::size_t kMost = 32;
     const auto* offer = std::get_if<Offer>(&control);
     if (!offer || !offer->complete) return;
     for (TextHistory& history : possible_) {

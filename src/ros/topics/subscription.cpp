@@ -7,6 +7,7 @@
 
 #include "core/graph/claim_message.hpp"
 #include "core/graph/graph_view.hpp"
+#include "core/policy/treatment.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/middleware.hpp"
@@ -27,15 +28,16 @@ constexpr auto kLostPeriod = std::chrono::milliseconds(500);
 // This many in a row exceed a queue of real ones.
 constexpr int kInvalidInRowMax = 32;
 // A reliable publisher may send many samples at once, and all are for the peer. The graph does not
-// always show how many it keeps; a subscriber that keeps less loses the rest without a word.
+// always show how many it keeps; a subscriber that keeps less loses the rest without a word. Large
+// types do without: a thousand of their samples would take memory that no budget counts.
 constexpr std::uint32_t kReliableDepth = 1000;
-// Larger samples could fill more than some 64 MiB, which no budget counts.
-constexpr std::size_t kBurstSampleMax = 64 << 10;
 // Publishers whose numbers are known at a time.
 constexpr std::size_t kNumbersMax = 1024;
 
-Qos with_depth_for_bursts(Qos qos) {
-  if (qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile)
+Qos with_depth_for_bursts(const CreateSubscription& create) {
+  Qos qos = create.qos;
+  if (qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile &&
+      default_priority(create.topic, create.type) != Priority::kBulk)
     qos.depth = std::max(qos.depth, kReliableDepth);
   return qos;
 }
@@ -65,7 +67,7 @@ std::optional<Refusal> Subscription::open() {
   type_ = std::move(std::get<MessageType>(type));
   node_ = shared_.proxies.get({});
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
-  options.qos = to_rmw(large_ ? create_.qos : with_depth_for_bursts(create_.qos));
+  options.qos = to_rmw(with_depth_for_bursts(create_));
   // The peer receives the diagnostics of this process. If samples do not show their publisher in
   // this process, the samples of its mirror would come back, and circulate forever.
   const bool wants_own = create_.topic == kDiagnosticsTopic && middleware().tells_origins();
@@ -82,6 +84,7 @@ std::optional<Refusal> Subscription::open() {
   open_ = true;
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   lost_total_ = missing_ = 0;
+  numbers_.clear();
   lost_.open(&subscription_, RCL_SUBSCRIPTION_MESSAGE_LOST,
              asks_for_lost_ ? nullptr : &ReadyList::on_lost, slot());
   incompatible_.open(&subscription_, RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS,
@@ -122,16 +125,14 @@ std::optional<Input> Subscription::step(Batch& batch) {
     if (lost == 0) return std::nullopt;
     return MessagesLost{create_.id, lost, false};
   }
-  if (rest_ == 0U) return open_for_large();
   MessageTaken message;
   const Taken taken = take(message);
   if (taken == Taken::kNothing) {
     done(kReadyMessage);
-    return rest_ ? open_for_large() : std::nullopt;
+    return std::nullopt;
   }
   if (taken == Taken::kInvalid) return on_invalid();
   invalid_in_row_ = 0;
-  note_size(message.payload.size());
   batch.bytes += message.payload.size();
   if (shared_.node.own().contains(message.origin)) return std::nullopt;
   if (message.payload.size() > bytes_max()) return MessagesLost{create_.id, 1, true};
@@ -150,34 +151,12 @@ std::optional<Input> Subscription::on_invalid() {
   invalid_in_row_ = 0;
   shared_.node.log(LogLevel::kWarn, "the middleware returns empty samples of " + create_.topic +
                                         " without end: subscribing again");
-  numbers_.clear();
-  if (auto failed = open_again()) return failed;
-  return MessagesLost{create_.id, 1, false};
-}
-
-// Samples that the depth asked for would have kept are taken first.
-void Subscription::note_size(std::size_t bytes) {
-  if (rest_) {
-    --*rest_;
-  } else if (!large_ && bytes > kBurstSampleMax &&
-             with_depth_for_bursts(create_.qos).depth > create_.qos.depth) {
-    rest_ = create_.qos.depth;
-  }
-}
-
-// The numbers of the samples tell what is lost meanwhile.
-std::optional<Input> Subscription::open_for_large() {
-  rest_.reset();
-  large_ = true;
-  return open_again();
-}
-
-std::optional<Input> Subscription::open_again() {
   done(~0U);
   close();
-  if (auto refusal = open())
+  if (auto refusal = open()) {
     return SubscriptionFailed{create_.id, std::move(refusal->code), std::move(refusal->reason)};
-  return std::nullopt;
+  }
+  return MessagesLost{create_.id, 1, false};
 }
 
 Subscription::Taken Subscription::take(MessageTaken& message) {

@@ -39,10 +39,6 @@ class Subscription : public Entity {
   void close();
   [[nodiscard]] std::size_t bytes_max() const;
   std::optional<Input> on_invalid();
-  void note_size(std::size_t bytes);
-  // With the depth that was asked for: a deeper queue of large samples takes too much memory.
-  std::optional<Input> open_for_large();
-  std::optional<Input> open_again();
   void ask_for_lost();
   std::uint64_t take_lost();
   // Counts the samples that are missing before this one of its publisher.
@@ -56,8 +52,6 @@ class Subscription : public Entity {
   ProxyNodes::Handle node_;  // owns the subscription
   rcl_subscription_t subscription_ = rcl_get_zero_initialized_subscription();
   bool open_ = false;
-  bool large_ = false;                 // its queue has the depth that was asked for
-  std::optional<std::uint32_t> rest_;  // samples to take before it is opened for large ones
   int invalid_in_row_ = 0;
   std::uint64_t samples_ = 0;
   LogLimit errors_;
