@@ -89,7 +89,9 @@ int measure_media() {
   std::puts(
       "sample            bytes  way                        bytes  ratio  encode ms  decode ms");
   for (const Case& of : cases)
-    for (const auto& [name, how] : of.ways) {
+    for (const auto& way : of.ways) {
+      const auto& name = way.first;
+      const auto& how = way.second;
       const auto body = media::encode_sample(of.sample, how);
       if (!body) {
         std::printf("%-13s %9zu  %-22s does not shrink\n", of.name, of.sample.size(), name);
