@@ -14,6 +14,7 @@ namespace {
 ByteView part_of(const Frame& frame) {
   if (const auto* message = std::get_if<MessageFrame>(&frame)) return message->part;
   if (const auto* part = std::get_if<PartFrame>(&frame)) return part->part;
+  if (const auto* texts = std::get_if<TextsFrame>(&frame)) return texts->body;
   return {};
 }
 

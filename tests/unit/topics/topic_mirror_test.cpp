@@ -161,9 +161,9 @@ struct AfterABreak : MirrorScript {
   AfterABreak() {
     offer(one, {origin(1, 7, latched(1))});
     static_cast<void>(mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)));
+    one.on_link_lost(ms(0));
     mirror(7).lose_link({1});
     context.remove_candidate(mirror(7), {1}, ms(0));
-    one.on_link_lost(ms(0));
     pass_to(1000);
     offer(one, {origin(1, 7, latched(1))}, 1000);
     demanded();
@@ -209,9 +209,9 @@ TEST(TopicMirror, WhatWaitedWhenItsLinkEndedComesAfterAll) {
   s.options.matching = std::chrono::milliseconds(60);
   s.offer(s.one, {origin(1, 7, latched(1))});
   EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)), std::nullopt);
+  s.one.on_link_lost(ms(10));
   s.mirror(7).lose_link({1});
   s.context.remove_candidate(s.mirror(7), {1}, ms(10));
-  s.one.on_link_lost(ms(10));
   s.pass_to(1000);
   s.offer(s.one, {origin(1, 7, latched(1))}, 1000);
   s.did();
