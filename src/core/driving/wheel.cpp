@@ -103,7 +103,9 @@ void Wheel::on_moving(const Said& said, const WheelRules& rules, TimePoint now, 
   Mover& mover = *mover_;
   mover.who = who;
   mover.rules = rules;
-  mover.last = Payload::copy_of(said.raw.view());
+  // The frame is the peer's, and may be as long as a message.
+  const bool is_small = said.raw.size() <= kLastCommandMax;
+  mover.last = is_small ? Payload::copy_of(said.raw.view()) : Payload{};
   mover.moves = true;
   mover.was_old = false;
   mover.moved_at = mover.held_at = now;

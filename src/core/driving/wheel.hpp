@@ -2,7 +2,7 @@
 // docs/driving.md section "The wheel".
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -23,6 +23,8 @@ inline constexpr Duration kHaltLinger = std::chrono::milliseconds(500);
 // A key is pressed again if nothing was published for this time before, or for a shorter
 // halt_after.
 inline constexpr Duration kPressedAnew = std::chrono::milliseconds(500);
+// A zero is made from a last command of at most this size, else without its frame and angle.
+inline constexpr std::size_t kLastCommandMax = 1024;
 // How long a flag outlives the link of its identity.
 inline constexpr Duration kFlagKept = std::chrono::seconds(60);
 
@@ -159,7 +161,7 @@ class Wheel {
   struct Mover {
     Driver who;
     WheelRules rules;
-    Payload last;  // command that moves
+    Payload last;  // command that moves; empty: it was too large to be kept
     bool moves = false;
     bool was_old = false;  // a command was too old since the last fresh one
     TimePoint moved_at{};

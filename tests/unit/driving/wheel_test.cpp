@@ -255,6 +255,19 @@ TEST(Wheel, AControllerThatNeverLetsGoGoesOn) {
             "yes taken:anna:moved zero1 halted:anna:silence:1 yes no");
 }
 
+// The frame of a command is the peer's, and may be as long as a message.
+TEST(Wheel, ALargeCommandIsNotKept) {
+  const auto kept = [](std::size_t frame) {
+    Wheel wheel;
+    const Payload raw = driving_test::twist_stamped(kStampSecond, 1, std::string(frame, 'f'));
+    static_cast<void>(wheel.on_command({.who = driver_of("a"), .seen = {}, .raw = raw},
+                                       {milliseconds(300), true}, at_ms(0)));
+    return wheel.on_time(at_ms(300)).zero->last.size();
+  };
+  EXPECT_GT(kept(900), 900U);
+  EXPECT_EQ(kept(1024), 0U);
+}
+
 TEST(Wheel, APublisherThatComesLaterHasLetGo) {
   Script script;
   script.run("0 a move; 1310 time");
