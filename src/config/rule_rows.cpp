@@ -147,7 +147,7 @@ void add_rule_exceptions(Rows& rows) {
       [](Rule& r) { return &r.treatment.allow_type_mismatch; });
 }
 
-// Who steers, at the side that is the robot.
+// The driver of a topic, at the side that is the robot.
 void add_rule_driving(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
   add({.key = "wheel",

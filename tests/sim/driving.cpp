@@ -1,7 +1,6 @@
 #include "sim/driving.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <sstream>
@@ -295,7 +294,7 @@ void Driving::on_command(const Host& host, ByteView message) {
     stopped_ = now;
     return;
   }
-  check_age(said, of);
+  check_age(said);
   if (plan_.stamped) check_stamp(said, of, message, host.now().system);
   check_holder(source, now);
   check_let_go(source, index);
@@ -313,7 +312,7 @@ void Driving::check_time() const {
              " s ago, and nobody has stopped it");
 }
 
-void Driving::check_age(const Said& said, const Source&) const {
+void Driving::check_age(const Said& said) const {
   Duration limit = plan_.max_age == kForever ? plan_.halt_after : plan_.max_age;
   if (limit == kForever || !clocks_rest()) return;
   // The offset is known to half a round trip.

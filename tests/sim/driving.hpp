@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -60,7 +59,7 @@ class Driving final : public SmallWorld, DrivingListener {
     TimePoint made{};
     std::vector<Said> said;
   };
-  // What an operator does until a time.
+  // The behaviour of an operator until a time.
   enum class Mood : std::uint8_t { kRest, kLean, kTap, kZeros };
   struct Operator {
     std::size_t source = 0;
@@ -81,7 +80,7 @@ class Driving final : public SmallWorld, DrivingListener {
   void disturb();
   void check_calm();
   void check_time() const;
-  void check_age(const Said& said, const Source& source) const;
+  void check_age(const Said& said) const;
   void check_stamp(const Said& said, const Source& source, ByteView message, Stamp here) const;
   void check_holder(std::size_t source, TimePoint now) const;
   void check_let_go(std::size_t source, std::size_t index) const;

@@ -15,8 +15,8 @@ Duration distance(Stamp a, Stamp b) {
 
 }  // namespace
 
-std::optional<Payload> shifted(CommandType, const Command& command, ByteView sample,
-                               const ShiftFrom& from, Stamp now) {
+std::optional<Payload> shifted(const Command& command, ByteView sample, const ShiftFrom& from,
+                               Stamp now) {
   if (command.stamp.at == 0) return std::nullopt;
   const auto stamp = stamp_of(sample, command.stamp);
   if (!stamp || *stamp == 0 || !is_plausible(from.published)) return std::nullopt;
@@ -34,9 +34,8 @@ std::optional<Payload> shifted(CommandType, const Command& command, ByteView sam
 }
 
 AgeJudge::Verdict AgeJudge::judge(Duration age, Duration limit, const PeerClock& clock) {
-  const Duration youngest = std::min(Duration::zero(), youngest_);
-  const bool too_young = age - youngest < -(clock.error_bound + kAgree);
-  const bool too_old = age - youngest > limit;
+  const bool too_young = age - youngest_ < -(clock.error_bound + kAgree);
+  const bool too_old = age - youngest_ > limit;
   if (!too_young && !too_old) {
     doubt_.reset();
     if (is_ahead()) youngest_ = std::min(youngest_, age);

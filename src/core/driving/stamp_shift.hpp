@@ -10,7 +10,7 @@
 
 namespace connect_bridge::driving {
 
-// What is known of the other machine's clock. The true offset is within the bound.
+// The measured clock of the other machine. The true offset is within the bound.
 struct PeerClock {
   Duration offset{0};  // the peer's system clock minus ours
   Duration error_bound{0};
@@ -25,8 +25,8 @@ struct ShiftFrom {
 
 // The sample with its stamp in our clock, and never later than `now`. nullopt: the sample stays as
 // it is. Clocks that agree within 50 ms change no byte, and a zero stamp is none.
-[[nodiscard]] std::optional<Payload> shifted(CommandType type, const Command& command,
-                                             ByteView sample, const ShiftFrom& from, Stamp now);
+[[nodiscard]] std::optional<Payload> shifted(const Command& command, ByteView sample,
+                                             const ShiftFrom& from, Stamp now);
 
 // Judges the age of the commands of one publisher. Its machine's clock may differ from that of the
 // peer's bridge, whose offset is known. A clock may also be set between two replies.

@@ -94,7 +94,7 @@ void Wheel::on_moving(const Said& said, const WheelRules& rules, TimePoint now, 
   if (!same || !is_held(now)) {
     if (held_) release(WheelCause::kSilence, step);
     if (mover_ && mover_->moves && !same && mover_->who.identity != who.identity)
-      flag(Driver(mover_->who), now, step);
+      flag(mover_->who, now, step);
     if (!same || !held_) mover_ = Mover{};
     step.events.push_back({WheelEvent::What::kTaken, who, WheelCause::kMoved, 0, {}});
   }
@@ -175,7 +175,7 @@ WheelStep Wheel::take(const Driver& who, TimePoint now) {
     if (needs_halt(now))
       halt(WheelCause::kTaken, now, step);
     else if (mover_ && mover_->moves)
-      flag(Driver(mover_->who), now, step);
+      flag(mover_->who, now, step);
     if (held_) release(WheelCause::kTaken, step);
     mover_ = Mover{};
     mover_->who = who;
@@ -201,7 +201,7 @@ void Wheel::halt(WheelCause cause, TimePoint now, WheelStep& step) {
   step.zero = zeros_->zero;
   step.events.push_back(
       {WheelEvent::What::kHalted, mover.who, cause, mover.commands, mover.oldest});
-  flag(Driver(mover.who), now, step);
+  flag(mover.who, now, step);
 }
 
 void Wheel::release(WheelCause cause, WheelStep& step) {
@@ -236,7 +236,7 @@ void Wheel::confine(const std::string& identity, std::vector<Gid> origins) {
 // By the identity, or by a publisher that another link feeds now.
 std::vector<Wheel::Flag>::iterator Wheel::find_flag(const Driver& who, TimePoint now) {
   if (flags_.empty()) return flags_.end();
-  std::erase_if(flags_, [&](const Flag& f) { return f.expires && *f.expires <= now; });
+  std::erase_if(flags_, [&](const Flag& f) { return f.is_over(now); });
   const auto found = std::find_if(flags_.begin(), flags_.end(), [&](const Flag& f) {
     return f.who.identity == who.identity || f.who.origin == who.origin;
   });
@@ -245,8 +245,8 @@ std::vector<Wheel::Flag>::iterator Wheel::find_flag(const Driver& who, TimePoint
 }
 
 bool Wheel::is_idle(TimePoint now) const {
-  const bool flagged = std::any_of(flags_.begin(), flags_.end(),
-                                   [&](const Flag& f) { return !f.expires || *f.expires > now; });
+  const bool flagged =
+      std::any_of(flags_.begin(), flags_.end(), [&](const Flag& f) { return !f.is_over(now); });
   return !flagged && !zeros_ && !held_ && !(mover_ && mover_->moves);
 }
 
@@ -276,7 +276,7 @@ std::optional<TimePoint> Wheel::needs(const Gid& origin) const {
 
 WheelWord Wheel::word_for(const std::string& identity, TimePoint now) const {
   const bool flagged = std::any_of(flags_.begin(), flags_.end(), [&](const Flag& f) {
-    return f.who.identity == identity && (!f.expires || *f.expires > now);
+    return f.who.identity == identity && !f.is_over(now);
   });
   const bool own = mover_ && mover_->who.identity == identity;
   if (is_held(now) && !own) return WheelWord::kAnother;

@@ -46,7 +46,7 @@ class OriginSeen {
     bool pressed = false;  // a key: nothing was published for a `pause` before
   };
   void note(const SampleFacts& sample, TimePoint now, Duration pause = kPressedAnew);
-  // Of the last sample.
+  // The facts about the last sample.
   [[nodiscard]] const Noted& last() const { return noted_; }
 
  private:
@@ -57,7 +57,7 @@ class OriginSeen {
 
 // ---- the wheel
 
-// Who says a command.
+// The sender of a command.
 struct Driver {
   std::string identity;  // without a login: the peer's side
   LinkId link;
@@ -65,7 +65,7 @@ struct Driver {
   std::string rule{};  // that allows the commands
 };
 
-// A rule's.
+// The rule of a command, as far as the wheel needs it.
 struct WheelRules {
   std::optional<Duration> halt_after;
   bool let_go = true;
@@ -93,7 +93,7 @@ struct WheelEvent {
   Duration oldest{0};          // of these
 };
 
-// What an input makes necessary.
+// The consequences of an input.
 struct WheelStep {
   bool publishes = true;  // the sample; else it is dropped
   // A zero that the mirror of this publisher publishes, made from its last command.
@@ -142,7 +142,7 @@ class Wheel {
   // The publishers that a flagged identity offers now. A publisher that comes later has let go.
   void confine(const std::string& identity, std::vector<Gid> origins);
 
-  // Who said the last command that moves, or has taken the wheel; null: nobody.
+  // The sender of the last command that moves, or of the last `take`; null: nobody.
   [[nodiscard]] const Driver* mover() const { return mover_ ? &mover_->who : nullptr; }
   // Nothing is left to do or to remember.
   [[nodiscard]] bool is_idle(TimePoint now) const;
@@ -157,7 +157,7 @@ class Wheel {
   }
 
  private:
-  // Who said the last command that moves.
+  // The sender of the last command that moves, or of the last `take`.
   struct Mover {
     Driver who;
     WheelRules rules;
@@ -174,6 +174,8 @@ class Wheel {
     Driver who;
     std::vector<Gid> origins;  // of the identity, when the flag was set
     std::optional<TimePoint> expires;
+
+    [[nodiscard]] bool is_over(TimePoint now) const { return expires && *expires <= now; }
   };
   struct Zeros {
     WheelStep::Zero zero;
@@ -187,7 +189,7 @@ class Wheel {
   [[nodiscard]] bool is_mover(const Driver& who) const;
   // Another publisher of the holder, which has let go of the one before.
   [[nodiscard]] bool goes_on(const Said& said, TimePoint now) const;
-  // Its silence is neither so long that nobody halts it, nor over.
+  // The mover still moves the robot, or would be halted for its silence.
   [[nodiscard]] bool needs_halt(TimePoint now) const {
     return mover_ && mover_->moves && (is_held(now) || mover_->rules.halt_after);
   }

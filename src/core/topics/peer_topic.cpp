@@ -381,10 +381,10 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
     mirror.steered().seen.note({link_.connection() ? link_.connection()->id() : ConnectionId{},
                                 message.demand, message.number, message.stamp},
                                now.steady, std::min(driving::kPressedAnew, treatment().halt_after));
-  const bool moves = !command_ || driving::read_command(*command_, raw.view()).moves;
-  if (waits_for_clock(message, raw, moves, now)) return;
+  const auto command = command_ ? driving::read_command(*command_, raw.view()) : driving::Command{};
+  if (waits_for_clock(message, raw, command.moves, now)) return;
   Duration age{0};
-  if (!is_fresh(message, moves, mirror, age, now)) {
+  if (!is_fresh(message, command.moves, mirror, age, now)) {
     if (command_) context_.wheels.on_old(mirror);
     return dropped_.add(DropReason::kMaxAge);
   }
@@ -392,7 +392,7 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
   std::optional<Payload> out;
   if (command_) {
     if (mirror.has_published(message.number)) return dropped_.add(DropReason::kDuplicate);
-    out = steer(message, raw, age, mirror, now);
+    out = steer(message, raw, command, age, mirror, now);
     if (!out) return dropped_.add(DropReason::kWheel);
   } else {
     out = with_names_here(mirror, raw);
@@ -471,12 +471,12 @@ void PeerTopic::warn_ahead(const TopicMirror& mirror, Duration age) {
 }
 
 std::optional<Payload> PeerTopic::steer(const MessageHead& message, const Payload& raw,
-                                        Duration age, TopicMirror& mirror, const Now& now) {
-  const driving::Command command = driving::read_command(*command_, raw.view());
+                                        const driving::Command& command, Duration age,
+                                        TopicMirror& mirror, const Now& now) {
   const driving::PeerClock clock = peer_clock();
   std::optional<Payload> shifted;
   if (command.stamp.at != 0 && clock.replies > 0)
-    shifted = driving::shifted(*command_, command, raw.view(), {clock, message.stamp}, now.system);
+    shifted = driving::shifted(command, raw.view(), {clock, message.stamp}, now.system);
   if (shifted && context_.has_simulated_time()) shifted.reset();  // mutant: simulated_stamps
   const Payload& out = shifted ? *shifted : raw;
   const Treatment& rule = treatment();
@@ -485,7 +485,7 @@ std::optional<Payload> PeerTopic::steer(const MessageHead& message, const Payloa
       rule.halt_after == kForever ? std::nullopt : std::optional(rule.halt_after);
   const SteeringCommand steering{*command_,     out, command.moves, age, {halt_after, rule.let_go},
                                  decision_.rule};
-  if (context_.wheels.judge(context_, mirror, link_, steering, now)) return std::nullopt;
+  if (!context_.wheels.judge(context_, mirror, link_, steering, now)) return std::nullopt;
   return out;
 }
 

@@ -146,7 +146,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] std::optional<driving::CommandType> steers() const;
   // The bytes to publish for a command. nullopt: the wheel is another's.
   [[nodiscard]] std::optional<Payload> steer(const MessageHead& message, const Payload& raw,
-                                             Duration age, TopicMirror& mirror, const Now& now);
+                                             const driving::Command& command, Duration age,
+                                             TopicMirror& mirror, const Now& now);
   // Removes the origin, and returns its mirror.
   TopicMirror& take_out(std::map<OriginId, TopicMirror*>::iterator origin) {
     TopicMirror& mirror = *origin->second;

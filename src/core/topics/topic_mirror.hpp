@@ -95,7 +95,7 @@ class TopicMirror final : private Appearing::Waiting {
   // Requests the origin's last samples again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
   void on_failed(const MirrorFailed& failed, const Now& now);
-  // What kept the publisher from being made may be gone: the next try is due now.
+  // The obstacle to the publisher may be gone: the next try is due now.
   void try_again();
   void on_time(const Now& now);
   // Logs once each subscriber here that cannot receive from the mirror because of its QoS, with the
@@ -125,7 +125,7 @@ class TopicMirror final : private Appearing::Waiting {
   }
   // Publishes a zero that the origin has not sent, behind its messages.
   void halt(const Payload& zero, const Now& now);
-  // What is known of the origin's commands, if it steers this robot.
+  // Facts about the origin's commands, if it steers this robot.
   struct Steered {
     driving::OriginSeen seen;
     driving::AgeJudge ages;

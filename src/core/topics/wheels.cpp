@@ -60,7 +60,7 @@ void tell(Outputs& outputs, const TopicKey& key, const driving::WheelEvent& even
   outputs.push(std::move(line));
 }
 
-// As the wire has it.
+// The word of the wire.
 WheelState state_of(driving::WheelWord word) {
   switch (word) {
     case driving::WheelWord::kNobody: break;
@@ -88,13 +88,12 @@ std::string driver_of(const Link& link) {
   return name.empty() ? std::string(kSide) + to_hex(link.peer().side.bytes) : name;
 }
 
-std::optional<DropReason> Wheels::judge(ImportContext& context, TopicMirror& mirror,
-                                        const Link& link, const SteeringCommand& command,
-                                        const Now& now) {
+bool Wheels::judge(ImportContext& context, TopicMirror& mirror, const Link& link,
+                   const SteeringCommand& command, const Now& now) {
   const TopicKey& key = mirror.key().first;
   auto found = wheels_.find(key);
   if (found == wheels_.end()) {
-    if (!command.moves) return std::nullopt;
+    if (!command.moves) return true;
     found = open(context, key, now);
   }
   Entry& entry = found->second;
@@ -110,7 +109,7 @@ std::optional<DropReason> Wheels::judge(ImportContext& context, TopicMirror& mir
   if (!publishes)
     log_drop(context.outputs, link, key, entry.wheel.word_for(who.identity, now.steady));
   follow(context, found, std::move(step), now);
-  return publishes ? std::nullopt : std::optional(DropReason::kWheel);
+  return publishes;
 }
 
 void Wheels::on_old(const TopicMirror& mirror) {

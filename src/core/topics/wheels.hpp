@@ -7,7 +7,6 @@
 
 #include "core/base/timers.hpp"
 #include "core/driving/wheel.hpp"
-#include "core/flow/drops.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/link/link.hpp"
 
@@ -31,10 +30,9 @@ struct SteeringCommand {
 // is that which owns this. Single-threaded.
 class Wheels {
  public:
-  // The reason against publishing the command; nullopt: none.
-  [[nodiscard]] std::optional<DropReason> judge(ImportContext& context, TopicMirror& mirror,
-                                                const Link& link, const SteeringCommand& command,
-                                                const Now& now);
+  // May the command be published? False: the wheel is another's.
+  [[nodiscard]] bool judge(ImportContext& context, TopicMirror& mirror, const Link& link,
+                           const SteeringCommand& command, const Now& now);
   // A command of the mirror was too old.
   void on_old(const TopicMirror& mirror);
   // The link has ended; its mirrors still exist.
@@ -83,7 +81,7 @@ class Wheels {
   std::map<TopicKey, Entry> wheels_;
 };
 
-// Who a link's commands count for: its identity, without a login the process of the peer.
+// The driver of a link's commands: its identity, without a login the process of the peer.
 [[nodiscard]] std::string driver_of(const Link& link);
 
 }  // namespace connect_bridge

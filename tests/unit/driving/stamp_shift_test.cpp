@@ -27,8 +27,8 @@ std::int64_t stamp_after(std::int64_t offset, std::int64_t age = 20, std::int64_
   const Stamp published = kNow + ms(offset) - ms(age);
   const Payload sample = twist_stamped(published + ms(stamped), 1);
   const auto changed =
-      shifted(CommandType::kTwistStamped, read_command(CommandType::kTwistStamped, sample.view()),
-              sample.view(), {{milliseconds(offset), milliseconds(bound), 1}, published}, kNow);
+      shifted(read_command(CommandType::kTwistStamped, sample.view()), sample.view(),
+              {{milliseconds(offset), milliseconds(bound), 1}, published}, kNow);
   const Payload& out = changed ? *changed : sample;
   const Command command = read_command(CommandType::kTwistStamped, out.view());
   EXPECT_TRUE(command.readable && command.moves);
@@ -64,7 +64,7 @@ TEST(StampShift, OtherMeaningsStay) {
 
 TEST(StampShift, ZeroStaysZeroAndUnknownStaysItself) {
   const auto change = [](const Payload& sample, CommandType type, Stamp published) {
-    return shifted(type, read_command(type, sample.view()), sample.view(),
+    return shifted(read_command(type, sample.view()), sample.view(),
                    {{seconds(5), milliseconds(1), 1}, published}, kNow);
   };
   EXPECT_FALSE(change(twist_stamped(0, 1), CommandType::kTwistStamped, kNow));

@@ -33,8 +33,8 @@ Driver driver_of(const std::string& who) {
 
 // "300 a move" is a command of a after 300 ms, "300 time" a look at the time. A neutral is "stop"
 // if nothing came before it, else "zeros". "press" is a command after half a second, "succeeds" one
-// after the end of the holder's publisher. Deadlines run
-// by themselves. The result is a word for each step and event.
+// after the end of the holder's publisher. Deadlines run by themselves. The result is a word for
+// each step and event.
 class Script {
  public:
   explicit Script(std::optional<Duration> halt_after = milliseconds(300), bool let_go = true)
@@ -59,18 +59,18 @@ class Script {
   void pass_to(TimePoint until) {
     while (wheel.deadline() && *wheel.deadline() <= until) {
       const TimePoint due = *wheel.deadline();
-      tell(wheel.on_time(due), due);
+      tell(wheel.on_time(due));
     }
   }
   void act(const std::string& who, const std::string& what, TimePoint now) {
     const Driver driver = driver_of(who);
-    if (what == "take") return tell(wheel.take(driver, now), now);
-    if (what == "leave") return tell(wheel.leave(driver, now), now);
+    if (what == "take") return tell(wheel.take(driver, now));
+    if (what == "leave") return tell(wheel.leave(driver, now));
     if (what == "old") return wheel.on_old(driver.origin);
     if (what == "ends")
-      return tell(wheel.on_end(driver.identity, driver.link, WheelCause::kLinkLost, now), now);
+      return tell(wheel.on_end(driver.identity, driver.link, WheelCause::kLinkLost, now));
     if (what == "loses_right")
-      return tell(wheel.on_end(driver.identity, driver.link, WheelCause::kRight, now), now);
+      return tell(wheel.on_end(driver.identity, driver.link, WheelCause::kRight, now));
     const bool gone = what == "succeeds";
     const bool moves = what == "move" || what == "press" || gone;
     const OriginSeen::Noted seen{what == "stop", what == "press"};
@@ -78,9 +78,9 @@ class Script {
     const auto step =
         wheel.on_command({driver, seen, raw, moves, milliseconds(20), gone}, rules_, now);
     say(step.publishes ? "yes" : "no");
-    tell(step, now);
+    tell(step);
   }
-  void tell(const WheelStep& step, TimePoint now) {
+  void tell(const WheelStep& step) {
     if (step.zero)
       say("zero" + std::to_string(step.zero->origin.bytes[0]) +
           (step.zero->last.empty() ? "?" : ""));
@@ -96,7 +96,6 @@ class Script {
       if (event.what != WheelEvent::What::kTaken) text << ':' << event.commands;
       say(text.str());
     }
-    (void)now;
   }
 
   WheelRules rules_;
@@ -337,9 +336,9 @@ TEST(Wheel, WhatHasEndedIsForgotten) {
 
 OriginSeen::Noted noted(OriginSeen& seen, std::int64_t at, std::uint64_t number,
                         std::int64_t published, std::uint64_t connection = 1,
-                        std::uint16_t demand = 1) {
+                        std::uint16_t demand = 1, Duration pause = kPressedAnew) {
   constexpr Stamp kBegin = 1'700'000'000'000'000'000;
-  seen.note({{connection}, demand, number, kBegin + published * 1'000'000}, at_ms(at));
+  seen.note({{connection}, demand, number, kBegin + published * 1'000'000}, at_ms(at), pause);
   return seen.last();
 }
 
@@ -365,13 +364,13 @@ TEST(WheelSeen, WhatWasLostInBetweenMayHaveBeenHeld) {
 }
 
 TEST(WheelSeen, AKeyIsPressedAnewAfterAShorterHalt) {
-  constexpr Stamp kBegin = 1'700'000'000'000'000'000;
   OriginSeen seen;
-  seen.note({{1}, 1, 1, kBegin}, at_ms(0), milliseconds(200));
-  seen.note({{1}, 1, 2, kBegin + 199'000'000}, at_ms(199), milliseconds(200));
-  EXPECT_FALSE(seen.last().pressed);
-  seen.note({{1}, 1, 3, kBegin + 399'000'000}, at_ms(399), milliseconds(200));
-  EXPECT_TRUE(seen.last().pressed);
+  const auto pressed = [&](std::int64_t at, std::uint64_t number) {
+    return noted(seen, at, number, at, 1, 1, milliseconds(200)).pressed;
+  };
+  EXPECT_FALSE(pressed(0, 1));
+  EXPECT_FALSE(pressed(199, 2));
+  EXPECT_TRUE(pressed(399, 3));
 }
 
 // `ros2 topic pub` repeats once a second.
