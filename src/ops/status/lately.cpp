@@ -62,8 +62,9 @@ void Lately::on_second(double lag_ms, bool held_up, TimePoint now) {
 
 void Lately::add(RunStatus& run, const Status& side, TimePoint now) {
   const std::int64_t at = period(now);
+  // The last picture had all links that there were.
+  std::erase_if(links_, [&](const auto& entry) { return entry.second.seen < looked_at_; });
   looked_at_ = now;
-  forget(at);
   run.lately = {lag_ms_.to(0, at), held_up_.to(held_up_seconds_, at),
                 wrong_logins_.to(side.strangers.wrong_logins, at),
                 static_cast<std::uint64_t>(memory_.to(static_cast<double>(side.shared_bytes), at))};
@@ -72,19 +73,19 @@ void Lately::add(RunStatus& run, const Status& side, TimePoint now) {
 void Lately::add(LinkStatus& link, TimePoint now) {
   const std::int64_t at = period(now);
   OfLink& known = links_[link.number];
-  known.seen = at;
+  known.seen = now;
   const auto queue_ms = known.path_queue_ms.to(milliseconds_of(link.path_queue), at, now);
   link.lately = {
       std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(queue_ms)),
       known.segments.to(link.segments, at), known.retransmitted.to(link.retransmitted, at)};
   // A lost link shows no topics and services until it is back, however late.
   if (!link.open) {
-    for (auto& [name, topic] : known.topics) topic.seen = at;
-    for (auto& [name, service] : known.services) service.seen = at;
+    for (auto& [name, topic] : known.topics) topic.seen = now;
+    for (auto& [name, service] : known.services) service.seen = now;
   }
   for (TopicStatus& topic : link.topics) {
     OfTopic& of_topic = known.topics[name_of(topic.exported, topic.topic, topic.type)];
-    of_topic.seen = at;
+    of_topic.seen = now;
     TopicStatus::Lately grown{
         of_topic.messages.to(topic.messages, at), of_topic.wire_bytes.to(topic.wire_bytes, at), {}};
     for (std::size_t i = 0; i < kDropReasons; ++i)
@@ -94,20 +95,23 @@ void Lately::add(LinkStatus& link, TimePoint now) {
   }
   for (ServiceStatus& service : link.services) {
     OfService& of = known.services[name_of(service.exported, service.service, service.type)];
-    of.seen = at;
+    of.seen = now;
     service.lately = {of.answered.to(service.answered, at), of.timed_out.to(service.timed_out, at)};
   }
+  if (!link.open) return;
+  forget(known.topics, link.topics.size(), now);
+  forget(known.services, link.services.size(), now);
 }
 
-void Lately::forget(std::int64_t now) {
-  if (now == forgot_) return;
-  forgot_ = now;
-  const auto is_old = [&](const auto& entry) { return entry.second.seen + 1 < now; };
-  std::erase_if(links_, is_old);
-  for (auto& [number, link] : links_) {
-    std::erase_if(link.topics, is_old);
-    std::erase_if(link.services, is_old);
-  }
+// A peer may offer other names again and again.
+template <class Entries>
+void Lately::forget(Entries& known, std::size_t shown, TimePoint now) {
+  if (known.size() <= shown) return;
+  const bool too_many = known.size() > shown + kLeftOutMax;
+  std::erase_if(known, [&](const auto& entry) {
+    const TimePoint seen = entry.second.seen;
+    return seen != now && (too_many || now - seen >= 2 * kPeriod);
+  });
 }
 
 }  // namespace connect_bridge

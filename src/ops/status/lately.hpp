@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -54,37 +55,39 @@ class RecentThird {
 };
 
 // Time is divided into periods of five minutes; "lately" means this period and the last one.
-// Bounded: an entry for each topic and service that a status shows, and of an open link for no
-// longer than two periods after.
+// Bounded: an entry for each topic and service that a status shows. Of an open link kLeftOutMax
+// further ones, for two periods: after a break their counts come back later than the link.
 // Single-threaded.
 class Lately {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(5);
   // A picture is needed so often, also if nobody asks for one.
   static constexpr Duration kLook = std::chrono::minutes(1);
+  // Topics, and services, that a link no longer shows. Beyond that it keeps none of them.
+  static constexpr std::size_t kLeftOutMax = 4096;
 
   explicit Lately(TimePoint start) : start_(start), looked_at_(start) {}
 
   // Once a second: the delay of the loop in it, and whether that is worth a word.
   void on_second(double lag_ms, bool held_up, TimePoint now);
   [[nodiscard]] bool is_due(TimePoint now) const { return now - looked_at_ >= kLook; }
-  // Adds what belongs to the side, and begins a picture.
+  // Adds what belongs to the side, and begins a picture; all links follow before the next one.
   void add(RunStatus& run, const Status& side, TimePoint now);
   // Adds what belongs to the link and its topics.
   void add(LinkStatus& link, TimePoint now);
 
  private:
   struct OfTopic {
-    std::int64_t seen = 0;  // the last period with it
+    TimePoint seen{};  // the last picture with it
     RecentGrowth messages, wire_bytes;
     std::map<std::size_t, RecentGrowth> dropped;  // by reason
   };
   struct OfService {
-    std::int64_t seen = 0;
+    TimePoint seen{};
     RecentGrowth answered, timed_out;
   };
   struct OfLink {
-    std::int64_t seen = 0;
+    TimePoint seen{};
     RecentThird path_queue_ms;
     RecentGrowth segments, retransmitted;
     std::map<std::string, OfTopic> topics;  // by direction and name
@@ -92,11 +95,12 @@ class Lately {
   };
 
   [[nodiscard]] std::int64_t period(TimePoint now) const { return (now - start_) / kPeriod + 1; }
-  void forget(std::int64_t now);
+  // `shown`: entries that the picture of `now` has.
+  template <class Entries>
+  static void forget(Entries& known, std::size_t shown, TimePoint now);
 
   TimePoint start_;
   TimePoint looked_at_;
-  std::int64_t forgot_ = 0;
   RecentPeak lag_ms_, memory_;
   RecentGrowth held_up_, wrong_logins_;
   std::uint64_t held_up_seconds_ = 0;

@@ -134,6 +134,30 @@ TEST(Lately, NothingCountsTwiceAfterALongBreak) {
   EXPECT_EQ(look(link_with(110, 20), 30min).topics[0].lately->messages, 10U);
 }
 
+// A peer may offer other names again and again.
+TEST(Lately, OfManyNamesThatALinkNoLongerShowsNoneIsKept) {
+  const auto back = [](std::size_t topics, bool link_stays) {
+    Lately lately(kStart);
+    const auto look = [&](bool shown, Duration time) {
+      RunStatus run;
+      lately.add(run, {}, kStart + time);
+      LinkStatus link = link_with(100, 0);
+      link.open = true;
+      link.topics.resize(shown ? topics : 0, link.topics[0]);
+      for (std::size_t i = 0; i < link.topics.size(); ++i)
+        link.topics[i].topic = "/a" + std::to_string(i);
+      if (shown || link_stays) lately.add(link, kStart + time);
+      return link;
+    };
+    for (const auto at : {1min, 6min, 11min}) look(true, at);
+    look(false, 12min);
+    return look(true, 13min).topics[0].lately->messages;
+  };
+  EXPECT_EQ(back(Lately::kLeftOutMax, true), 0U) << "they have not grown";
+  EXPECT_EQ(back(Lately::kLeftOutMax + 1, true), 100U) << "they are new";
+  EXPECT_EQ(back(1, false), 100U) << "the link was gone";
+}
+
 TEST(Lately, APictureIsNeededEachMinute) {
   Lately lately(kStart);
   EXPECT_FALSE(lately.is_due(kStart + 59s));
