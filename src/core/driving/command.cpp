@@ -41,7 +41,7 @@ void put(Bytes& bytes, std::size_t at, std::uint32_t value, bool big_endian) {
     bytes[at + i] = static_cast<std::uint8_t>(value >> 8U * (big_endian ? 3 - i : i));
 }
 
-// Where the fields of a sample lie.
+// The places of the fields of a sample.
 struct Layout {
   bool big_endian = false;
   std::size_t values = 0;  // the first of the numbers

@@ -14,6 +14,9 @@ constexpr std::uint64_t kAskBytesMin = 4096;
 // long for them, and as much as one offer has is decompressed at a time.
 constexpr std::size_t kTextsGathered = 16 << 10;
 constexpr int kTextsLevel = 3;
+// A history may be so many times as long as the texts that are compressed: beyond that the gain,
+// some 500 bytes, is not worth a tenth of a millisecond.
+constexpr std::size_t kHistoryToTexts = 128;
 constexpr double kTurnSeconds = 0.5;
 constexpr double kTurnBytesMin = 16 << 10;
 
@@ -251,7 +254,10 @@ Packet Outbox::next_control(const Now& now) {
 }
 
 std::optional<Packet> Outbox::next_compressed(const Now& now) {
-  if (control_bytes_ < options_.compressed_texts_min) return std::nullopt;
+  // The compressor indexes the whole history, however short the texts are.
+  const std::size_t least =
+      std::max(options_.compressed_texts_min, texts_.texts().size() / kHistoryToTexts);
+  if (control_bytes_ < least) return std::nullopt;
   Bytes raw;
   std::size_t count = 0;
   for (; count < std::min(controls_.size(), kTextsMax); ++count) {
@@ -261,7 +267,7 @@ std::optional<Packet> Outbox::next_compressed(const Now& now) {
     if (count > 0) raw.push_back('\n');
     raw.insert(raw.end(), text.begin(), text.end());
   }
-  if (raw.size() < options_.compressed_texts_min) return std::nullopt;
+  if (raw.size() < least) return std::nullopt;
   auto body = compress_delta(raw, texts_.texts(), kTextsLevel);
   if (!body) return std::nullopt;
   texts_.add(raw);

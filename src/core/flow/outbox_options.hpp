@@ -24,7 +24,7 @@ struct OutboxOptions {
   std::uint64_t bytes_per_second_max = 0;
   // Binary packet bytes sent and not yet acknowledged.
   std::uint64_t unacknowledged_bytes_max = 16 << 20;
-  // From so many bytes on, texts that wait are compressed.
+  // From so many bytes on, texts that wait are compressed; from more on if the history is long.
   std::size_t compressed_texts_min = 512;
   // Bytes of waiting control texts; beyond it the connection closes with kSlowPeer. The offers of a
   // large graph, with some ten publishers for each topic, wait at once.

@@ -139,6 +139,15 @@ TEST(OutboxTexts, TheHistoryIsBounded) {
   EXPECT_EQ(peer.texts.size(), 3600U);
   EXPECT_EQ(outbox.texts().texts().size(), TextHistory::kBytesMax);
   EXPECT_EQ(outbox.texts().texts(), peer.history.texts());
+  // The compressor would index all of it for a few short texts.
+  const auto frames = peer.frames.size();
+  push(outbox, offers(4, 3600));
+  peer.read(outbox);
+  EXPECT_EQ(peer.frames.size(), frames);
+  EXPECT_EQ(peer.texts.size(), 3604U);
+  push(outbox, offers(12, 3604));
+  peer.read(outbox);
+  EXPECT_EQ(peer.frames.size(), frames + 1);
 }
 
 // A reconnect costs what has changed: the same first round again is some bytes.
