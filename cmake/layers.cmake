@@ -45,6 +45,13 @@ find_path(LZ4_INCLUDE lz4.h REQUIRED)
 find_library(LZ4_LIBRARY lz4 REQUIRED)
 find_path(ZSTD_INCLUDE zstd.h REQUIRED)
 find_library(ZSTD_LIBRARY zstd REQUIRED)
+if(CONNECT_VIDEO)
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(VPX IMPORTED_TARGET vpx>=1.8)
+  if(NOT VPX_FOUND)
+    message(FATAL_ERROR "libvpx is missing: install libvpx-dev, or leave pictures out: -DCONNECT_VIDEO=OFF")
+  endif()
+endif()
 
 add_library(connect_boost INTERFACE)
 target_include_directories(connect_boost SYSTEM INTERFACE ${Boost_INCLUDE_DIRS})
@@ -56,8 +63,16 @@ set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/base/sha256.cp
 # The flow of messages over one byte stream stands alone: it knows neither links nor ROS.
 connect_layer(flow "core/base;core/wire;core/compress;core/media;core/flow" ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json
   fmt::fmt OpenSSL::Crypto)
+# Its loops over colours are what it does apart from libvpx: the compiler makes several pixels at once of them.
+set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/video/yuv.cpp" PROPERTIES COMPILE_OPTIONS -O3
+  SKIP_UNITY_BUILD_INCLUSION ON)
+connect_layer(video core/video connect_flow)
+if(CONNECT_VIDEO)
+  target_compile_definitions(connect_video PRIVATE CONNECT_VIDEO)
+  target_link_libraries(connect_video PRIVATE PkgConfig::VPX)
+endif()
 connect_layer(core "core/policy;core/ports;core/jobs;core/link;core/graph;core/offers;core/topics;core/services;core/side;core/driving"
-  connect_flow)
+  connect_video connect_flow)
 connect_layer(config config connect_core yaml-cpp)
 connect_layer(login access/login connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp
   ${CMAKE_DL_LIBS})
@@ -67,7 +82,7 @@ endif()
 # It includes <linux/tcp.h>, which does not go with the C library's header of that name.
 set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/net/tcp/traffic.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 connect_layer(net net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
-set(without_ros connect_net connect_login connect_config connect_core connect_flow)
+set(without_ros connect_net connect_login connect_config connect_core connect_video connect_flow)
 connect_available(below ${without_ros})
 connect_layer(plugins access/plugins ${below} connect_boost)
 connect_layer(relay relay ${below} connect_boost)

@@ -60,9 +60,11 @@ if(CONNECT_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
+# A program needs the libraries that it uses: the relay has no pictures.
+add_link_options(-Wl,--as-needed)
 # The libraries of a prefix made from wheels name libraries that only an interpreter loads.
 if(DEFINED ENV{CONNECT_BRIDGE_OWN_PREFIX})
-  add_link_options(-Wl,--as-needed -Wl,--allow-shlib-undefined)
+  add_link_options(-Wl,--allow-shlib-undefined)
 endif()
 
 # version.hpp

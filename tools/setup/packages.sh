@@ -12,6 +12,7 @@ packages=(
   make cmake ninja-build ccache g++ patchelf                    # build
   libboost-dev libssl-dev nlohmann-json3-dev libfmt-dev         # the programs
   liblz4-dev libzstd-dev libyaml-cpp-dev libcli11-dev
+  libvpx-dev pkg-config
   python3-venv python3-dev                                      # the prefix and the type support of its messages
 )
 if ! ros_is_sourced; then

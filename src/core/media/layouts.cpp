@@ -17,6 +17,21 @@ bool read_header(CdrReader& reader) {
   return reader.u32() && reader.u32() && reader.string();
 }
 
+// An Image up to the length of its data.
+std::optional<ImageLayout> read_image(CdrReader& reader, ByteView raw) {
+  if (!read_header(reader)) return std::nullopt;
+  const auto height = reader.u32();
+  const auto width = reader.u32();
+  const auto encoding = reader.string();
+  const auto big_endian = reader.u8();
+  const auto step = reader.u32();
+  const auto bytes = reader.u32();
+  if (!height || !width || !encoding || !big_endian || !step || !bytes) return std::nullopt;
+  if (*height == 0 || *width == 0 || *step == 0 || *bytes % *step != 0) return std::nullopt;
+  return ImageLayout{*height,   *width,           *step,
+                     *encoding, *big_endian != 0, {place_of(reader.rest(), raw), *bytes}};
+}
+
 bool read_field(CdrReader& reader, CloudField& field) {
   const auto name = reader.string();
   const auto offset = reader.u32();
@@ -56,23 +71,18 @@ bool CloudLayout::is_tight() const {
 
 std::optional<ImageLayout> image_layout(ByteView raw) {
   CdrReader reader(raw);
-  if (!read_header(reader)) return std::nullopt;
-  const auto height = reader.u32();
-  const auto width = reader.u32();
-  const auto encoding = reader.string();
-  const auto big_endian = reader.u8();
-  const auto step = reader.u32();
-  const auto data = reader.octets();
-  if (!height || !width || !encoding || !big_endian || !step || !data) return std::nullopt;
-  if (*height == 0 || *width == 0 || *step == 0 || reader.rest().size() > kRestMax)
+  const auto image = read_image(reader, raw);
+  if (!image || reader.rest().size() < image->data.bytes ||
+      reader.rest().size() - image->data.bytes > kRestMax)
     return std::nullopt;
-  if (data->size() % *step != 0) return std::nullopt;
-  return ImageLayout{*height,
-                     *width,
-                     *step,
-                     *encoding,
-                     *big_endian != 0,
-                     {place_of(*data, raw), static_cast<std::uint32_t>(data->size())}};
+  return image;
+}
+
+std::optional<ImageLayout> image_layout_of_prefix(ByteView prefix) {
+  CdrReader reader(prefix);
+  const auto image = read_image(reader, prefix);
+  if (!image || !reader.rest().empty()) return std::nullopt;
+  return image;
 }
 
 std::optional<CloudLayout> cloud_layout(ByteView raw) {

@@ -29,6 +29,8 @@ struct ImageLayout {
 };
 // nullopt: the sample is no Image, or `data` is no whole number of rows.
 [[nodiscard]] std::optional<ImageLayout> image_layout(ByteView raw);
+// The same of the sample's beginning alone: it ends where the data begin.
+[[nodiscard]] std::optional<ImageLayout> image_layout_of_prefix(ByteView prefix);
 
 struct CloudField {
   std::string_view name;

@@ -1,0 +1,29 @@
+// Pictures of cameras as the wire carries them: one VP8 frame behind the beginning of the sample
+// (docs/protocol.md section 6, "Pictures"). All functions are cheap enough for the loop.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge::video {
+
+// The build has libvpx. Without it no picture is encoded or decoded.
+[[nodiscard]] bool available();
+
+// The facts that a body states about itself.
+struct PictureFacts {
+  bool base = false;           // the picture refers to no other one
+  bool half = false;           // half width and height
+  std::uint8_t quantiser = 0;  // libvpx's index, 0 to 63
+  std::uint64_t raw_bytes = 0;
+};
+// The prefix, the sizes and the head of the frame are compared; nullopt: the body is malformed.
+[[nodiscard]] std::optional<PictureFacts> facts_of(ByteView body);
+
+// The sample is an Image that may become a lossy picture, by its encoding and its size. Whether an
+// alpha channel is opaque everywhere is looked at by the encoder.
+[[nodiscard]] bool is_picture(ByteView raw);
+
+}  // namespace connect_bridge::video
