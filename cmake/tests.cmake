@@ -65,6 +65,8 @@ endif()
 
 # A path in virtual time: without optimization two thirds of what the core's tests compute.
 set_source_files_properties("${tests}/unit/flow/path_bed.cpp" PROPERTIES COMPILE_OPTIONS -O2 SKIP_UNITY_BUILD_INCLUSION ON)
+# The same for pictures, which are drawn.
+set_source_files_properties("${tests}/unit/video/moving_scene.cpp" PROPERTIES COMPILE_OPTIONS -O2 SKIP_UNITY_BUILD_INCLUSION ON)
 
 # connect_unit_tests(<program> <shards> <places> <layer>...): from the sources in the variable of that name.
 function(connect_unit_tests name shards places)

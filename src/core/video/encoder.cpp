@@ -14,9 +14,8 @@ namespace {
 // ends where so many would have twice the room they need.
 constexpr int kTightMax = 3;
 constexpr int kRoomyMax = 60;
-// Half the width and height need, at the same quantiser, the bytes divided by two to this power.
-constexpr double kHalfComplexity = 1.5;
-constexpr double kHalfBytes = 2.83;
+// Half the width and height take half the bytes at the same quantiser.
+constexpr double kHalfBytes = 0.5;
 
 constexpr std::uint32_t kPointDistance = 4;
 
@@ -78,10 +77,10 @@ struct PictureEncoder::Stream {
   void choose_size(double most) {
     const double needed = control.bytes_at(false, QuantiserControl::kWorst);
     tight = !half && needed > most ? tight + 1 : 0;
-    roomy = half && 2 * kHalfBytes * needed <= most ? roomy + 1 : 0;
+    roomy = half && 2 * needed / kHalfBytes <= most ? roomy + 1 : 0;
     if (tight < kTightMax && roomy < kRoomyMax) return;
     half = !half;
-    control.scale(half ? -kHalfComplexity : kHalfComplexity);
+    control.scale(half ? kHalfBytes : 1 / kHalfBytes);
     vp8.reset();
     difference.forget();
     tight = roomy = 0;

@@ -23,19 +23,21 @@ class QuantiserControl {
   // A picture has been made.
   void made(bool base, std::uint8_t quantiser, double bytes, double difference);
 
-  // Both complexities change by so much, with the size of the pictures.
-  void scale(double by);
+  // The pictures have another size from now on, and so many times the bytes.
+  void scale(double times);
 
   // Bytes of a picture with an ordinary difference.
   [[nodiscard]] double bytes_at(bool base, std::uint8_t quantiser) const;
 
  private:
+  [[nodiscard]] double cost_of(bool base, std::uint8_t quantiser) const;
   [[nodiscard]] double raised(bool base, double difference) const;
 
   double base_;
   double delta_;
   bool delta_known_ = false;
-  double ordinary_ = 0;  // difference; 0: not known
+  double ordinary_ = 0;   // difference; 0: not known
+  double last_step_ = 0;  // of the picture before, its logarithm; 0: there is none
 };
 
 }  // namespace connect_bridge::video

@@ -72,6 +72,10 @@ struct Vp8Encoder::Context {
     if (vpx_codec_encode(&codec, &image, next++, 1, base ? VPX_EFLAG_FORCE_KF : 0,
                          VPX_DL_REALTIME) != VPX_CODEC_OK)
       return {};
+    int made_with = -1;
+    if (vpx_codec_control(&codec, VP8E_GET_LAST_QUANTIZER_64, &made_with) != VPX_CODEC_OK ||
+        made_with != quantiser)
+      return {};
     return only_frame();
   }
 
