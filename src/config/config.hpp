@@ -52,6 +52,7 @@ struct Config {
   Duration clock_publish_period = Duration::zero();
   std::vector<std::string> clock_identities, clock_groups;  // peers whose time is published
   SideOptions limits;  // dead_after, retry, depths, outbox, reassembly ...; see side_options()
+  double picture_cpu = 0.5;           // Workers::Options::cores, for pictures
   bool token_in_environment = false;  // the state at start
   std::vector<std::string> warnings;  // sentences to log at start
   ParameterMap given;                 // its parameters; contains the token, never print it

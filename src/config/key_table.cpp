@@ -296,6 +296,10 @@ void add_limits(Rows& rows) {
       "refused. If it is not set, it is a quarter of the memory of this machine or of its cgroup, "
       "from 64 MiB up to this default.",
       [](Config& c) { return &c.limits.account.memory_bytes_max; });
+  add("picture_cpu", {0.05, 64}, "cores",
+      "Processor time that encoding and decoding video may use in each second. Identities take "
+      "turns; beyond it there are fewer pictures.",
+      [](Config& c) { return &c.picture_cpu; });
   of_server("connections_max", {1, 10000}, "",
             "Clients at the same time, including lost ones that may return. One identity may have "
             "half of them, but at least 8.",

@@ -65,7 +65,7 @@ Probe::Probe(BridgeParts parts, Options options)
       timer_(io_),
       pulls_(io_),
       logs_in_(options.logs_in),
-      workers_(1, [this](JobDone done) {
+      workers_({}, [this](JobDone done) {
         boost::asio::post(io_, [this, done = std::move(done)]() mutable {
           workers_.handled(done);
           handle(std::move(done));

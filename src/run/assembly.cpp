@@ -11,6 +11,7 @@
 #include "access/login/file_trust.hpp"
 #include "access/login/pairing_login.hpp"
 #include "core/base/check.hpp"
+#include "core/video/picture.hpp"
 #include "net/http/status_door.hpp"
 #include "net/tcp/descriptors.hpp"
 #include "net/tcp/system_now.hpp"
@@ -133,6 +134,7 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
   parts.folder = start.folder;
   parts.side.node = node;
   parts.side.matching = kMatching;
+  parts.side.pictures = video::available();
   parts.side.secret_random = &secret_random;
   parts.sockets = socket_options(config);
   if (config.role == Role::kServer) {

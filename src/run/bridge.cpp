@@ -67,13 +67,10 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       stop_(io_, [this] { stop(); }),
       hangup_(io_, [this] { parameters_.reload(); }),
       // Two threads: a job of seconds (a high level of zstd) does not delay jobs of milliseconds.
-      workers_(2,
-               [this](JobDone done) {
-                 boost::asio::post(io_, [this, done = std::move(done)]() mutable {
-                   workers_.handled(done);
-                   loop_.feed(std::move(done));
-                 });
-               }),
+      workers_({.threads = 2}, [this](JobDone done) { feed_result(workers_, std::move(done)); }),
+      // One picture after the other: libvpx's own threads would spin.
+      picture_workers_({.threads = 1, .nice = 5, .cores = parts_.config.picture_cpu},
+                       [this](JobDone done) { feed_result(picture_workers_, std::move(done)); }),
       login_desk_(
           {parts_.authenticator.get(), std::move(parts_.credential_file), parts_.side.login_timeout,
            ListenOptions::kLoopbackShare * parts_.listen.pending_per_address_max},
@@ -167,6 +164,13 @@ void Bridge::run() {
     node_.log(LogLevel::kWarn, problem);
 }
 
+void Bridge::feed_result(Workers& of, JobDone done) {
+  boost::asio::post(io_, [this, &of, done = std::move(done)]() mutable {
+    of.handled(done);
+    loop_.feed(std::move(done));
+  });
+}
+
 // Each action counts as a move of the loop. A middleware may wait a second for every entity that it
 // destroys, so one step may take longer than the guard allows.
 bool Bridge::carry_out(Action&& action) {
@@ -179,7 +183,13 @@ bool Bridge::carry_out(Action&& action) {
                  [&](Authenticate& a) { authenticate(std::move(a)); },
                  [&](CompressJob& a) { workers_.add(std::move(a)); },
                  [&](DecompressJob& a) { workers_.add(std::move(a)); },
-                 [&](CancelJob& a) { workers_.cancel(a.job); },
+                 [&](EncodePicture& a) { picture_workers_.add(std::move(a)); },
+                 [&](DecodePicture& a) { picture_workers_.add(std::move(a)); },
+                 [&](EndPicture& a) { picture_workers_.end(a.picture); },
+                 [&](CancelJob& a) {
+                   workers_.cancel(a.job);
+                   picture_workers_.cancel(a.job);
+                 },
                  [&](SendRequest& a) {
                    in_middleware = true;
                    send_request(std::move(a));

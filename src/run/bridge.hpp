@@ -59,6 +59,8 @@ class Bridge {
   // Functions for other threads: the loop's thread logs or feeds later.
   void log_later(LogLevel level, std::string text);
   void feed_later(Input&& input);
+  // The result of a job, from a worker's thread.
+  void feed_result(Workers& of, JobDone done);
   // True if the action was one for the middleware.
   bool carry_out(Action&& action);
   void send_request(SendRequest&& request);
@@ -113,6 +115,7 @@ class Bridge {
   Stop stop_;
   Hangup hangup_;
   Workers workers_;
+  Workers picture_workers_;
   LoginDesk login_desk_;    // its threads end before the members that they use
   StatusSite status_site_;  // the same
   LoopGuard guard_;         // last: it does not watch the destructors, LastSteps does

@@ -1,25 +1,32 @@
 #include "run/workers.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <ctime>
 #include <new>
 #include <utility>
 
+#include "core/base/overloaded.hpp"
 #include "core/media/sample_codec.hpp"
 
 namespace connect_bridge {
 namespace {
 
-JobDone carry_out(const CompressJob& job, const std::atomic<bool>& give_up) {
-  JobDone done{job.job, std::nullopt};
-  if (auto body = media::encode_sample(job.raw.view(), job.how, &give_up))
-    done.result = Payload::adopt(std::move(*body));
-  return done;
+// Jobs may use so much more at once than `cores` gives them.
+constexpr std::chrono::milliseconds kBurst{100};
+
+JobDone done_with(JobId job, std::optional<Bytes> result) {
+  if (!result) return {job, std::nullopt};
+  return {job, Payload::adopt(*std::move(result))};
 }
 
-JobDone carry_out(const DecompressJob& job, const std::atomic<bool>&) {
-  JobDone done{job.job, std::nullopt};
-  auto raw = media::decode_sample(job.body.view(), job.codec, job.raw_bytes);
-  if (raw) done.result = Payload::adopt(std::move(raw).value());
-  return done;
+// Processor time of the calling thread.
+std::chrono::nanoseconds thread_time() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
 std::size_t bytes_of(const JobDone& done) {
@@ -28,8 +35,9 @@ std::size_t bytes_of(const JobDone& done) {
 
 }  // namespace
 
-Workers::Workers(unsigned threads, std::function<void(JobDone)> done) : done_(std::move(done)) {
-  for (unsigned i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+Workers::Workers(Options options, std::function<void(JobDone)> done)
+    : options_(options), done_(std::move(done)) {
+  for (unsigned i = 0; i < options_.threads; ++i) threads_.emplace_back([this] { run(); });
 }
 
 Workers::~Workers() {
@@ -46,6 +54,12 @@ void Workers::add(Job job) {
   {
     const std::lock_guard lock(mutex_);
     const JobTurn turn = std::visit([](const auto& j) { return j.turn; }, job);
+    const PictureId picture = std::visit(
+        Overloaded{[](const EncodePicture& j) { return j.picture; },
+                   [](const DecodePicture& j) { return j.picture; },
+                   [](const auto&) { return PictureId{}; }},
+        job);
+    if (picture && !codecs_.contains(picture)) codecs_[picture] = std::make_shared<Codecs>();
     waiting_.add(turn.identity, turn.link, std::move(job));
   }
   changed_.notify_one();
@@ -72,24 +86,77 @@ bool Workers::decodes_alone(const Job& job) {
          decode->raw_bytes > kColumnsBesideMax;
 }
 
+void Workers::end(PictureId picture) {
+  const std::lock_guard lock(mutex_);
+  codecs_.erase(picture);
+}
+
+std::shared_ptr<Workers::Codecs> Workers::codecs_of(PictureId picture) {
+  const std::lock_guard lock(mutex_);
+  const auto codecs = codecs_.find(picture);
+  return codecs == codecs_.end() ? nullptr : codecs->second;
+}
+
+// ---- the threads
+
+JobDone Workers::carry_out(const CompressJob& job) {
+  return done_with(job.job, media::encode_sample(job.raw.view(), job.how, &ending_));
+}
+
+JobDone Workers::carry_out(const DecompressJob& job) {
+  auto raw = media::decode_sample(job.body.view(), job.codec, job.raw_bytes);
+  return done_with(job.job, raw ? std::optional(std::move(raw).value()) : std::nullopt);
+}
+
+JobDone Workers::carry_out(const EncodePicture& job) {
+  const auto codecs = codecs_of(job.picture);
+  if (!codecs) return {job.job, std::nullopt};
+  if (!codecs->encoder) codecs->encoder.emplace();
+  return done_with(job.job, codecs->encoder->encode(job.raw.view(), {job.bytes, job.bytes_max, job.base}));
+}
+
+JobDone Workers::carry_out(const DecodePicture& job) {
+  const auto codecs = codecs_of(job.picture);
+  if (!codecs) return {job.job, std::nullopt};
+  if (!codecs->decoder) codecs->decoder.emplace();
+  auto raw = codecs->decoder->decode(job.body.view(), job.raw_bytes);
+  return done_with(job.job, raw ? std::optional(std::move(raw).value()) : std::nullopt);
+}
+
+std::optional<Workers::Job> Workers::take(std::unique_lock<std::mutex>& lock) {
+  const auto may_begin = [this] {
+    return ending_ || (!waiting_.empty() && unhandled_bytes_ < kUnhandledBytesMax);
+  };
+  for (;;) {
+    changed_.wait(lock, may_begin);
+    changed_.wait_until(lock, paid_at_ - kBurst, [this] { return ending_.load(); });
+    if (ending_) return std::nullopt;
+    if (may_begin()) return waiting_.take();  // it may have been cancelled meanwhile
+  }
+}
+
 void Workers::run() {
+  // A thread of its own has its own niceness on Linux.
+  if (options_.nice != 0) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), options_.nice);
   for (;;) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] {
-      return ending_ || (!waiting_.empty() && unhandled_bytes_ < kUnhandledBytesMax);
-    });
-    if (ending_) return;
-    const Job job = *waiting_.take();
+    const auto job = take(lock);
+    if (!job) return;
     lock.unlock();
-    JobDone done{std::visit([](const auto& j) { return j.job; }, job), std::nullopt};
+    const auto before = thread_time();
+    JobDone done{std::visit([](const auto& j) { return j.job; }, *job), std::nullopt};
     std::unique_lock alone(alone_, std::defer_lock);
-    if (decodes_alone(job)) alone.lock();
+    if (decodes_alone(*job)) alone.lock();
     try {
-      done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
+      done = std::visit([this](const auto& j) { return carry_out(j); }, *job);
     } catch (const std::bad_alloc&) {  // handled like malformed data, or data that does not shrink
     }
     if (alone) alone.unlock();
     lock.lock();
+    if (options_.cores > 0)
+      paid_at_ = std::max(paid_at_, std::chrono::steady_clock::now()) +
+                 std::chrono::duration_cast<std::chrono::nanoseconds>((thread_time() - before) /
+                                                                      options_.cores);
     unhandled_bytes_ += bytes_of(done);
     lock.unlock();
     if (!ending_) done_(std::move(done));

@@ -15,6 +15,7 @@
 #include "sim/digest.hpp"
 #include "sim/middleware.hpp"
 #include "sim/network.hpp"
+#include "sim/picture_codec.hpp"
 #include "sim/rights.hpp"
 #include "sim/rng.hpp"
 #include "sim/schedule.hpp"
@@ -182,6 +183,9 @@ class Host : public Party {
   void act(const Authenticate& action);
   void act(const CompressJob& action);
   void act(const DecompressJob& action);
+  void act(const EncodePicture& action);
+  void act(const DecodePicture& action);
+  void act(const EndPicture& action);
   void act(const CancelJob&) {}  // a worker may have begun it: its result comes
   void act(const Log& action);
   void act(const Audit& action);
@@ -201,6 +205,7 @@ class Host : public Party {
   Rng cost_rng_;
   int path_ = -1;
   std::unique_ptr<Side> side_;
+  PictureCodec pictures_;
   bool calm_ = false;
   std::uint64_t life_ = 0;  // counts starts and ends; events of an earlier life are void
   bool stopped_ = false;

@@ -174,6 +174,26 @@ void Host::act(const DecompressJob& action) {
   });
 }
 
+void Host::act(const EncodePicture& action) {
+  later(rng_.between(1us, plan_.job_delay_max + 2us), [this, action]() -> Input {
+    auto body = pictures_.encode(action);
+    if (!body) return JobDone{action.job, std::nullopt};
+    return JobDone{action.job, Payload::adopt(*std::move(body))};
+  });
+}
+
+void Host::act(const DecodePicture& action) {
+  later(rng_.between(1us, plan_.job_delay_max + 2us), [this, action]() -> Input {
+    auto raw = pictures_.decode(action);
+    if (!raw) return JobDone{action.job, std::nullopt};
+    return JobDone{action.job, Payload::adopt(*std::move(raw))};
+  });
+}
+
+void Host::act(const EndPicture& action) {
+  pictures_.end(action.picture);
+}
+
 void Host::act(const Log& action) {
   tell(std::string(letter_of(action.level)) + " " + action.text);
 }

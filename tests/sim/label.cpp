@@ -1,6 +1,11 @@
 #include "sim/label.hpp"
 
+#include <algorithm>
 #include <cstring>
+#include <string_view>
+
+#include "core/base/byte_order.hpp"
+#include "core/media/layouts.hpp"
 
 namespace connect_bridge::sim {
 namespace {
@@ -34,7 +39,54 @@ std::uint64_t checksum(ByteView bytes) {
   return sum;
 }
 
+constexpr std::uint32_t kImageWidth = 32;
+constexpr std::uint32_t kImageStep = 3 * kImageWidth;
+
+// The labelled part of a message: the data of an Image, or all of it.
+ByteView labelled(ByteView message) {
+  if (message.size() >= kLabelBytes && get<std::uint32_t>(message, 4) == kMagic) return message;
+  const auto image = media::image_layout(message);
+  return image ? message.subspan(image->data.begin, image->data.bytes) : message;
+}
+
 }  // namespace
+
+Bytes make_image(const Label& label, std::size_t size, bool compressible) {
+  const auto height = std::max(kImageWidth, static_cast<std::uint32_t>(size / kImageStep));
+  Bytes prefix{0, 1, 0, 0};
+  const auto add = [&](std::uint32_t value) { put_le(value, prefix); };
+  const auto add_text = [&](std::string_view text) {  // of three characters and a zero
+    add(static_cast<std::uint32_t>(text.size() + 1));
+    prefix.insert(prefix.end(), text.begin(), text.end());
+    prefix.push_back(0);
+    while (prefix.size() % 4 != 0) prefix.push_back(0);
+  };
+  add(0);
+  add(0);
+  add_text("cam");
+  add(height);
+  add(kImageWidth);
+  add_text("rgb8");
+  prefix.resize(prefix.size() - 3);  // is_bigendian follows the encoding at once
+  prefix.push_back(0);
+  while (prefix.size() % 4 != 0) prefix.push_back(0);
+  add(kImageStep);
+  add(height * kImageStep);
+  return image_of(label, prefix, std::size_t{height} * kImageStep, compressible);
+}
+
+Bytes image_of(const Label& label, ByteView prefix, std::size_t data_bytes, bool compressible) {
+  Bytes image(prefix.begin(), prefix.end());
+  const Bytes data = make_message(label, data_bytes, compressible);
+  image.insert(image.end(), data.begin(), data.end());
+  return image;
+}
+
+bool is_compressible(ByteView message) {
+  const ByteView bytes = labelled(message);
+  return bytes.size() < kLabelBytes + 16 ||
+         get<std::uint64_t>(bytes, kLabelBytes) == get<std::uint64_t>(bytes, kLabelBytes + 8);
+}
 
 Bytes make_message(const Label& label, std::size_t size, bool compressible) {
   Bytes bytes(size < kLabelBytes ? kLabelBytes : size);
@@ -54,13 +106,15 @@ Bytes make_message(const Label& label, std::size_t size, bool compressible) {
 }
 
 std::optional<Label> read_label(ByteView message) {
-  if (message.size() < kLabelBytes || get<std::uint32_t>(message, 4) != kMagic) return {};
-  return Label{get<std::uint32_t>(message, 8), get<std::uint64_t>(message, 16)};
+  const ByteView bytes = labelled(message);
+  if (bytes.size() < kLabelBytes || get<std::uint32_t>(bytes, 4) != kMagic) return {};
+  return Label{get<std::uint32_t>(bytes, 8), get<std::uint64_t>(bytes, 16)};
 }
 
 bool is_intact(ByteView message) {
-  return read_label(message) && get<std::uint32_t>(message, 12) == message.size() &&
-         get<std::uint64_t>(message, 24) == checksum(message);
+  const ByteView bytes = labelled(message);
+  return read_label(message) && get<std::uint32_t>(bytes, 12) == bytes.size() &&
+         get<std::uint64_t>(bytes, 24) == checksum(bytes);
 }
 
 }  // namespace connect_bridge::sim

@@ -101,6 +101,10 @@ std::vector<Rule> random_rules(Rng& rng) {
     rest.opens[Direction::kExport][OpenedBy::kTopics] = {pattern("/**")};
     rest.opens[Direction::kImport][OpenedBy::kTopics] = {pattern("/**")};
     if (rng.chance(200)) rest.treatment = random_treatment(rng);
+    if (rng.chance(500)) {  // pictures of cameras
+      rest.treatment.compression = {.automatic = true};
+      rest.treatment.lossy = Lossy::kAuto;
+    }
     rules.push_back(std::move(rest));
   }
   return rules;

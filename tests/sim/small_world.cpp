@@ -32,6 +32,7 @@ HostPlan SmallWorld::plan_of(Role role, int graph) {
   plan.job_delay_max = 1ms;
   plan.options.role = role;
   plan.options.audits = true;
+  plan.options.pictures = true;
   plan.options.dead_after = 3s;
   plan.options.retry_min = 100ms;
   plan.options.retry_max = 500ms;

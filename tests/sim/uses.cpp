@@ -129,6 +129,23 @@ Use five() {
       [](const Thin& thin) { thin.check(); }};
 }
 
+// Exact, one picture would take a second.
+Use camera() {
+  ThinPlan plan = plan_of(125'000, {{"/camera/image", "sensor_msgs/msg/Image", 200'000, 33ms, 0, 1,
+                                     best_effort(5)}});
+  plan.treatment.compression = {.automatic = true};
+  plan.treatment.lossy = Lossy::kAuto;
+  return {"a camera on a link of 1 Mbit/s", with_break(plan, 8s, 1s), [](const Thin& thin) {
+            const Stream& stream = thin.streams()[0];
+            expect_young(stream, 200ms, "the pictures");
+            if (stream.heard.empty() || stream.heard.front().at > TimePoint{} + 4s)
+              violated("the first picture comes late");
+            const double span = seconds(stream.heard.back().at - stream.heard.front().at);
+            if (static_cast<double>(stream.heard.size()) < 22 * span)
+              violated("few pictures arrive: " + heard_of(stream));
+          }};
+}
+
 // Everything counts, and is to come after a break, too.
 Use bag() {
   ThinPlan plan = plan_of(300'000, {});
@@ -203,7 +220,7 @@ Use large_graph() {
 }  // namespace
 
 std::vector<Use> uses() {
-  return {costmap(), markers(), trajectories(), clouds(),     five(),
+  return {costmap(), markers(), trajectories(), clouds(),     camera(),     five(),
           bag(),     maps(),    transitions(),  large_graph()};
 }
 

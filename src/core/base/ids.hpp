@@ -26,6 +26,7 @@ using ServiceClientId = Id<struct ServiceClientTag>;  // a service client held b
 using RequestId = Id<struct RequestTag>;              // a request taken at a service mirror
 using InvocationId = Id<struct InvocationTag>;        // a request handed to a real service
 using JobId = Id<struct JobTag>;                      // a piece of work given to a worker
+using PictureId = Id<struct PictureTag>;  // pictures of one origin that refer to each other
 
 // On the wire.
 using ChannelId = Id<struct ChannelTag, std::uint32_t>;  // of its sender, unique on one link

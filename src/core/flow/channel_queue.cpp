@@ -333,8 +333,9 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now)
     deltas_->sent({message.subject, message.demand, whole.raw}, message.codec,
                   std::move(whole.room));
   if (message.moment.is_large()) together_.left(message.moment);
-  const Whole result{message.subject, message.sequence, message.resumes};
-  if (!message.tracked && !message.resumes) return std::nullopt;
+  const Whole result{message.subject, message.sequence, message.resumes, message.tracked,
+                     message.reports_leaving};
+  if (!result.tracked && !result.resumes && !result.reports_leaving) return std::nullopt;
   const auto bytes = message.body.size();
   if (result.resumes) keep_sent(unprepared(std::move(whole)), bytes);  // mutant: resent
   return result;

@@ -59,13 +59,15 @@ class ChannelQueue {
   void prepare(double rate);
   // Frame bytes that the next part takes. Only after prepare().
   [[nodiscard]] std::size_t next_part_bytes(std::uint32_t fragment_bytes) const;
-  // A message whose last part was handed out, and whose arrival at the peer is tracked.
+  // A message whose last part was handed out.
   struct Whole {
     Subject subject;
     std::uint32_t sequence = 0;
-    bool resumes = false;  // else tracked
+    bool resumes = false;
+    bool tracked = false;
+    bool reports_leaving = false;
   };
-  // Hands that part out. The message, if this was the last part of one that is tracked or resumes.
+  // Hands that part out. The message, if this was the last part of one that somebody waits for.
   std::optional<Whole> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet,
                                  const Now& now);
 
@@ -177,6 +179,16 @@ class ChannelQueue {
   [[nodiscard]] std::uint64_t next_message_bytes() const {
     if (open_) return open_->message.body.size() - open_->offset;
     return waiting_.empty() ? 0 : waiting_.front().message.body.size();
+  }
+  // The partly sent message: its body bytes that were handed out, and for how long it is partly
+  // sent. nullopt: there is none.
+  struct Progress {
+    std::uint64_t bytes = 0;
+    Duration time{};
+  };
+  [[nodiscard]] std::optional<Progress> progress(TimePoint now) const {
+    if (!open_) return std::nullopt;
+    return Progress{open_->offset, now - open_->since};
   }
   // Body bytes that are not handed out yet.
   [[nodiscard]] std::uint64_t left_bytes() const {

@@ -89,12 +89,12 @@ ChannelCounts Outbox::remove_channel(ChannelId channel) {
   return counts;
 }
 
-void Outbox::clear_channel(ChannelId channel) {
+void Outbox::clear_channel(ChannelId channel, DropReason reason) {
   const auto at = queues_.find(channel);
   if (at == queues_.end()) return;
   change(at->second, [&](ChannelQueue& queue) {
-    if (queue.drop_open(DropReason::kNoDemand)) small_.abort(channel);
-    queue.drop_waiting(DropReason::kNoDemand);
+    if (queue.drop_open(reason)) small_.abort(channel);
+    queue.drop_waiting(reason);
     queue.forget_bases();
     queue.forget_sent();
   });
@@ -337,7 +337,9 @@ void Outbox::take_part(ChannelQueue& queue, std::uint32_t part_max, const Now& n
   resend_bytes_ += queue.resend_bytes() - kept_before;
   kept_since_ask_ += queue.resend_bytes() - kept_before;
   bytes_of(queue) = bytes_of(queue) - before + queue.bytes();
-  if (whole) in_flight_.add({queue.id(), *whole});
+  if (!whole) return;
+  if (whole->tracked || whole->resumes) in_flight_.add({queue.id(), *whole});
+  if (whole->reports_leaving) left_.push_back(queue.id());
 }
 
 ChannelQueue* Outbox::next_queue(const Now& now) {

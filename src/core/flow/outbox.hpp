@@ -54,8 +54,8 @@ class Outbox {
   // An open message ends without `abort`: send `withdraw` after this call, and the receiver forgets
   // its unfinished message with the channel.
   ChannelCounts remove_channel(ChannelId channel);
-  // Drops what is queued (kNoDemand) and aborts an open message, but keeps channel and counts.
-  void clear_channel(ChannelId channel);
+  // Drops what is queued and aborts an open message, but keeps channel and counts.
+  void clear_channel(ChannelId channel, DropReason reason = DropReason::kNoDemand);
   // Drops the oldest message of the subject that is not begun (kNoDemand). False: there is none.
   bool take_back(ChannelId channel, Subject subject);
 
@@ -91,6 +91,9 @@ class Outbox {
 
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
   std::optional<Packet> next(const Now& now, const Repairs& repairs = {});
+
+  // The channels of messages that report their leaving, and have left since the last call.
+  [[nodiscard]] std::vector<ChannelId> take_left() { return std::exchange(left_, {}); }
 
   // A large message was admitted to one of the channels, and will be pushed, or given up
   // (Together).
@@ -230,6 +233,7 @@ class Outbox {
   std::uint64_t kept_since_ask_ = 0;  // resend_bytes() that came since then
   InFlight in_flight_;                // tracked messages, and those that resume
   std::uint64_t resend_bytes_ = 0;    // of all channels
+  std::vector<ChannelId> left_;       // take_left()
   Pacer pacer_;
   LinkCap cap_;
   LightBudget light_;

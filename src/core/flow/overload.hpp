@@ -75,6 +75,9 @@ class Overload {
     return told ? std::max(rate_, rate_before_) : 0;
   }
 
+  // Messages have left too quickly to tell a rate, and no slow ones came after them.
+  [[nodiscard]] bool is_quick() const { return quick_; }
+
   static constexpr Duration kTellingTime = std::chrono::milliseconds(20);
   static constexpr Duration kSurelyTelling = std::chrono::seconds(1);
   static constexpr Duration kTargetMin = std::chrono::milliseconds(50);

@@ -18,8 +18,7 @@ struct JobOptions {
   std::uint32_t compress_job_bytes = 16384;  // from this size on a worker does it, else the loop
 };
 
-// Receives the result of a job. Compress: no result when the bytes do not shrink. Decompress: none
-// when they are malformed.
+// Receives the result of a job: none as in JobDone.
 class JobOwner {
  public:
   virtual void on_job(std::optional<Payload> result, const Now& now) = 0;
@@ -83,6 +82,35 @@ class Jobs {
     outputs_.push(DecompressJob{id, codec, raw_bytes, std::move(body), turn});
     return Job(this, id);
   }
+  // Pictures of one origin, which refer to each other. The worker forgets them with this.
+  class Pictures {
+   public:
+    explicit Pictures(Jobs& jobs) : jobs_(&jobs), id_(jobs.outputs_.new_id<PictureId>()) {}
+    Pictures(Pictures&& other) noexcept
+        : jobs_(std::exchange(other.jobs_, nullptr)), id_(other.id_) {}
+    Pictures& operator=(Pictures&&) = delete;
+    ~Pictures() {
+      if (jobs_) jobs_->outputs_.push(EndPicture{id_});
+    }
+    // The job before must be done.
+    [[nodiscard]] Job encode(JobOwner& owner, EncodePicture job) {
+      job.job = jobs_->begin(owner);
+      job.picture = id_;
+      const JobId id = job.job;
+      jobs_->outputs_.push(std::move(job));
+      return Job(jobs_, id);
+    }
+    [[nodiscard]] Job decode(JobOwner& owner, std::uint32_t raw_bytes, Payload body,
+                             JobTurn turn) {
+      const JobId id = jobs_->begin(owner);
+      jobs_->outputs_.push(DecodePicture{id, id_, raw_bytes, std::move(body), turn});
+      return Job(jobs_, id);
+    }
+
+   private:
+    Jobs* jobs_;
+    PictureId id_;
+  };
   // A worker is done: gives the result to the owner, if it still waits for it.
   void on_done(JobDone& done, const Now& now) {
     const auto it = owners_.find(done.job);

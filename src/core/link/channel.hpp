@@ -82,6 +82,8 @@ class OutgoingChannel {
     return Error{CloseCode::kIllegal, "attached to a channel that is no service"};
   }
   virtual Result<Nothing> on_forget(const Forget&, const Now&) { return Nothing{}; }
+  // The last part of a message that reports its leaving was handed out.
+  virtual void on_left(const Now&) {}
   // The peer has received all of a tracked message.
   virtual void on_delivered(CallId, const Now&) {}
 };

@@ -188,6 +188,11 @@ Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
 }
 
+void Link::report_left(const Now& now) {
+  for (const ChannelId left : connection_->outbox().take_left())
+    if (OutgoingChannel* channel = outgoing(left)) channel->on_left(now);
+}
+
 void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
   if (OutgoingChannel* channel = outgoing(whole.channel))
     channel->on_delivered(whole.subject.call(), now);

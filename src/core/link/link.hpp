@@ -175,6 +175,8 @@ class Link final : public ConnectionUser {
     mark();
     return connection_->outbox();
   }
+  // Tells the channels whose messages have left and report that.
+  void report_left(const Now& now);
   [[nodiscard]] const ClockEstimate& clock() const { return connection_->clock(); }
   [[nodiscard]] std::uint32_t peer_message_bytes_max() const {
     return connection_->peer().message_bytes_max;

@@ -440,6 +440,7 @@ std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const 
     const Outputs::Paying paying(outputs_, link->account->time);
     if (sends_later(*link->connection(), *link->account->time, now)) return std::nullopt;
     auto packet = link->connection()->next_packet(now, repairs);
+    link->report_left(now);
     if (packet) side_cap_.sent(now.steady, LinkCap::cost(packet->size()));
     wait(*link);  // packets that are held back leave at their time
     return packet;

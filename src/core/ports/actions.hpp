@@ -147,6 +147,29 @@ struct DecompressJob {
   Payload body;
   JobTurn turn = {};
 };
+// The sample becomes the next picture of those with this id. One job of an id is under way at a
+// time. The result is the body (video::facts_of says which one it became); nullopt: the sample is
+// no picture, and the next one of the id refers to nothing.
+struct EncodePicture {
+  JobId job;
+  PictureId picture;
+  Payload raw;
+  std::uint32_t bytes = 0;      // the wanted size of the body
+  std::uint32_t bytes_max = 0;  // a body that would be larger has half the width and height
+  bool base = false;            // it must refer to nothing
+  JobTurn turn = {};
+};
+struct DecodePicture {
+  JobId job;
+  PictureId picture;
+  std::uint32_t raw_bytes = 0;
+  Payload body;
+  JobTurn turn = {};
+};
+// No job of this id follows.
+struct EndPicture {
+  PictureId picture;
+};
 // The result is not wanted any longer; it may still come.
 struct CancelJob {
   JobId job;
@@ -166,6 +189,7 @@ using Action =
                  CreateServiceMirror, DestroyServiceMirror, SendResponse, DropRequest,
                  CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation,
                  FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection, Authenticate,
-                 CompressJob, DecompressJob, CancelJob, Log, Audit, Stopped>;
+                 CompressJob, DecompressJob, EncodePicture, DecodePicture, EndPicture, CancelJob, Log,
+                 Audit, Stopped>;
 
 }  // namespace connect_bridge

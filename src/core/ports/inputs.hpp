@@ -222,8 +222,8 @@ struct CredentialChanged {
   Bytes credential;
   std::string method = {};  // empty: as before
 };
-// The answer to CompressJob or DecompressJob. Compress: nullopt when it does not shrink.
-// Decompress: nullopt when malformed.
+// The answer to a job. Compress: nullopt when it does not shrink. Decompress, decode: nullopt when
+// malformed.
 struct JobDone {
   JobId job;
   std::optional<Payload> result;

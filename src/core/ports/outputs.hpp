@@ -95,7 +95,9 @@ class Outputs {
   FollowUps follow_ups_;
   TellOnce told_;
   bool audits_ = false;
-  std::tuple<SubscriptionId, MirrorId, ServiceMirrorId, ServiceClientId, InvocationId, JobId> last_;
+  std::tuple<SubscriptionId, MirrorId, ServiceMirrorId, ServiceClientId, InvocationId, JobId,
+             PictureId>
+      last_;
 };
 
 }  // namespace connect_bridge

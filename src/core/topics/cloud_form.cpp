@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 namespace connect_bridge {
 namespace {
@@ -14,48 +13,20 @@ constexpr double kFirstStep = 2.5;
 constexpr double kFurtherStep = 1.2;
 constexpr double kFilled = 0.8;  // of the rate; the rest is for clouds that are larger
 constexpr double kFinerMargin = 1.2;
-constexpr double kIntervalMax = 10;  // seconds; after a longer pause, publishing begins again
-
-double seconds(Duration duration) {
-  return std::chrono::duration<double>(duration).count();
-}
 
 }  // namespace
 
-void CloudForm::came(TimePoint now) {
-  const double since = last_ ? seconds(now - *last_) : 0;
-  last_ = now;
-  if (since <= 0 || since > kIntervalMax) return;
-  interval_ = interval_ == 0 ? since : interval_ + (since - interval_) / 8;
-}
-
-std::optional<double> CloudForm::enough() const {
-  if (interval_ == 0) return std::nullopt;
-  return std::min(kEnoughPerSecond, kShareOfPublished / interval_);  // mutant: enough_exact
-}
-
 std::uint32_t CloudForm::choose(const Facts& facts, TimePoint now) {
-  const auto wanted = enough();
-  if (!wanted || facts.rate <= 0 || facts.exact_bytes <= 0) return step_um_;
-  const double exact = facts.rate / facts.exact_bytes;
-  if (step_um_ == 0) {
-    if (facts.is_shown && exact < *wanted) step_um_ = fitting_step(facts);
-    return step_um_;
-  }
-  if (exact < kExactMargin * *wanted) {
-    fits_since_.reset();
-  } else if (!fits_since_) {
-    fits_since_ = now;
-  } else if (now - *fits_since_ >= kExactAfter) {
-    fits_since_.reset();
-    return step_um_ = 0;
-  }
-  return step_um_ = fitting_step(facts);
+  const bool known = facts.rate > 0 && facts.exact_bytes > 0;
+  const double exact = known ? facts.rate / facts.exact_bytes : 0;
+  if (fit_.judge(exact, facts.is_shown, now)) return step_um_ = 0;
+  if (known) step_um_ = fitting_step(facts);
+  return step_um_;
 }
 
 std::uint32_t CloudForm::fitting_step(const Facts& facts) const {
   const std::uint32_t coarsest = std::max(2 * facts.error_um, 1U);
-  const double room = kFilled * facts.rate * interval_;
+  const double room = kFilled * facts.rate * fit_.interval();
   double bytes = facts.exact_bytes / kFirstStep;
   for (const std::uint32_t step : kSteps) {
     if (step >= coarsest) break;

@@ -10,12 +10,14 @@
 #include "core/topics/link_topics.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
+#include "core/video/picture.hpp"
 
 namespace connect_bridge {
 namespace {
 
 // Limit of messages behind one that a worker has: one turn of the loop publishes all of them.
 constexpr std::size_t kWaitingMax = 1024;
+constexpr Duration kDemandAgain = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -28,7 +30,9 @@ PeerTopic::PeerTopic(LinkTopics& peer, TopicKey key, const ChannelOffer& offer, 
       type_hash_(offer.type_hash),
       action_type_(offer.action_type),
       decision_(std::move(decision)),
-      decodes_{.cloud = is_cloud(key_.second), .planes = has_planes(key_.second)},
+      decodes_{.vp8 = has_planes(key_.second) && context_.options.pictures,
+               .cloud = is_cloud(key_.second),
+               .planes = has_planes(key_.second)},
       offers_resume_(offer.resume),
       held_(link_.memory, {context_.held, this}),
       unjudged_(link_.memory, {context_.held, this}),
@@ -77,6 +81,8 @@ Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& n
   for (const OriginId id : change.removed) {
     left_out_.remove(id);
     deltas_.forget(id);
+    pictures_.erase(id);
+    broken_.erase(id);
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
     hurry(DropReason::kUnknownOrigin, now, id);
@@ -162,7 +168,9 @@ void PeerTopic::hurry(DropReason otherwise, const Now& now, std::optional<Origin
       waiting_.push_back(std::move(waiting));
       continue;
     }
-    const auto raw = peer_.decompress_at_once(waiting.message, now);
+    const auto raw = is_vp8(waiting.message.codec)
+                         ? std::nullopt
+                         : peer_.decompress_at_once(waiting.message, now);
     raw ? publish(waiting.message, *raw, now) : dropped_.add(otherwise);
   }
   if (first) advance(now);
@@ -207,7 +215,7 @@ bool PeerTopic::may_resume() const {
 }
 
 bool PeerTopic::wants_lossy() const {
-  return decodes_.cloud && treatment().lossy != Lossy::kNever && treatment().resume != true;
+  return (decodes_.cloud || decodes_.vp8) && treatment().lossy != Lossy::kNever && treatment().resume != true;
 }
 
 ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
@@ -239,6 +247,8 @@ void PeerTopic::end_demand() {
   job_.cancel();
   dropped_.add(DropReason::kNoDemand, waiting_.size());
   waiting_.clear();
+  pictures_.clear();
+  broken_.clear();
   while (held_.take() || unjudged_.take()) dropped_.add(DropReason::kNoDemand);
   deltas_.clear();
 }
@@ -253,8 +263,12 @@ void PeerTopic::demand_again(const Now& now) {
 Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   wire_bytes_ += message.body.size();
   last_sequence_ = message.sequence;
-  if (const bool wanted = wants(message.demand); !wanted || !message.kept) {
-    dropped_.add(wanted ? DropReason::kMemory : DropReason::kNoDemand);
+  if (!wants(message.demand)) {
+    dropped_.add(DropReason::kNoDemand);
+    return Nothing{};
+  }
+  if (!message.kept) {
+    drop(message, DropReason::kMemory, now);
     return Nothing{};
   }
   if (!may_answer(decodes_, message.codec))
@@ -268,7 +282,7 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
     publish(message, message.body, now);
     return Nothing{};
   }
-  if (waiting_.empty() && !context_.jobs.is_large(message.raw_bytes)) {
+  if (waiting_.empty() && !is_vp8(message.codec) && !context_.jobs.is_large(message.raw_bytes)) {
     auto raw = media::decode_sample(message.body.view(), message.codec, message.raw_bytes);
     if (!raw) return raw.error();
     publish(message, Payload::adopt(std::move(raw).value()), now);
@@ -277,11 +291,11 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   const std::uint64_t cost = message.body.size() + sizeof(Waiting);
   if (waiting_.size() >= kWaitingMax ||
       peer_.decoding().used() + cost > context_.options.decoding_bytes_max) {
-    dropped_.add(DropReason::kQueueBytes);
+    drop(message, DropReason::kQueueBytes, now);
     return Nothing{};
   }
   if (cost > link_.memory.room()) {
-    dropped_.add(DropReason::kMemory);
+    drop(message, DropReason::kMemory, now);
     return Nothing{};
   }
   message.body = out_of_packet(message.body);
@@ -292,7 +306,38 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   return Nothing{};
 }
 
+bool PeerTopic::follows(const InMessage& message) {
+  const OriginId origin = message.subject.origin();
+  if (message.codec == Codec::kPictureBase) broken_.erase(origin);
+  return message.codec != Codec::kPictureDelta || !broken_.contains(origin);
+}
+
+void PeerTopic::drop(const InMessage& message, DropReason reason, const Now& now) {
+  dropped_.add(reason);
+  if (!is_vp8(message.codec)) return;
+  broken_.insert(message.subject.origin());  // mutant: broken_pictures
+  if (demanded_again_at_ && now.steady - *demanded_again_at_ < kDemandAgain) return;
+  demanded_again_at_ = now.steady;
+  demand_again(now);
+}
+
 Result<Nothing> PeerTopic::note_form(const InMessage& message) {
+  if (is_vp8(message.codec)) {
+    const auto facts = video::facts_of(message.body.view());
+    if (!facts || facts->raw_bytes != message.raw_bytes ||
+        facts->base != (message.codec == Codec::kPictureBase))
+      return malformed("the head of a picture is damaged");
+    if (!lossy_)  // mutant: lossy_never_picture
+      return malformed("a message is not exact, and its demand asks for exact ones");
+    sent_as_ = {Codec::kPictureBase, 0, facts->quantiser, facts->half};
+    if (link_.account->told.first(key_.first + " arrives as video"))
+      context_.outputs.log(LogLevel::kInfo,
+                           key_.first + " arrives from " + link_.label() +
+                               " as video, where the link would carry too few exact pictures; the "
+                               "status says how good (`sent_as_quality`). `lossy: never` in its "
+                               "rule forbids it");
+    return Nothing{};
+  }
   if (message.codec != Codec::kPlanes && message.codec != Codec::kCloud) {
     sent_as_ = {};
     return Nothing{};
@@ -301,7 +346,7 @@ Result<Nothing> PeerTopic::note_form(const InMessage& message) {
   if (!facts) return malformed("the head of a picture or cloud is damaged");
   if (facts->step_um > 0 && !lossy_)  // mutant: lossy_never
     return malformed("a message is not exact, and its demand asks for exact ones");
-  sent_as_ = {message.codec, facts->step_um, {}};
+  sent_as_ = {message.codec, facts->step_um};
   if (facts->step_um > 0 && link_.account->told.first(key_.first + " arrives rounded"))
     context_.outputs.log(LogLevel::kInfo,
                          key_.first + " arrives from " + link_.label() +
@@ -313,8 +358,8 @@ Result<Nothing> PeerTopic::note_form(const InMessage& message) {
 
 // Every base is decoded, even of a dropped message: a later message may refer to it.
 Result<bool> PeerTopic::resolve(InMessage& message, const Now& now) {
-  const bool wanted = link_.may_inflate(message, now);
-  if (!wanted) dropped_.add(DropReason::kRate);
+  const bool wanted = link_.may_inflate(message, now) && follows(message);
+  if (!wanted) drop(message, DropReason::kRate, now);
   if (!makes_base(message.codec)) return wanted;
   auto raw = deltas_.decode(message, wanted);
   if (!raw) return raw.error();
@@ -337,14 +382,21 @@ void PeerTopic::make_room(const InMessage& message) {
   if (qos.durability != Durability::kVolatile || qos.history == History::kKeepAll) return;
   const std::size_t depth = std::max(qos.depth, context_.options.default_depth);
   if (waiting_.size() <= depth || waiting_[1].message.subject != message.subject) return;
+  if (is_vp8(waiting_[1].message.codec)) return;  // mutant: spared_pictures
   waiting_.erase(std::next(waiting_.begin()));
   dropped_.add(DropReason::kQueueDepth);
 }
 
 void PeerTopic::start_job() {
   const InMessage& message = waiting_.front().message;
-  job_ =
-      context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body, link_.turn());
+  if (!is_vp8(message.codec)) {
+    job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body,
+                                    link_.turn());
+    return;
+  }
+  auto& pictures =
+      pictures_.try_emplace(message.subject.origin(), context_.jobs).first->second;
+  job_ = pictures.decode(*this, message.raw_bytes, message.body, link_.turn());
 }
 
 void PeerTopic::on_job(std::optional<Payload> result, const Now& now) {

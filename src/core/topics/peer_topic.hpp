@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "core/base/budget.hpp"
@@ -111,6 +112,11 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // Checks what the body of a picture or cloud says of itself, for the demand and the status.
   Result<Nothing> note_form(const InMessage& message);
   void make_room(const InMessage& message);
+  // False: the picture refers to one that was dropped, and is dropped itself.
+  [[nodiscard]] bool follows(const InMessage& message);
+  // Counts the message as dropped. After a picture the demand begins again, at most once a second:
+  // the next one then refers to nothing.
+  void drop(const InMessage& message, DropReason reason, const Now& now);
   void start_job();
   // Publishes at once the messages that wait for a worker or are held back by a rate limit. `of`:
   // their origin; none: all origins. Messages that cost too much time are dropped. Messages of
@@ -181,6 +187,9 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   std::string action_type_;
   Decision decision_;
   const Decodes decodes_;  // what a demand names
+  std::map<OriginId, Jobs::Pictures> pictures_;  // of the demand, by the worker that decodes them
+  std::set<OriginId> broken_;  // a picture was dropped: those that refer to it are dropped, too
+  std::optional<TimePoint> demanded_again_at_;  // for a picture that refers to nothing
   bool lossy_ = false;     // the demand lets messages lose something
   SentAs sent_as_;
   bool parameter_events_ = false;

@@ -7,10 +7,16 @@
 #include "core/topics/local_topic.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
+#include "core/video/picture.hpp"
 
 namespace connect_bridge {
 namespace {
 
+// A message that takes at least this and some round trips shows the rate of its channel before it
+// has left: slow start is over. After quick messages the path may only stand still for a moment.
+constexpr Duration kTellingTime = std::chrono::milliseconds(300);
+constexpr int kTellingRounds = 4;
+constexpr std::string_view kFewPictures = "the link would carry too few exact pictures";
 constexpr std::string_view kThinned = "the grid of the rule leaves out points";
 constexpr std::string_view kThinnedAndRounded =
     "the link would carry too few exact ones, and the grid of the rule leaves out points";
@@ -23,6 +29,7 @@ TopicOffer::TopicOffer(ExportContext& context, LocalTopic& topic, Link& link)
       link_(link),
       offer_(context, link, topic.what(), LinkOffer::Terms::kFixed),
       parameter_events_(are_parameter_events(link, *topic.what())),
+      pictures_(*this, context, {context.timers, &topic}),
       early_({context.timers, &topic}),
       held_(link.memory, {context.timers, &topic}) {}
 
@@ -96,6 +103,7 @@ void TopicOffer::configure_queue() {
 
 void TopicOffer::withdraw(const Ending& why) {
   offer_.close(why);
+  pictures_.clear(DropReason::kWithdrawn);
   queue_ = nullptr;
   demand_ = {};
   drop_held(DropReason::kWithdrawn);
@@ -129,6 +137,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
     rates_.forget(origin);
+    pictures_.forget(origin, DropReason::kUnknownOrigin);
     if (queue_) queue_->forget_base(origin);
   }
   send_change({number(), {}, removed});
@@ -149,6 +158,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   // (docs/protocol.md section 8, rule 5).
   if (!demanded()) {
     link_.sending().clear_channel(number());
+    pictures_.clear(DropReason::kNoDemand);
     drop_held(DropReason::kNoDemand);
   }
   // Origins of the offer may be gone by now; the numbers rise all the same.
@@ -231,7 +241,45 @@ bool TopicOffer::is_live() const {
 }
 
 bool TopicOffer::holds(OriginId origin) const {
-  return queue_ && queue_->holds(origin);
+  return pictures_.holds(origin) || (queue_ && queue_->holds(origin));
+}
+
+// ---- pictures
+
+TopicOffer::Rate TopicOffer::channel_rate(const Now& now) const {
+  if (!queue_) return {};
+  const Overload& overload = queue_->overload();
+  if (overload.rate() > 0) return {overload.rate(), true};
+  const Duration telling = overload.is_quick()
+                               ? Overload::kSurelyTelling
+                               : kTellingTime + kTellingRounds * link_.clock().round_trip();
+  const auto progress = queue_->progress(now.steady);
+  if (!progress || progress->time < telling) return {path_rate(), false};
+  const double time = std::chrono::duration<double>(progress->time).count();
+  return {static_cast<double>(progress->bytes) / time, true};
+}
+
+bool TopicOffer::has_camera_info(const OutSample& sample) const {
+  const std::string& image = topic_.key().first;
+  const TopicState* const infos = context_.graph.find(
+      {image.substr(0, image.rfind('/')) + "/camera_info", "sensor_msgs/msg/CameraInfo"});
+  return infos && sample.node != 0 &&
+         std::any_of(infos->publishers.begin(), infos->publishers.end(),
+                     [&](const Endpoint& publisher) {
+                       return company_node(node_of(publisher)) == sample.node;
+                     });
+}
+
+bool TopicOffer::may_be_picture(const OutSample& sample) const {
+  return context_.options.pictures && demand_.decodes.vp8 && may_lose() && !is_latched() &&
+         pictures_.takes(sample.subject.origin()) &&
+         (treatment().lossy == Lossy::kAuto || has_camera_info(sample)) &&
+         video::is_picture(sample.raw.view());
+}
+
+// The rest of an exact sample that is partly sent would take longer than many pictures.
+void TopicOffer::begin_pictures() {
+  link_.sending().clear_channel(number(), DropReason::kNewerAvailable);
 }
 
 // ---- samples
@@ -320,7 +368,8 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.demand = demand_.number;
   // A message is kept to be sent again only if every step promises it: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
-  if (keep() == Keep::kAll) message.state.reset();
+  message.reports_leaving = is_vp8(codec);
+  if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();
   message.moment = moment_of(sample);
   note_form(codec, sample.raw.size(), body);
   link_.sending().push(*queue_, std::move(message), now);
@@ -329,11 +378,23 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
 
 void TopicOffer::note_form(Codec codec, std::size_t raw_bytes, const Payload& body) {
   sent_as_ = {};
+  const std::string& name = topic_.key().first;
+  if (is_vp8(codec)) {
+    const auto facts = video::facts_of(body.view());
+    sent_as_ = {Codec::kPictureBase, 0, facts ? facts->quantiser : std::uint8_t{0},
+                facts && facts->half, kFewPictures};
+    if (link_.account->told.first(name + " is video"))
+      context_.outputs.log(LogLevel::kInfo,
+                           name + ": the link to " + link_.label() +
+                               " would carry too few exact pictures, so they are sent as video; "
+                               "the status says how good (`sent_as_quality`). `lossy: never` in "
+                               "its rule forbids it");
+    return;
+  }
   if (codec != Codec::kPlanes && codec != Codec::kCloud) return;
   const auto facts = media::facts_of(body.view());
   sent_as_.codec = codec;
   if (!facts) return;
-  const std::string& name = topic_.key().first;
   const bool thinned = facts->raw_bytes < raw_bytes;
   if (thinned) {
     sent_as_.because = facts->step_um > 0 ? kThinnedAndRounded : kThinned;
@@ -387,7 +448,7 @@ double TopicOffer::queue_seconds() const {
 }
 
 bool TopicOffer::drained() const {
-  return held_.empty() && early_.empty() && (!queue_ || queue_->counts().queued == 0);
+  return held_.empty() && early_.empty() && pictures_.empty() && (!queue_ || queue_->counts().queued == 0);
 }
 
 void TopicOffer::add_status(LinkStatus& status) const {

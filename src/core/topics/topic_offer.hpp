@@ -19,6 +19,7 @@
 #include "core/topics/cloud_form.hpp"
 #include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
+#include "core/topics/picture_stream.hpp"
 
 namespace connect_bridge {
 
@@ -45,6 +46,7 @@ class TopicOffer final : public OutgoingChannel {
   void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
   void on_wheel(WheelState state, const Now&) override { wheel_ = state; }
+  void on_left(const Now& now) override { pictures_.on_left(now); }
 
   // May the topic be resumed? resumes(): the peer has requested that, too.
   [[nodiscard]] bool may_resume() const;
@@ -112,6 +114,12 @@ class TopicOffer final : public OutgoingChannel {
   // How exact a cloud is for this peer.
   [[nodiscard]] CloudForm& cloud() { return cloud_; }
   [[nodiscard]] const CloudForm& cloud() const { return cloud_; }
+  // The pictures for this peer, where exact ones do not fit; begin_pictures(): from now on.
+  [[nodiscard]] PictureStream& pictures() { return pictures_; }
+  [[nodiscard]] const PictureStream& pictures() const { return pictures_; }
+  void begin_pictures();
+  // May the sample be sent as a picture of a camera: by rules, demand, publisher and content?
+  [[nodiscard]] bool may_be_picture(const OutSample& sample) const;
   // True for a peer that drives, by its own demand or our rule: messages published before the
   // demand do not go to it.
   [[nodiscard]] bool is_live() const;
@@ -121,8 +129,14 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] double path_rate() const {
     return link_.open() ? link_.outbox().assumed_rate() : 0;
   }
-  // The part of it that this channel gets, as its last messages show; 0: they do not.
-  [[nodiscard]] double channel_rate() const { return queue_ ? queue_->overload().rate() : 0; }
+  // The part of it that this channel gets, if its messages show it; else all of it.
+  struct Rate {
+    double rate = 0;  // bytes per second; 0: not known
+    bool is_shown = false;
+  };
+  [[nodiscard]] Rate channel_rate(const Now& now) const;
+  // The queue of the channel; null without a channel.
+  [[nodiscard]] const ChannelQueue* queue() const { return queue_; }
   // Time that the path needs for the messages in the link's queue, in seconds; 0: unknown.
   [[nodiscard]] double queue_seconds() const;
   // No message waits here or in the link's queue.
@@ -136,6 +150,8 @@ class TopicOffer final : public OutgoingChannel {
     return keep() == Keep::kNewest && treatment().compression.automatic &&
            treatment().lossy != Lossy::kNever && treatment().resume != true;
   }
+  // Does the sample's publisher also publish a CameraInfo, where image_transport has it?
+  [[nodiscard]] bool has_camera_info(const OutSample& sample) const;
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
   [[nodiscard]] bool permits(const Payload& sample) const;
   // Has the peer published this sample already? Its demand says so.
@@ -164,6 +180,7 @@ class TopicOffer final : public OutgoingChannel {
   Stamp demanded_at_ = 0;          // time of the last change of the demand
   bool told_late_ = false;
   CloudForm cloud_;
+  PictureStream pictures_;
   SentAs sent_as_;
   KeepDecision keep_;
   Company company_ = Company::kNone;

@@ -118,9 +118,11 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
   std::map<Compression, std::vector<LinkId>> compressed;
   for (const auto& [link, offer] : busy_) {
     if (!offer->admit(sample, age, now)) continue;
-    const Compression how = way_to(*offer, sample.raw.size(), now);
+    const Compression how = way_to(*offer, sample, now);
     if (how.codec == Codec::kNone) {
       offer->send(sample, Codec::kNone, sample.raw, now);
+    } else if (how.codec == Codec::kPictureBase) {
+      offer->pictures().push(sample, now);
     } else {
       compressed[how].push_back(link);
     }
@@ -136,14 +138,17 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
 }
 
 void TopicOffers::send_to(TopicOffer& offer, const OutSample& sample, const Now& now) {
-  const Compression how = way_to(offer, sample.raw.size(), now);
+  const Compression how = way_to(offer, sample, now);
   if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, sample.raw, now);
+  if (how.codec == Codec::kPictureBase) return offer.pictures().push(sample, now);
   OutSample compressed = sample;
   compressed.targets = {offer.link().id};
   encode(how, std::move(compressed), now);
 }
 
-Compression TopicOffers::way_to(TopicOffer& offer, std::size_t bytes, const Now& now) {
+Compression TopicOffers::way_to(TopicOffer& offer, const OutSample& sample, const Now& now) {
+  const std::size_t bytes = sample.raw.size();
+  if (becomes_picture(offer, sample, now)) return {.codec = Codec::kPictureBase, .automatic = true};
   choose_step(offer, bytes, now);
   // A sample must not overtake one that is being compressed.
   for (auto& [how, stream] : streams_)
@@ -178,6 +183,31 @@ Compression TopicOffers::automatic_way(const TopicOffer& offer, double rate) con
   return {Codec::kZstd, rate < kThinRate ? 3 : 1, true};
 }
 
+bool TopicOffers::becomes_picture(TopicOffer& offer, const OutSample& sample, const Now& now) {
+  PictureStream& pictures = offer.pictures();
+  const OriginId origin = sample.subject.origin();
+  if (!context_.jobs.is_large(sample.raw.size()) || !offer.may_be_picture(sample)) {
+    pictures.forget(origin, DropReason::kNewerAvailable);
+    return false;
+  }
+  const bool was_exact = pictures.fit().is_exact();
+  const double own = was_exact ? 0 : pictures.rate(now);
+  const auto rate = own > 0 ? TopicOffer::Rate{own, true} : offer.channel_rate(now);
+  const auto planes = streams_.find({Codec::kPlanes, 1, true});
+  const CompressionGain gain =
+      planes != streams_.end() ? planes->second.gain : CompressionGain();
+  const double exact_bytes = gain.ratio() * static_cast<double>(sample.raw.size());
+  pictures.fit().came(now.steady);
+  const bool exact = pictures.fit().judge(rate.rate / exact_bytes, rate.is_shown, now.steady);
+  if (exact && !was_exact) pictures.clear(DropReason::kNewerAvailable);
+  if (!exact && was_exact) {
+    for (const auto& older : take_under_way(offer.link().id))
+      offer.lose(older, DropReason::kNewerAvailable);
+    offer.begin_pictures();
+  }
+  return !exact;
+}
+
 void TopicOffers::choose_step(TopicOffer& offer, std::size_t bytes, const Now& now) {
   if (!may_be_lossy(offer)) return;
   const std::uint32_t grid_um = micrometres(offer.treatment().grid);
@@ -189,8 +219,8 @@ void TopicOffers::choose_step(TopicOffer& offer, std::size_t bytes, const Now& n
   const double exact_bytes =
       bytes_at(0).value_or(CompressionGain().ratio() * static_cast<double>(bytes));
   offer.cloud().came(now.steady);
-  const double own = offer.channel_rate();
-  static_cast<void>(offer.cloud().choose({own > 0 ? own : offer.path_rate(), own > 0, exact_bytes,
+  const auto rate = offer.channel_rate(now);
+  static_cast<void>(offer.cloud().choose({rate.rate, rate.is_shown, exact_bytes,
                                           micrometres(offer.treatment().max_error), bytes_at},
                                          now.steady));
 }
@@ -309,6 +339,7 @@ void TopicOffers::on_time(const Now& now) {
     if (stream.later && stream.later.at() <= now.steady) send_encoded(stream, now);
   for (const auto& [link, offer] : busy_)
     while (const auto held = offer->take_held(now)) send_to(*offer, *held, now);
+  for (const auto& [link, offer] : busy_) offer->pictures().on_time(now);
 }
 
 void TopicOffers::drop(DropReason reason, std::uint64_t count) {
@@ -333,6 +364,7 @@ void TopicOffers::lose_under_way(TopicOffer& offer) {
 void TopicOffers::drop_under_way() {
   for (auto& [how, stream] : streams_)
     for (const auto& sample : stream.encoder.clear()) drop(sample, DropReason::kNoDemand);
+  for (const auto& [link, offer] : busy_) offer->pictures().clear(DropReason::kNoDemand);
 }
 
 void TopicOffers::drop(const OutSample& sample, DropReason reason) {
@@ -344,6 +376,7 @@ void TopicOffers::drop(const OutSample& sample, DropReason reason) {
 std::uint64_t TopicOffers::bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& [how, stream] : streams_) bytes += stream.encoder.bytes();
+  for (const auto& [link, offer] : busy_) bytes += offer->pictures().bytes();
   return bytes;
 }
 

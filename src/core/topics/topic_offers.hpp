@@ -58,9 +58,9 @@ class TopicOffers {
   // offer has admitted it.
   void send(const OutSample& sample, TopicOffer::Age age, const Now& now);
   void send_to(TopicOffer& offer, const OutSample& sample, const Now& now);
-  // The compression of a sample of this size for the link. Without a codec the sample is sent at
-  // once, uncompressed.
-  [[nodiscard]] Compression way_to(TopicOffer& offer, std::size_t bytes, const Now& now);
+  // The compression of a sample for the link. Without a codec the sample is sent at once,
+  // uncompressed; with kPictureBase it goes to the offer's pictures.
+  [[nodiscard]] Compression way_to(TopicOffer& offer, const OutSample& sample, const Now& now);
   // Sends the sample to its targets when it is compressed. Its targets are links for which way_to()
   // returned `how`.
   void encode(const Compression& how, OutSample sample, const Now& now);
@@ -110,6 +110,8 @@ class TopicOffers {
   Stream& stream_of(const Compression& how);
   // The way of a large sample where the rule leaves it open, for a path with this rate.
   [[nodiscard]] Compression automatic_way(const TopicOffer& offer, double rate) const;
+  // Does the sample leave as a picture, because too few exact ones would?
+  [[nodiscard]] bool becomes_picture(TopicOffer& offer, const OutSample& sample, const Now& now);
   // What of clouds the link does without.
   void choose_step(TopicOffer& offer, std::size_t bytes, const Now& now);
   [[nodiscard]] bool may_be_lossy(const TopicOffer& offer) const {

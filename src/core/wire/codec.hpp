@@ -31,6 +31,10 @@ constexpr bool makes_base(Codec codec) {
   return codec == Codec::kZstdBase || codec == Codec::kZstdDelta;
 }
 
+constexpr bool is_vp8(Codec codec) {
+  return codec == Codec::kPictureBase || codec == Codec::kPictureDelta;
+}
+
 // An upper bound for the body that a codec makes of so many bytes: lz4 adds up to 1/255 and 16
 // bytes, zstd 1/256 and 64. A receiver's work grows with the bytes that it gets, so it refuses
 // larger bodies (docs/protocol.md section 6).

@@ -394,8 +394,17 @@ OrderedJson sent_as(const TopicStatus& topic) {
   switch (topic.sent_as.codec) {
     case Codec::kPlanes: return "planes";
     case Codec::kCloud: return "cloud";
+    case Codec::kPictureBase: return "vp8";
     default: return {};
   }
+}
+
+// The quantiser's scale is 28 to 52 (core/video).
+OrderedJson sent_as_quality(const TopicStatus& topic) {
+  const SentAs& form = topic.sent_as;
+  if (form.quantiser == 0) return {};
+  const std::string word = form.quantiser <= 36 ? "good" : form.quantiser <= 45 ? "fair" : "poor";
+  return form.half ? word + ", half size" : word;
 }
 
 OrderedJson overload(const TopicStatus& topic) {
@@ -480,7 +489,8 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
     {"sent_as",
      Unit::kNone,
      sent_as,
-     "the form of the last message: `planes` (a picture, exact) or `cloud`",
+     "the form of the last message: `planes` (a picture, exact), `vp8` (a picture as video, not "
+     "exact) or `cloud`",
      {},
      {"sent as"}},
     {"sent_as_step",
@@ -491,14 +501,20 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      "its points are rounded to multiples of so many metres; absent: it is exact",
      {},
      {"rounded to"}},
+    {"sent_as_quality",
+     Unit::kNone,
+     sent_as_quality,
+     "how good its video is: `good`, `fair` or `poor`, and whether it has `half size`",
+     {},
+     {"quality"}},
     {"sent_as_because",
      Unit::kNone,
      [](const TopicStatus& t) {
        return t.sent_as.because.empty() ? OrderedJson() : OrderedJson(t.sent_as.because);
      },
-     "export: why they are rounded, or points left out; an import does not show the latter",
+     "export: why it is not exact, or lacks points; an import does not show the latter",
      {},
-     {"rounded because"}},
+     {"not exact because"}},
     {"rule", Unit::kNone, if_any<&TopicStatus::rule>, "the rule here that allows it", {}, {"rule"}},
     {"misfit",
      Unit::kNone,

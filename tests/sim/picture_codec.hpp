@@ -1,0 +1,24 @@
+// A codec of pictures for the simulated workers. Its frames have the wanted size, and carry the hash
+// of the frame before: a picture that is decoded behind another one than it was made from is a
+// Violation.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "core/ports/actions.hpp"
+
+namespace connect_bridge::sim {
+
+class PictureCodec {
+ public:
+  [[nodiscard]] std::optional<Bytes> encode(const EncodePicture& job);
+  [[nodiscard]] std::optional<Bytes> decode(const DecodePicture& job);
+  void end(PictureId picture) { last_.erase(picture); }
+
+ private:
+  std::map<PictureId, std::uint64_t> last_;  // the hash of the last frame
+};
+
+}  // namespace connect_bridge::sim
