@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/time.hpp"
@@ -85,12 +86,30 @@ class Jobs {
   // Pictures of one origin, which refer to each other. The worker forgets them with this.
   class Pictures {
    public:
-    explicit Pictures(Jobs& jobs) : jobs_(&jobs), id_(jobs.outputs_.new_id<PictureId>()) {}
+    // A codec keeps several pictures: libvpx takes so many times the bytes of a sample.
+    static constexpr std::uint64_t kSamplesKept = 6;
+
+    // `memory` is what the codec counts against; it outlives this object.
+    Pictures(Jobs& jobs, Budget& memory)
+        : jobs_(&jobs),
+          memory_(&memory),
+          hold_(memory.hold(0)),
+          id_(jobs.outputs_.new_id<PictureId>()) {}
     Pictures(Pictures&& other) noexcept
-        : jobs_(std::exchange(other.jobs_, nullptr)), id_(other.id_) {}
+        : jobs_(std::exchange(other.jobs_, nullptr)),
+          memory_(other.memory_),
+          hold_(std::move(other.hold_)),
+          id_(other.id_) {}
     Pictures& operator=(Pictures&&) = delete;
     ~Pictures() {
       if (jobs_) jobs_->outputs_.push(EndPicture{id_});
+    }
+    // False: there is no memory for a codec of such samples.
+    [[nodiscard]] bool make_room(std::uint64_t raw_bytes) {
+      const std::uint64_t cost = kSamplesKept * raw_bytes;
+      if (cost > hold_.amount() && cost - hold_.amount() > memory_->room()) return false;
+      hold_.resize(cost);
+      return true;
     }
     // The job before must be done.
     [[nodiscard]] Job encode(JobOwner& owner, EncodePicture job) {
@@ -109,6 +128,8 @@ class Jobs {
 
    private:
     Jobs* jobs_;
+    Budget* memory_;
+    Budget::Hold hold_;
     PictureId id_;
   };
   // A worker is done: gives the result to the owner, if it still waits for it.

@@ -276,7 +276,7 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   if (const auto noted = note_form(message); !noted) return noted.error();
   const auto useful = resolve(message, now);
   if (!useful) return useful.error();
-  if (!useful.value()) return Nothing{};
+  if (useful.value() == Useful::kNo) return Nothing{};
   // No message overtakes those with a worker.
   if (waiting_.empty() && message.codec == Codec::kNone) {  // mutant: decompressed_in_order
     publish(message, message.body, now);
@@ -298,10 +298,14 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
     drop(message, DropReason::kMemory, now);
     return Nothing{};
   }
+  if (is_vp8(message.codec) && !pictures_of(message).make_room(message.raw_bytes)) {
+    drop(message, DropReason::kMemory, now);
+    return Nothing{};
+  }
   message.body = out_of_packet(message.body);
   make_room(message);
   auto bytes = peer_.decoding().hold(cost);
-  waiting_.push_back({std::move(message), std::move(bytes)});
+  waiting_.push_back({std::move(message), std::move(bytes), useful.value() == Useful::kYes});
   if (!job_) start_job();
   return Nothing{};
 }
@@ -357,19 +361,24 @@ Result<Nothing> PeerTopic::note_form(const InMessage& message) {
 }
 
 // Every base is decoded, even of a dropped message: a later message may refer to it.
-Result<bool> PeerTopic::resolve(InMessage& message, const Now& now) {
-  const bool wanted = link_.may_inflate(message, now) && follows(message);
-  if (!wanted) drop(message, DropReason::kRate, now);
-  if (!makes_base(message.codec)) return wanted;
+Result<PeerTopic::Useful> PeerTopic::resolve(InMessage& message, const Now& now) {
+  const bool wanted = link_.may_inflate(message, now);
+  if (is_vp8(message.codec)) {
+    if (follows(message)) return wanted ? Useful::kYes : Useful::kForOthers;
+    drop(message, DropReason::kMemory, now);
+    return Useful::kNo;
+  }
+  if (!wanted) dropped_.add(DropReason::kRate);
+  if (!makes_base(message.codec)) return wanted ? Useful::kYes : Useful::kNo;
   auto raw = deltas_.decode(message, wanted);
   if (!raw) return raw.error();
   if (!raw.value()) {
     if (wanted) dropped_.add(DropReason::kRate);
-    return false;
+    return Useful::kNo;
   }
   message.codec = Codec::kNone;
   message.body = *std::move(raw).value();
-  return true;
+  return Useful::kYes;
 }
 
 // A worker that is too slow must not make messages ever later. Beyond the depth of a volatile
@@ -387,6 +396,11 @@ void PeerTopic::make_room(const InMessage& message) {
   dropped_.add(DropReason::kQueueDepth);
 }
 
+Jobs::Pictures& PeerTopic::pictures_of(const InMessage& message) {
+  return pictures_.try_emplace(message.subject.origin(), context_.jobs, link_.memory)
+      .first->second;
+}
+
 void PeerTopic::start_job() {
   const InMessage& message = waiting_.front().message;
   if (!is_vp8(message.codec)) {
@@ -394,9 +408,7 @@ void PeerTopic::start_job() {
                                     link_.turn());
     return;
   }
-  auto& pictures =
-      pictures_.try_emplace(message.subject.origin(), context_.jobs).first->second;
-  job_ = pictures.decode(*this, message.raw_bytes, message.body, link_.turn());
+  job_ = pictures_of(message).decode(*this, message.raw_bytes, message.body, link_.turn());
 }
 
 void PeerTopic::on_job(std::optional<Payload> result, const Now& now) {
@@ -406,7 +418,7 @@ void PeerTopic::on_job(std::optional<Payload> result, const Now& now) {
         {CloseCode::kMalformed, "a compressed message does not decompress to its size"});
   const Waiting first = std::move(waiting_.front());
   waiting_.pop_front();
-  publish(first.message, *result, now);
+  first.published ? publish(first.message, *result, now) : dropped_.add(DropReason::kRate);
   advance(now);
 }
 

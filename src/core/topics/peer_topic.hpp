@@ -104,11 +104,14 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   struct Waiting {
     InMessage message;
     Budget::Hold bytes;
+    bool published = true;  // else only a later picture refers to it
   };
 
   void on_job(std::optional<Payload> result, const Now& now) override;
-  // Decodes the message so that it needs no base. False: the message is dropped.
-  Result<bool> resolve(InMessage& message, const Now& now);
+  // Whether a message is published, or only decoded because later pictures refer to it, or dropped.
+  enum class Useful : std::uint8_t { kNo, kForOthers, kYes };
+  // Decodes the message so that it needs no base.
+  Result<Useful> resolve(InMessage& message, const Now& now);
   // Checks what the body of a picture or cloud says of itself, for the demand and the status.
   Result<Nothing> note_form(const InMessage& message);
   void make_room(const InMessage& message);
@@ -117,6 +120,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // Counts the message as dropped. After a picture the demand begins again, at most once a second:
   // the next one then refers to nothing.
   void drop(const InMessage& message, DropReason reason, const Now& now);
+  [[nodiscard]] Jobs::Pictures& pictures_of(const InMessage& message);
   void start_job();
   // Publishes at once the messages that wait for a worker or are held back by a rate limit. `of`:
   // their origin; none: all origins. Messages that cost too much time are dropped. Messages of

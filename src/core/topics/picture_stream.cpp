@@ -32,14 +32,17 @@ std::uint32_t whole_bytes(double bytes) {
 
 void PictureStream::push(OutSample sample, const Now& now) {
   const OriginId origin = sample.subject.origin();
-  auto& newest = sources_.try_emplace(origin, context_.jobs).first->second.newest;
-  if (newest) offer_.lose(*newest, DropReason::kNewerAvailable);
-  newest = std::move(sample);
+  Source& source =
+      sources_.try_emplace(origin, context_.jobs, offer_.link().memory).first->second;
+  if (!source.pictures.make_room(sample.raw.size()))  // mutant: picture_memory
+    return offer_.lose(sample, DropReason::kMemory);
+  if (source.newest) offer_.lose(*source.newest, DropReason::kNewerAvailable);
+  source.newest = std::move(sample);
   go(now);
 }
 
 void PictureStream::on_left(const Now& now) {
-  if (!leaving_.empty()) {  // mutant: picture_leaves
+  if (!leaving_.empty()) {
     sent_.push_back({static_cast<double>(leaving_.front().bytes),
                      std::max(seconds_of(now.steady - leaving_since()), kLeastTime)});
     leaving_.pop_front();
@@ -51,7 +54,7 @@ void PictureStream::on_left(const Now& now) {
     }
     left_at_ = now.steady;
   }
-  later_ = timers_.set(now.steady);
+  later_ = timers_.set(now.steady);  // mutant: picture_leaves
 }
 
 void PictureStream::on_time(const Now& now) {
@@ -79,7 +82,6 @@ void PictureStream::cancel_job(DropReason reason) {
   job_.cancel();
   if (!at_work_) return;
   offer_.lose(at_work_->sample, reason);
-  sources_.at(at_work_->sample.subject.origin()).base_due = true;  // mutant: base_after_cancel
   at_work_.reset();
 }
 
@@ -137,7 +139,8 @@ void PictureStream::go(const Now& now) {
   const auto next = next_source();
   const ChannelQueue* const queue = offer_.queue();
   // Another one in the queue could be replaced by this one.
-  if (job_ || next == sources_.end() || !queue || queue->oldest_waiting()) return;
+  if (job_ || next == sources_.end() || !queue) return;
+  if (queue->oldest_waiting()) return;  // mutant: picture_displaced
   if (const std::uint64_t left = queue->left_bytes(); left > 0) {
     const double rate = this->rate(now);
     if (rate <= 0) return;  // on_left() goes on

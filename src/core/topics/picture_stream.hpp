@@ -57,7 +57,7 @@ class PictureStream final : private JobOwner {
 
  private:
   struct Source {
-    explicit Source(Jobs& jobs) : pictures(jobs) {}
+    Source(Jobs& jobs, Budget& memory) : pictures(jobs, memory) {}
     Jobs::Pictures pictures;
     std::optional<OutSample> newest;
     bool base_due = true;

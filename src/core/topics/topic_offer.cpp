@@ -369,7 +369,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   // A message is kept to be sent again only if every step promises it: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   message.reports_leaving = is_vp8(codec);
-  if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();
+  if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();  // mutant: picture_replaced
   message.moment = moment_of(sample);
   note_form(codec, sample.raw.size(), body);
   link_.sending().push(*queue_, std::move(message), now);

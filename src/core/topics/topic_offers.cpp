@@ -118,11 +118,13 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
   std::map<Compression, std::vector<LinkId>> compressed;
   for (const auto& [link, offer] : busy_) {
     if (!offer->admit(sample, age, now)) continue;
-    const Compression how = way_to(*offer, sample, now);
+    if (becomes_picture(*offer, sample, now)) {
+      offer->pictures().push(sample, now);
+      continue;
+    }
+    const Compression how = way_to(*offer, sample.raw.size(), now);
     if (how.codec == Codec::kNone) {
       offer->send(sample, Codec::kNone, sample.raw, now);
-    } else if (how.codec == Codec::kPictureBase) {
-      offer->pictures().push(sample, now);
     } else {
       compressed[how].push_back(link);
     }
@@ -138,17 +140,15 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
 }
 
 void TopicOffers::send_to(TopicOffer& offer, const OutSample& sample, const Now& now) {
-  const Compression how = way_to(offer, sample, now);
+  if (becomes_picture(offer, sample, now)) return offer.pictures().push(sample, now);
+  const Compression how = way_to(offer, sample.raw.size(), now);
   if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, sample.raw, now);
-  if (how.codec == Codec::kPictureBase) return offer.pictures().push(sample, now);
   OutSample compressed = sample;
   compressed.targets = {offer.link().id};
   encode(how, std::move(compressed), now);
 }
 
-Compression TopicOffers::way_to(TopicOffer& offer, const OutSample& sample, const Now& now) {
-  const std::size_t bytes = sample.raw.size();
-  if (becomes_picture(offer, sample, now)) return {.codec = Codec::kPictureBase, .automatic = true};
+Compression TopicOffers::way_to(TopicOffer& offer, std::size_t bytes, const Now& now) {
   choose_step(offer, bytes, now);
   // A sample must not overtake one that is being compressed.
   for (auto& [how, stream] : streams_)

@@ -58,9 +58,9 @@ class TopicOffers {
   // offer has admitted it.
   void send(const OutSample& sample, TopicOffer::Age age, const Now& now);
   void send_to(TopicOffer& offer, const OutSample& sample, const Now& now);
-  // The compression of a sample for the link. Without a codec the sample is sent at once,
-  // uncompressed; with kPictureBase it goes to the offer's pictures.
-  [[nodiscard]] Compression way_to(TopicOffer& offer, const OutSample& sample, const Now& now);
+  // The compression of a sample of this size for the link. Without a codec the sample is sent at
+  // once, uncompressed.
+  [[nodiscard]] Compression way_to(TopicOffer& offer, std::size_t bytes, const Now& now);
   // Sends the sample to its targets when it is compressed. Its targets are links for which way_to()
   // returned `how`.
   void encode(const Compression& how, OutSample sample, const Now& now);

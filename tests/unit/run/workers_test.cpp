@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "core/compress/compress.hpp"
+#include "core/video/picture.hpp"
+#include "unit/media/samples.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -41,7 +43,7 @@ struct Results {
 
 TEST(Workers, CompressAndDecompress) {
   Results results;
-  Workers workers(2, results.taker());
+  Workers workers({.threads = 2}, results.taker());
   workers.add(CompressJob{{1}, kHow, Payload::adopt(Bytes(kRaw))});
   ASSERT_TRUE(results.wait_for(1));
   ASSERT_TRUE(results.by_job[1]);
@@ -55,7 +57,7 @@ TEST(Workers, CompressAndDecompress) {
 
 TEST(Workers, WhatDoesNotShrinkOrIsMalformedHasNoResult) {
   Results results;
-  Workers workers(2, results.taker());
+  Workers workers({.threads = 2}, results.taker());
   workers.add(CompressJob{{1}, kHow, Payload::adopt({1, 2, 3})});
   workers.add(DecompressJob{{2}, Codec::kLz4, 100, Payload::adopt({1, 2, 3})});
   ASSERT_TRUE(results.wait_for(2));
@@ -65,7 +67,7 @@ TEST(Workers, WhatDoesNotShrinkOrIsMalformedHasNoResult) {
 
 TEST(Workers, EveryJobIsDoneOnce) {
   Results results;
-  Workers workers(4, results.taker());
+  Workers workers({.threads = 4}, results.taker());
   for (std::uint32_t job = 1; job <= 500; ++job)
     workers.add(CompressJob{{job}, kHow, Payload::adopt(Bytes(kRaw))});
   EXPECT_TRUE(results.wait_for(500));
@@ -76,7 +78,7 @@ TEST(Workers, ResultsWaitUntilTheOnesBeforeAreHandled) {
   const auto body = compress(ByteView{Bytes(kBytes, 7)}, kHow);
   ASSERT_TRUE(body);
   Results results;
-  Workers workers(1, results.taker());
+  Workers workers({.threads = 1}, results.taker());
   for (std::uint32_t job = 1; job <= 8; ++job)
     workers.add(DecompressJob{{job}, Codec::kZstd, kBytes, Payload::adopt(Bytes(*body))});
   ASSERT_TRUE(results.wait_for(4));
@@ -88,7 +90,7 @@ TEST(Workers, ResultsWaitUntilTheOnesBeforeAreHandled) {
 // The worker stands in its first job until the others are added.
 struct Order {
   Order()
-      : workers(1, [this](const JobDone& done) {
+      : workers({.threads = 1}, [this](const JobDone& done) {
           gate.wait();
           results.taker()(done);
           const std::lock_guard lock(mutex);
@@ -126,7 +128,7 @@ TEST(Workers, LargePicturesAndCloudsAreDecodedOneAtATime) {
   EXPECT_FALSE(alone(Codec::kZstd, Workers::kColumnsBesideMax + 1));
   EXPECT_FALSE(Workers::decodes_alone(CompressJob{{1}, {Codec::kCloud, 1}, Payload::adopt({1})}));
   Results results;
-  Workers workers(2, results.taker());
+  Workers workers({.threads = 2}, results.taker());
   constexpr auto kLarge = static_cast<std::uint32_t>(Workers::kColumnsBesideMax + 1);
   for (std::uint64_t i = 0; i < 20; ++i)
     workers.add(DecompressJob{{i}, Codec::kPlanes, kLarge, Payload::adopt({1, 2, 3})});
@@ -175,7 +177,7 @@ TEST(Workers, TheEndForgetsWhatWaits) {
   const auto gate = all_added.get_future().share();
   std::atomic<int> done = 0;
   {
-    Workers workers(1, [&](const JobDone&) {
+    Workers workers({.threads = 1}, [&](const JobDone&) {
       gate.wait();
       ++done;
     });
@@ -187,7 +189,38 @@ TEST(Workers, TheEndForgetsWhatWaits) {
 
 TEST(Workers, WithoutWorkNothingHangs) {
   Results results;
-  const Workers workers(8, results.taker());
+  const Workers workers({.threads = 8}, results.taker());
+}
+
+// ---- pictures, by libvpx
+
+Bytes picture(std::uint8_t grey) {
+  return media::image_sample({64, 64, "mono8", 64, false, Bytes(64 * 64, grey)});
+}
+
+TEST(Workers, PicturesOfOneIdReferToEachOther) {
+  if (!video::available()) GTEST_SKIP() << "built without libvpx";
+  Results results;
+  Workers workers({.threads = 1}, results.taker());
+  workers.add(EncodePicture{{1}, {1}, Payload::adopt(picture(1)), 2000, 4000, false, {}});
+  workers.add(EncodePicture{{2}, {1}, Payload::adopt(picture(2)), 2000, 4000, false, {}});
+  ASSERT_TRUE(results.wait_for(2));
+  const Payload base = results.of(1).result.value();
+  const Payload delta = results.of(2).result.value();
+  EXPECT_TRUE(video::facts_of(base.view())->base);
+  EXPECT_FALSE(video::facts_of(delta.view())->base);
+  const auto bytes = static_cast<std::uint32_t>(picture(0).size());
+  workers.add(DecodePicture{{3}, {2}, bytes, delta, {}});  // what it refers to has not come
+  workers.add(DecodePicture{{4}, {2}, bytes, base, {}});
+  workers.add(DecodePicture{{5}, {2}, bytes, delta, {}});
+  ASSERT_TRUE(results.wait_for(5));
+  EXPECT_FALSE(results.of(3).result);
+  EXPECT_TRUE(results.of(4).result);
+  EXPECT_TRUE(results.of(5).result);
+  workers.end({2});
+  workers.add(DecodePicture{{6}, {2}, bytes, delta, {}});
+  ASSERT_TRUE(results.wait_for(6));
+  EXPECT_FALSE(results.of(6).result);
 }
 
 }  // namespace

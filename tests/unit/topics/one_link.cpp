@@ -64,6 +64,8 @@ std::string Actions::did() {
     if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
     if (const auto* job = std::get_if<CompressJob>(&*action)) last_job = job->job;
     if (const auto* job = std::get_if<DecompressJob>(&*action)) last_job = job->job;
+    if (const auto* job = std::get_if<EncodePicture>(&*action)) last_job = job->job;
+    if (const auto* job = std::get_if<DecodePicture>(&*action)) last_job = job->job;
     if (const std::string word = word_of(*action); !word.empty()) lines += word + "\n";
   }
   return lines;

@@ -113,7 +113,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   exported.declined_code = "type_unknown";
   exported.keep_because = "an event";
   exported.rule = "look";
-  exported.sent_as = {Codec::kCloud, 5000, "the link is thin"};
+  exported.sent_as = {.codec = Codec::kCloud, .step_um = 5000, .because = "the link is thin"};
   TopicStatus imported;
   imported.topic = "/b", imported.type = "p/msg/T";
   imported.latency_ms = 2.5;
