@@ -174,7 +174,7 @@ endif()
 
 # bench: one program per file; core_bench needs no ROS.
 if(TARGET connect_core AND EXISTS "${tests}/bench/core_bench.cpp")
-  add_executable(core_bench "${tests}/bench/core_bench.cpp")
+  add_executable(core_bench "${tests}/bench/core_bench.cpp" "${tests}/unit/video/moving_scene.cpp")
   target_link_libraries(core_bench PRIVATE connect_core connect_options)
   target_include_directories(core_bench PRIVATE "${tests}")
   set_target_properties(core_bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bench")

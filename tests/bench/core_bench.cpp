@@ -21,7 +21,12 @@
 #include "bench/step_shapes.hpp"
 #include "core/media/columns.hpp"
 #include "core/media/sample_codec.hpp"
+#include "core/video/decoder.hpp"
+#include "core/video/encoder.hpp"
+#include "core/video/picture.hpp"
 #include "core/wire/control.hpp"
+#include "unit/video/moving_scene.hpp"
+#include "unit/video/seen.hpp"
 
 namespace {
 
@@ -57,6 +62,41 @@ double shortest_of(Work work) {
     shortest = std::min(shortest, 1e3 * (bench::processor_seconds() - began));
   }
   return shortest;
+}
+
+// Pictures of a camera that moves, 30 a second on a link of so many Mbit/s.
+void measure_pictures(std::uint32_t width, std::uint32_t height) {
+  constexpr std::uint32_t kPictures = 30;
+  std::vector<Bytes> samples;
+  for (std::uint32_t number = 0; number < kPictures; ++number)
+    samples.push_back(video::picture_of({width, height, "rgb8", 0, 9, 0, 3, 6}, number));
+  for (const double megabits : {1.0, 2.0, 4.0}) {
+    const auto wanted = static_cast<std::uint32_t>(megabits * 1e6 / 8 / 30);
+    video::PictureEncoder encoder;
+    video::PictureDecoder decoder;
+    double encode = 0, decode = 0, bytes = 0, quantisers = 0, alike = 0;
+    for (const Bytes& sample : samples) {
+      const double began = bench::processor_seconds();
+      const auto body = encoder.encode(sample, {wanted, 5 * wanted});
+      const double encoded = bench::processor_seconds();
+      const auto back = decoder.decode(body.value_or(Bytes{}), sample.size());
+      decode += 1e3 * (bench::processor_seconds() - encoded) / kPictures;
+      if (!back) return;
+      encode += 1e3 * (encoded - began) / kPictures;
+      bytes += static_cast<double>(body->size()) / kPictures;
+      quantisers += static_cast<double>(video::facts_of(*body)->quantiser) / kPictures;
+      alike += video::ssim(video::luma_of(sample), video::luma_of(back.value())) / kPictures;
+    }
+    std::printf("%4u x %-4u %7.0f %7u %7.0f %10.1f %6.3f %10.2f %10.2f\n", width, height, megabits,
+                wanted, bytes, quantisers, alike, encode, decode);
+  }
+}
+
+void measure_pictures() {
+  if (!video::available()) return;
+  std::puts("\nrgb8 as VP8  Mbit/s  wanted   bytes  quantiser   SSIM  encode ms  decode ms");
+  measure_pictures(640, 480);
+  measure_pictures(1280, 720);
 }
 
 int measure_media() {
@@ -107,6 +147,7 @@ int measure_media() {
                   body->size(), static_cast<double>(of.sample.size()) / body->size(), encode,
                   decode);
     }
+  measure_pictures();
   return 0;
 }
 

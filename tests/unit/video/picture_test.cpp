@@ -12,6 +12,7 @@
 #include "unit/media/samples.hpp"
 #include "unit/video/moving_scene.hpp"
 #include "unit/video/seen.hpp"
+#include "unit/wire/vectors.hpp"
 
 namespace connect_bridge::video {
 namespace {
@@ -136,6 +137,19 @@ TEST(VideoPicture, HasAsManyBytesAsItsSizeSays) {
               std::string(encoding) == "nv12");
     EXPECT_EQ(is_picture(media::image_sample({64, 64, encoding, row, false, Bytes(64 * 192)})),
               std::string(encoding) == "nv24");
+  }
+}
+
+TEST(VideoPicture, IsReadAsTheVectorsSay) {
+  if (!available()) GTEST_SKIP() << "the build has no libvpx";
+  for (const auto& stream : read_vectors("pictures.json")) {
+    PictureDecoder decoder;
+    for (const auto& picture : stream.at("pictures")) {
+      const Bytes raw = from_hex(picture.at("raw").get<std::string>());
+      const auto back = decoder.decode(from_hex(picture.at("body").get<std::string>()), raw.size());
+      ASSERT_TRUE(back) << back.error().message;
+      EXPECT_EQ(back.value(), raw) << stream.at("encoding");
+    }
   }
 }
 
