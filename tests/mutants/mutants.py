@@ -135,6 +135,8 @@ MUTANTS = [
            swap(" || (demanded_ && wants_lossy() != lossy_)", "")),
     Mutant("lossy_latched", "latched clouds are rounded",
            swap(" && !offer.is_latched()", "")),
+    Mutant("company_of_a_namesake", "an info of a node that is called like its namespace goes alone",
+           swap(" * kOdd", "")),
     Mutant("picture_leaves", "the next picture does not begin when the last has left", gone),
     Mutant("picture_displaced", "a picture is encoded while another one waits in the queue", never),
     Mutant("picture_replaced", "a newer picture replaces one that later ones refer to",

@@ -355,7 +355,9 @@ void TopicOffer::lose(const OutSample& sample, DropReason reason) {
 
 Moment TopicOffer::moment_of(const OutSample& sample) const {
   if (company_ == Company::kNone || sample.node == 0 || sample.header == 0) return {};
-  const std::uint64_t set = sample.node ^ namespace_;
+  // A node often has the name of its namespace: the hashes alone would cancel each other.
+  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;
+  const std::uint64_t set = sample.node * kOdd ^ namespace_;  // mutant: company_of_a_namesake
   return {set, sample.header, company_ == Company::kFollows};
 }
 

@@ -14,10 +14,11 @@ Rule treated(const Treatment& treatment) {
 
 // A camera: images and infos of one node, which a peer demands.
 struct Camera {
-  explicit Camera(const Treatment& treatment = {}) : s(server({treated(treatment)})) {
-    auto images = topic("/c/image").pub(1, best_effort(), "/cam");
+  explicit Camera(const Treatment& treatment = {}, const std::string& node = "/cam")
+      : s(server({treated(treatment)})) {
+    auto images = topic("/c/image").pub(1, best_effort(), node);
     images.type = "sensor_msgs/msg/Image";
-    auto infos = topic("/c/camera_info").pub(2, qos(), "/cam");
+    auto infos = topic("/c/camera_info").pub(2, qos(), node);
     infos.type = "sensor_msgs/msg/CameraInfo";
     images.has_header = infos.has_header = true;
     s.graph({images, infos});
@@ -58,6 +59,19 @@ TEST(Companions, AnInfoLeavesWithItsImage) {
   camera.info(4);
   camera.s.pass(20);
   EXPECT_EQ(camera.said(), "c4 ");  // its image did not come within a period
+}
+
+TEST(Companions, ANodeMayHaveTheNameOfItsTopicsNamespace) {
+  Camera camera({}, "/c");
+  for (char second = 1; second < 3; ++second) {
+    camera.image(second);
+    camera.s.pass(20);
+  }
+  EXPECT_EQ(camera.said(), "i1 i2 ");
+  camera.info(3);
+  EXPECT_EQ(camera.said(), "");
+  camera.image(3);
+  EXPECT_EQ(camera.said(), "i3 c3 ");
 }
 
 TEST(Companions, AnInfoWithoutItsImageIsNotSent) {
