@@ -54,11 +54,11 @@ void Workers::add(Job job) {
   {
     const std::lock_guard lock(mutex_);
     const JobTurn turn = std::visit([](const auto& j) { return j.turn; }, job);
-    const PictureId picture = std::visit(
-        Overloaded{[](const EncodePicture& j) { return j.picture; },
-                   [](const DecodePicture& j) { return j.picture; },
-                   [](const auto&) { return PictureId{}; }},
-        job);
+    const PictureId picture =
+        std::visit(Overloaded{[](const EncodePicture& j) { return j.picture; },
+                              [](const DecodePicture& j) { return j.picture; },
+                              [](const auto&) { return PictureId{}; }},
+                   job);
     if (picture && !codecs_.contains(picture)) codecs_[picture] = std::make_shared<Codecs>();
     waiting_.add(turn.identity, turn.link, std::move(job));
   }
@@ -112,7 +112,8 @@ JobDone Workers::carry_out(const EncodePicture& job) {
   const auto codecs = codecs_of(job.picture);
   if (!codecs) return {job.job, std::nullopt};
   if (!codecs->encoder) codecs->encoder.emplace();
-  return done_with(job.job, codecs->encoder->encode(job.raw.view(), {job.bytes, job.bytes_max, job.base}));
+  return done_with(job.job,
+                   codecs->encoder->encode(job.raw.view(), {job.bytes, job.bytes_max, job.base}));
 }
 
 JobDone Workers::carry_out(const DecodePicture& job) {

@@ -231,7 +231,8 @@ void Crowd::publish(int writer) {
       static_cast<std::int64_t>(topic.bytes_min), static_cast<std::int64_t>(topic.bytes_max)));
   ledger_.note_published(writer);
   const Label label{static_cast<std::uint32_t>(writer), state.count + 1};
-  middleware_.publish(writer, Payload::adopt(make_message(state.spec.type, label, size, topic.compressible)));
+  middleware_.publish(
+      writer, Payload::adopt(make_message(state.spec.type, label, size, topic.compressible)));
 }
 
 void Crowd::calm() {

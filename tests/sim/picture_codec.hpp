@@ -1,5 +1,5 @@
-// A codec of pictures for the simulated workers. Its frames have the wanted size, and carry the hash
-// of the frame before: a picture that is decoded behind another one than it was made from is a
+// A codec of pictures for the simulated workers. Its frames have the wanted size, and carry the
+// hash of the frame before: a picture that is decoded behind another one than it was made from is a
 // Violation.
 #pragma once
 

@@ -139,7 +139,8 @@ void Thin::publish(std::size_t index) {
   if (flow.ends > 0s && schedule_.now() >= TimePoint{} + flow.ends) return;
   checker_.ledger().note_published(stream.writer);
   const Label label{static_cast<std::uint32_t>(stream.writer), ++stream.published};
-  middleware_.publish(stream.writer, Payload::adopt(make_message(flow.type, label, flow.bytes, false)));
+  middleware_.publish(stream.writer,
+                      Payload::adopt(make_message(flow.type, label, flow.bytes, false)));
   schedule_.after(flow.period, [this, index] { publish(index); });
 }
 

@@ -131,8 +131,8 @@ Use five() {
 
 // Exact, one picture would take a second.
 Use camera() {
-  ThinPlan plan = plan_of(125'000, {{"/camera/image", "sensor_msgs/msg/Image", 200'000, 33ms, 0, 1,
-                                     best_effort(5)}});
+  ThinPlan plan = plan_of(
+      125'000, {{"/camera/image", "sensor_msgs/msg/Image", 200'000, 33ms, 0, 1, best_effort(5)}});
   plan.treatment.compression = {.automatic = true};
   plan.treatment.lossy = Lossy::kAuto;
   return {"a camera on a link of 1 Mbit/s", with_break(plan, 8s, 1s), [](const Thin& thin) {
@@ -220,8 +220,8 @@ Use large_graph() {
 }  // namespace
 
 std::vector<Use> uses() {
-  return {costmap(), markers(), trajectories(), clouds(),     camera(),     five(),
-          bag(),     maps(),    transitions(),  large_graph()};
+  return {costmap(), markers(), trajectories(), clouds(),      camera(),
+          five(),    bag(),     maps(),         transitions(), large_graph()};
 }
 
 }  // namespace connect_bridge::sim

@@ -20,7 +20,7 @@ struct OutMessage : MessageHead {
   std::optional<std::uint64_t> state = {};
   Moment moment = {};
   bool reports_leaving = false;  // the owner is told when all of it was handed out
-  bool tracked = false;  // its arrival is reported to the owner (Outbox::acknowledge)
+  bool tracked = false;          // its arrival is reported to the owner (Outbox::acknowledge)
   bool resumes = false;  // kept until it has arrived, to be sent again on another connection
 };
 

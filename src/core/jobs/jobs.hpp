@@ -86,9 +86,6 @@ class Jobs {
   // Pictures of one origin, which refer to each other. The worker forgets them with this.
   class Pictures {
    public:
-    // A codec keeps several pictures: libvpx takes so many times the bytes of a sample.
-    static constexpr std::uint64_t kSamplesKept = 6;
-
     // `memory` is what the codec counts against; it outlives this object.
     Pictures(Jobs& jobs, Budget& memory)
         : jobs_(&jobs),
@@ -104,11 +101,10 @@ class Jobs {
     ~Pictures() {
       if (jobs_) jobs_->outputs_.push(EndPicture{id_});
     }
-    // False: there is no memory for a codec of such samples.
-    [[nodiscard]] bool make_room(std::uint64_t raw_bytes) {
-      const std::uint64_t cost = kSamplesKept * raw_bytes;
-      if (cost > hold_.amount() && cost - hold_.amount() > memory_->room()) return false;
-      hold_.resize(cost);
+    // False: there is no memory for a codec that takes so many bytes.
+    [[nodiscard]] bool make_room(std::uint64_t bytes) {
+      if (bytes > hold_.amount() && bytes - hold_.amount() > memory_->room()) return false;
+      hold_.resize(bytes);
       return true;
     }
     // The job before must be done.
@@ -119,8 +115,7 @@ class Jobs {
       jobs_->outputs_.push(std::move(job));
       return Job(jobs_, id);
     }
-    [[nodiscard]] Job decode(JobOwner& owner, std::uint32_t raw_bytes, Payload body,
-                             JobTurn turn) {
+    [[nodiscard]] Job decode(JobOwner& owner, std::uint32_t raw_bytes, Payload body, JobTurn turn) {
       const JobId id = jobs_->begin(owner);
       jobs_->outputs_.push(DecodePicture{id, id_, raw_bytes, std::move(body), turn});
       return Job(jobs_, id);

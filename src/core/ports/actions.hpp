@@ -189,7 +189,7 @@ using Action =
                  CreateServiceMirror, DestroyServiceMirror, SendResponse, DropRequest,
                  CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation,
                  FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection, Authenticate,
-                 CompressJob, DecompressJob, EncodePicture, DecodePicture, EndPicture, CancelJob, Log,
-                 Audit, Stopped>;
+                 CompressJob, DecompressJob, EncodePicture, DecodePicture, EndPicture, CancelJob,
+                 Log, Audit, Stopped>;
 
 }  // namespace connect_bridge

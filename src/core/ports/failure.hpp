@@ -100,7 +100,7 @@ enum class Cause : std::uint8_t {
   kAddressNotHere,    // this machine has no such address
 };
 
-inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
+inline constexpr std::array<Word<Cause>, 71> kCauseWords{{
     {Cause::kNone, ""},
     {Cause::kOther, "other"},
     {Cause::kHostUnknown, "host_unknown"},
@@ -172,7 +172,7 @@ inline constexpr auto kCauseWords = std::to_array<Word<Cause>>({
     {Cause::kPortTaken, "port_taken"},
     {Cause::kPortNotPermitted, "port_not_permitted"},
     {Cause::kAddressNotHere, "address_not_here"},
-});
+}};
 
 // "port_closed"; of kNone nothing.
 [[nodiscard]] constexpr std::string_view word_of(Cause cause) {

@@ -52,11 +52,11 @@ inline constexpr std::array<Word<StateWord>, 10> kStateWords{{
 
 // The form in which a message leaves or comes, if it is one of pictures or clouds.
 struct SentAs {
-  Codec codec = Codec::kNone;   // kPlanes, kCloud, kPictureBase; kNone: any other
-  std::uint32_t step_um = 0;    // points are rounded to this many micrometres; 0: exact
-  std::uint8_t quantiser = 0;   // of a VP8 picture
-  bool half = false;            // it has half the width and height
-  std::string_view because{};   // exported: why it is not exact
+  Codec codec = Codec::kNone;  // kPlanes, kCloud, kPictureBase; kNone: any other
+  std::uint32_t step_um = 0;   // points are rounded to this many micrometres; 0: exact
+  std::uint8_t quantiser = 0;  // of a VP8 picture
+  bool half = false;           // it has half the width and height
+  std::string_view because{};  // exported: why it is not exact
   [[nodiscard]] bool is_exact() const { return step_um == 0 && quantiser == 0; }
 };
 

@@ -34,7 +34,7 @@ struct TopicOptions {
   // lose what it publishes before, so mirrors wait for this time.
   Duration matching = Duration::zero();
   Duration clock_publish_period = Duration::zero();  // > 0: publish the peer's ROS time on /clock
-  bool pictures = false;  // the workers encode and decode VP8
+  bool pictures = false;                             // the workers encode and decode VP8
   // Peers that may give the time; without both lists any peer may. The first linked one gives it.
   std::vector<std::string> clock_identities{}, clock_groups{};
 };

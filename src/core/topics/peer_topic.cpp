@@ -168,9 +168,8 @@ void PeerTopic::hurry(DropReason otherwise, const Now& now, std::optional<Origin
       waiting_.push_back(std::move(waiting));
       continue;
     }
-    const auto raw = is_vp8(waiting.message.codec)
-                         ? std::nullopt
-                         : peer_.decompress_at_once(waiting.message, now);
+    const auto raw = is_vp8(waiting.message.codec) ? std::nullopt
+                                                   : peer_.decompress_at_once(waiting.message, now);
     raw ? publish(waiting.message, *raw, now) : dropped_.add(otherwise);
   }
   if (first) advance(now);
@@ -215,7 +214,8 @@ bool PeerTopic::may_resume() const {
 }
 
 bool PeerTopic::wants_lossy() const {
-  return (decodes_.cloud || decodes_.vp8) && treatment().lossy != Lossy::kNever && treatment().resume != true;
+  return (decodes_.cloud || decodes_.vp8) && treatment().lossy != Lossy::kNever &&
+         treatment().resume != true;
 }
 
 ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
@@ -298,9 +298,12 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
     drop(message, DropReason::kMemory, now);
     return Nothing{};
   }
-  if (is_vp8(message.codec) && !pictures_of(message).make_room(message.raw_bytes)) {
-    drop(message, DropReason::kMemory, now);
-    return Nothing{};
+  if (is_vp8(message.codec)) {
+    const auto facts = video::facts_of(message.body.view());
+    if (!facts || !pictures_of(message).make_room(facts->decoder_bytes)) {
+      drop(message, DropReason::kMemory, now);
+      return Nothing{};
+    }
   }
   message.body = out_of_packet(message.body);
   make_room(message);
@@ -397,8 +400,7 @@ void PeerTopic::make_room(const InMessage& message) {
 }
 
 Jobs::Pictures& PeerTopic::pictures_of(const InMessage& message) {
-  return pictures_.try_emplace(message.subject.origin(), context_.jobs, link_.memory)
-      .first->second;
+  return pictures_.try_emplace(message.subject.origin(), context_.jobs, link_.memory).first->second;
 }
 
 void PeerTopic::start_job() {

@@ -190,11 +190,11 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   std::string type_hash_;
   std::string action_type_;
   Decision decision_;
-  const Decodes decodes_;  // what a demand names
+  const Decodes decodes_;                        // what a demand names
   std::map<OriginId, Jobs::Pictures> pictures_;  // of the demand, by the worker that decodes them
   std::set<OriginId> broken_;  // a picture was dropped: those that refer to it are dropped, too
   std::optional<TimePoint> demanded_again_at_;  // for a picture that refers to nothing
-  bool lossy_ = false;     // the demand lets messages lose something
+  bool lossy_ = false;                          // the demand lets messages lose something
   SentAs sent_as_;
   bool parameter_events_ = false;
   std::optional<driving::CommandType> command_;  // the topic drives this robot

@@ -9,11 +9,11 @@
 namespace connect_bridge {
 namespace {
 
-constexpr double kPictureShare = 0.95;    // of what the link carries in a period
-constexpr double kPeriodMax = 0.15; // seconds that a picture may take on the link
-constexpr double kBasePeriods = 4;  // a base takes as long as so many others,
-constexpr double kBaseMax = 0.3;    // and at most so many seconds
-constexpr double kHandling = 0.002; // seconds between worker and link
+constexpr double kPictureShare = 0.95;  // of what the link carries in a period
+constexpr double kPeriodMax = 0.15;     // seconds that a picture may take on the link
+constexpr double kBasePeriods = 4;      // a base takes as long as so many others,
+constexpr double kBaseMax = 0.3;        // and at most so many seconds
+constexpr double kHandling = 0.002;     // seconds between worker and link
 constexpr double kWaitMin = 0.001;
 constexpr double kRateTime = 0.12;  // seconds of sending that tell the rate
 constexpr double kLate = 0.1;       // a picture that takes longer tells it, too
@@ -32,9 +32,9 @@ std::uint32_t whole_bytes(double bytes) {
 
 void PictureStream::push(OutSample sample, const Now& now) {
   const OriginId origin = sample.subject.origin();
-  Source& source =
-      sources_.try_emplace(origin, context_.jobs, offer_.link().memory).first->second;
-  if (!source.pictures.make_room(sample.raw.size()))  // mutant: picture_memory
+  Source& source = sources_.try_emplace(origin, context_.jobs, offer_.link().memory).first->second;
+  if (!source.pictures.make_room(
+          video::encoder_bytes(sample.raw.view())))  // mutant: picture_memory
     return offer_.lose(sample, DropReason::kMemory);
   if (source.newest) offer_.lose(*source.newest, DropReason::kNewerAvailable);
   source.newest = std::move(sample);
@@ -146,8 +146,8 @@ void PictureStream::go(const Now& now) {
     if (rate <= 0) return;  // on_left() goes on
     const double slack = static_cast<double>(left) / rate - seconds_ - kHandling;
     if (slack >= kWaitMin) {
-      later_ = timers_.set(now.steady + std::chrono::duration_cast<Duration>(
-                                            std::chrono::duration<double>(slack)));
+      later_ = timers_.set(
+          now.steady + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(slack)));
       return;
     }
   }

@@ -450,7 +450,8 @@ double TopicOffer::queue_seconds() const {
 }
 
 bool TopicOffer::drained() const {
-  return held_.empty() && early_.empty() && pictures_.empty() && (!queue_ || queue_->counts().queued == 0);
+  return held_.empty() && early_.empty() && pictures_.empty() &&
+         (!queue_ || queue_->counts().queued == 0);
 }
 
 void TopicOffer::add_status(LinkStatus& status) const {

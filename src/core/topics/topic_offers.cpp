@@ -194,8 +194,7 @@ bool TopicOffers::becomes_picture(TopicOffer& offer, const OutSample& sample, co
   const double own = was_exact ? 0 : pictures.rate(now);
   const auto rate = own > 0 ? TopicOffer::Rate{own, true} : offer.channel_rate(now);
   const auto planes = streams_.find({Codec::kPlanes, 1, true});
-  const CompressionGain gain =
-      planes != streams_.end() ? planes->second.gain : CompressionGain();
+  const CompressionGain gain = planes != streams_.end() ? planes->second.gain : CompressionGain();
   const double exact_bytes = gain.ratio() * static_cast<double>(sample.raw.size());
   pictures.fit().came(now.steady);
   const bool exact = pictures.fit().judge(rate.rate / exact_bytes, rate.is_shown, now.steady);
@@ -220,9 +219,9 @@ void TopicOffers::choose_step(TopicOffer& offer, std::size_t bytes, const Now& n
       bytes_at(0).value_or(CompressionGain().ratio() * static_cast<double>(bytes));
   offer.cloud().came(now.steady);
   const auto rate = offer.channel_rate(now);
-  static_cast<void>(offer.cloud().choose({rate.rate, rate.is_shown, exact_bytes,
-                                          micrometres(offer.treatment().max_error), bytes_at},
-                                         now.steady));
+  static_cast<void>(offer.cloud().choose(
+      {rate.rate, rate.is_shown, exact_bytes, micrometres(offer.treatment().max_error), bytes_at},
+      now.steady));
 }
 
 bool TopicOffers::leave(Stream& stream, const Compression& how, TopicOffer& offer) {

@@ -1,4 +1,5 @@
 // The offers of one topic, and the paths of its samples to their links.
+// One unit: a sample has one form for several links, and none may overtake another one.
 #pragma once
 
 #include <cstdint>

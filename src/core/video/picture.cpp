@@ -4,6 +4,18 @@
 #include "core/video/vp8.hpp"
 
 namespace connect_bridge::video {
+namespace {
+
+// Measured with libvpx 1.12, for each pixel of the frame.
+constexpr std::uint64_t kEncoderBytes = 48;
+constexpr std::uint64_t kDecoderBytes = 12;
+
+std::uint64_t pixels_of(const Shape& shape) {
+  const Size size = shape.coded(false);
+  return std::uint64_t{size.width} * size.height;
+}
+
+}  // namespace
 
 bool available() {
   return has_vp8();
@@ -12,11 +24,17 @@ bool available() {
 std::optional<PictureFacts> facts_of(ByteView body) {
   const auto read = read_body(body);
   if (!read) return std::nullopt;
-  return PictureFacts{read->base, read->half, read->quantiser, read->raw_bytes()};
+  return PictureFacts{read->base, read->half, read->quantiser, read->raw_bytes(),
+                      kDecoderBytes * pixels_of(read->shape)};
 }
 
 bool is_picture(ByteView raw) {
   return read_sample(raw).has_value();
+}
+
+std::uint64_t encoder_bytes(ByteView raw) {
+  const auto sample = read_sample(raw);
+  return sample ? kEncoderBytes * pixels_of(sample->shape) : 0;
 }
 
 }  // namespace connect_bridge::video

@@ -18,6 +18,7 @@ struct PictureFacts {
   bool half = false;           // half width and height
   std::uint8_t quantiser = 0;  // libvpx's index, 0 to 63
   std::uint64_t raw_bytes = 0;
+  std::uint64_t decoder_bytes = 0;  // of memory that decoding such pictures takes
 };
 // The prefix, the sizes and the head of the frame are compared; nullopt: the body is malformed.
 [[nodiscard]] std::optional<PictureFacts> facts_of(ByteView body);
@@ -25,5 +26,8 @@ struct PictureFacts {
 // The sample is an Image that may become a lossy picture, by its encoding and its size. Whether an
 // alpha channel is opaque everywhere is looked at by the encoder.
 [[nodiscard]] bool is_picture(ByteView raw);
+
+// Bytes of memory that encoding pictures of such samples takes; 0: it is no picture.
+[[nodiscard]] std::uint64_t encoder_bytes(ByteView raw);
 
 }  // namespace connect_bridge::video

@@ -106,9 +106,7 @@ std::string word_of(const Action& action) {
           },
           [&](const CompressJob& a) { return "compress " + id(a.job); },
           [&](const DecompressJob& a) { return "decompress " + id(a.job); },
-          [&](const EncodePicture& a) {
-            return "encode " + id(a.job) + (a.base ? " base" : "");
-          },
+          [&](const EncodePicture& a) { return "encode " + id(a.job) + (a.base ? " base" : ""); },
           [&](const DecodePicture& a) { return "decode " + id(a.job); },
           [&](const EndPicture& a) { return "end picture " + id(a.picture); },
           [&](const CancelJob& a) { return "cancel " + id(a.job); },

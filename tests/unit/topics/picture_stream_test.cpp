@@ -3,6 +3,7 @@
 
 #include "core/topics/topic_offers.hpp"
 #include "core/video/body.hpp"
+#include "core/video/picture.hpp"
 #include "unit/media/samples.hpp"
 #include "unit/topics/exporting.hpp"
 #include "unit/topics/peer_topic_script.hpp"
@@ -72,8 +73,8 @@ struct Camera {
     s.did();
   }
   void publish(std::string_view encoding = "mono8", std::uint32_t origin = 1) {
-    OutSample taken{OriginId{origin}, flow_test::at_ms(now), ++number,
-                    Payload::adopt(image(encoding)), {}};
+    OutSample taken{
+        OriginId{origin}, flow_test::at_ms(now), ++number, Payload::adopt(image(encoding)), {}};
     taken.taken = ms(now).steady;
     taken.node = company_node(node_of(s.graph.find({"/a", kPicture})->publishers.front()));
     subject.send(taken, TopicOffer::Age::kNew, ms(now));
@@ -89,8 +90,8 @@ struct Camera {
     acknowledged += peer.link.outbox().unacknowledged_bytes();
     EXPECT_TRUE(peer.link.sending().acknowledge({acknowledged, flow_test::at_ms(now)}, ms(now)));
   }
-  // Samples at 20 Hz of which a packet leaves each 0.4 s, until that has shown that too few fit; what
-  // the last of them did.
+  // Samples at 20 Hz of which a packet leaves each 0.4 s, until that has shown that too few fit;
+  // what the last of them did.
   std::string overload() {
     std::string did;
     for (int i = 0; i < 40 && did.find("encode") == std::string::npos; ++i) {
@@ -217,7 +218,7 @@ TEST(PictureStream, ASampleThatIsNoPictureMakesItsOriginExact) {
 
 TEST(PictureStream, AnEncoderCountsAsMemoryOfTheLink) {
   AccountOptions limits;
-  limits.memory_bytes_max = Jobs::Pictures::kSamplesKept * 30'000;
+  limits.memory_bytes_max = video::encoder_bytes(image()) - 1;
   Shares shares(limits);
   const auto account = std::make_shared<Account>(limits, &shares);
   Camera camera(camera_rule(), wish(), side_test::qos(10), false, account);
@@ -267,8 +268,7 @@ struct ReceivingPictures : OfferedScript {
     peer.send_demands();
     did();
   }
-  Result<Nothing> give(bool base, std::uint32_t from = 1, bool kept = true,
-                       std::int64_t at = 0) {
+  Result<Nothing> give(bool base, std::uint32_t from = 1, bool kept = true, std::int64_t at = 0) {
     const Bytes raw = image();
     InMessage result = message("", 1);
     result.subject = OriginId{from};

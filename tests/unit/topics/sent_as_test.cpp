@@ -110,7 +110,8 @@ TEST(SentAs, CloudsAreRoundedWhereTooFewExactOnesFit) {
   EXPECT_EQ(s.way(), (Compression{Codec::kCloud, 1, true}));  // of one, nothing is known
   EXPECT_EQ(s.way(), (Compression{Codec::kCloud, 1, true, 10'000}));
   Sending enough(kCloud, demand_for(kAll));
-  const auto six_a_second = static_cast<std::size_t>(enough.offer.channel_rate(ms(enough.now)).rate / 6);
+  const auto six_a_second =
+      static_cast<std::size_t>(enough.offer.channel_rate(ms(enough.now)).rate / 6);
   EXPECT_EQ(enough.way(10, 2 * six_a_second).step_um, 0U);  // an exact one is thought to be half
 }
 
