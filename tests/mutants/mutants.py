@@ -143,7 +143,7 @@ MUTANTS = [
            swap(" || is_vp8(codec)", "")),
     Mutant("base_after_drop", "a picture refers to one that was dropped", gone),
     Mutant("broken_pictures", "what refers to a dropped picture is decoded", gone),
-    Mutant("spared_pictures", "a picture that waits for its worker gives way to the next one", never),
+    Mutant("spared_pictures", "a picture that waits for its worker gives way to another", never),
     Mutant("picture_memory", "encoders take more memory than there is", never),
     Mutant("lossy_never_picture", "video is taken where it is not allowed", never),
     Mutant("lossy_planes", "planes may be rounded", swap("steps == Steps::kRefused", "false")),
