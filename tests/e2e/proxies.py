@@ -1,17 +1,20 @@
 """Real reverse proxies with the configurations of docs/proxies.md, on loopback."""
 
 import base64
+import contextlib
 import hashlib
 import os
 import pathlib
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import tempfile
 
 import pytest
 
+from graph import until
 from harness.domains import free_port
 from harness.programs import ROOT, Program
 
@@ -80,7 +83,14 @@ class Proxy:
 
     def start(self):
         self.running.start()
+        until(self._listens, lambda: f"{self.block} listens\n{self.running.text()}", 60.0)
         return self
+
+    def _listens(self):
+        assert self.running.running(), self.running.text()
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), 5):
+            return True
+        return False
 
     def reload(self):
         self.running.process.send_signal(self.reload_signal)
@@ -185,7 +195,9 @@ class Caddy(Proxy):
     def reload(self):
         words = ["--config", self.config, "--adapter", "caddyfile", "--address", self.admin]
         command = [self.binary, "reload", "--force", *words]
-        subprocess.run(command, env=self.running.env, check=True, capture_output=True)
+        subprocess.run(
+            command, env=self.running.env, check=True, capture_output=True, timeout=60
+        )
 
 
 PROXIES = (Nginx, HaProxy, HaProxyTcp, Apache, Caddy)
