@@ -12,8 +12,8 @@ import time
 _CANDIDATES = range(40, 102)
 _PORTS_PER_DOMAIN = 250
 _PATIENCE = 120.0  # seconds; many tests run side by side
-# Below those of the domains: a proxy with HTTP/3 takes the UDP port of its number, too. And below the
-# ephemeral range: no connection is given one of them.
+# Below those of the domains, for a proxy with HTTP/3 takes the UDP port of its number, too. And
+# below the ephemeral range: no connection is given one of them.
 _PORTS = range(16900, 17400)
 _held = {}  # the lock of each, and whether it is a robot's
 _held_ports = {}
