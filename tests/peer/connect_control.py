@@ -257,6 +257,8 @@ def decode_control(text):
             _check_origin(origin)
         for origin in items(message, "removed", REMOVED_MAX):
             number(origin)
+        for key in ("too_large", "too_large_bytes"):
+            require(0 <= member(message, key, int, 0) < 1 << 64, f"{key} out of range")
     elif kind == "demand":
         for demand in items(message, "channels", DEMANDED_MAX):
             _check_demand(demand)

@@ -97,7 +97,18 @@ Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& n
     return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
   for (const auto& origin : change.added) add_origin(origin, now);
   if (!change.removed.empty()) update_demand(now);  // perhaps only the removed origin wanted data
+  on_too_large(change.too_large, change.too_large_bytes);
   return Nothing{};
+}
+
+void PeerTopic::on_too_large(std::uint64_t messages, std::uint64_t bytes) {
+  if (messages <= too_large_) return;
+  dropped_.add(DropReason::kTooLarge, messages - std::exchange(too_large_, messages));
+  if (link_.account->told.first(key_.first + " has messages beyond our limit"))
+    context_.outputs.log(LogLevel::kWarn, key_.first + ": " + link_.label() +
+                                              " drops messages of " + std::to_string(bytes) +
+                                              " bytes, which are larger than `max_message_size` "
+                                              "here. A larger limit lets them come");
 }
 
 bool PeerTopic::recheck(const Now& now) {

@@ -149,6 +149,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // May the message be published by its age? `age`: gets it, if it is known.
   [[nodiscard]] bool is_fresh(const MessageHead& message, bool moves, TopicMirror& mirror,
                               Duration& age, const Now& now);
+  // The peer has dropped so many messages of this channel because of our limit.
+  void on_too_large(std::uint64_t messages, std::uint64_t bytes);
   // The publisher's clock is ahead of the peer's, by minus this age.
   void warn_ahead(const TopicMirror& mirror, Duration age);
   [[nodiscard]] driving::PeerClock peer_clock() const;
@@ -223,6 +225,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   std::uint64_t published_ = 0;
   std::uint64_t bytes_ = 0;
   std::uint64_t wire_bytes_ = 0;
+  std::uint64_t too_large_ = 0;  // as the peer has told
   DropCounts dropped_;
   std::optional<double> latency_ms_;
 };

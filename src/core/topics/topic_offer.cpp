@@ -20,6 +20,7 @@ constexpr std::string_view kFewPictures = "the link would carry too few exact pi
 constexpr std::string_view kThinned = "the grid of the rule leaves out points";
 constexpr std::string_view kThinnedAndRounded =
     "the link would carry too few exact ones, and the grid of the rule leaves out points";
+constexpr Duration kTooLargePause = std::chrono::seconds(10);  // docs/protocol.md, "origins"
 
 }  // namespace
 
@@ -70,6 +71,8 @@ std::optional<ChannelOffer> TopicOffer::open() {
   auto offer = offer_.open(*this);
   if (!offer) return std::nullopt;
   withheld_ = withheld();
+  too_large_ = 0;
+  too_large_told_.reset();
   rates_ = RateLimits(treatment().max_rate, treatment().bytes_per_second_max);
   configure_queue();
   offer->type_hash = type_hash_ = topic_.type_hash();
@@ -306,6 +309,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
                                                 name + " is larger than the max_message_size of " +
                                                 link_.label() + "; such messages are dropped");
     lose(sample, DropReason::kTooLarge);
+    tell_too_large(bytes, now);
     return false;
   }
   if (const Moment moment = moment_of(sample); moment.is_large())
@@ -324,6 +328,13 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   if (const auto lost = held_.hold({origin, key}, sample, bytes, rate.leaves_at(state)))
     lose(*lost, DropReason::kRate);
   return false;
+}
+
+void TopicOffer::tell_too_large(std::size_t bytes, const Now& now) {
+  ++too_large_;
+  if (too_large_told_ && now.steady - *too_large_told_ < kTooLargePause) return;
+  too_large_told_ = now.steady;
+  link_.send(OriginsChanged{number(), {}, {}, too_large_, bytes});
 }
 
 std::optional<OutSample> TopicOffer::take_held(const Now& now) {

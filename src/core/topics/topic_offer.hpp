@@ -163,6 +163,8 @@ class TopicOffer final : public OutgoingChannel {
   // May the message, made for an earlier demand, answer this one?
   [[nodiscard]] bool is_answer(const OutMessage& message) const;
   void tell_late();
+  // Counts a message beyond the peer's limit, and tells the peer from time to time.
+  void tell_too_large(std::size_t bytes, const Now& now);
   // Notes the form of the sample for the status; says once that points are rounded or left out.
   void note_form(Codec codec, std::size_t raw_bytes, const Payload& body);
   // The stamp, node and namespace by which messages of the link leave together.
@@ -179,6 +181,8 @@ class TopicOffer final : public OutgoingChannel {
   bool resume_ = false;            // the demand requests messages that a lost connection loses
   Stamp demanded_at_ = 0;          // time of the last change of the demand
   bool told_late_ = false;
+  std::uint64_t too_large_ = 0;  // of this channel, for the peer
+  std::optional<TimePoint> too_large_told_;
   CloudForm cloud_;
   PictureStream pictures_;
   SentAs sent_as_;

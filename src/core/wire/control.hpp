@@ -83,6 +83,10 @@ struct OriginsChanged {
   ChannelId channel;
   std::vector<OriginOffer> added;
   std::vector<OriginId> removed;
+  // Messages of the channel that the exporter dropped until now because they are larger than the
+  // importer's limit, and the bytes of the last one.
+  std::uint64_t too_large = 0;
+  std::uint64_t too_large_bytes = 0;
 };
 // "withdraw": these channels are gone; no frame for them follows. If the exporter cannot serve
 // them, it gives the reason, as in a decline.

@@ -99,6 +99,8 @@ void fields(auto& io, Is<OriginsChanged> auto& changed) {
   io.member("channel", changed.channel);
   io.list("added", changed.added, kAddedMax);
   io.list("removed", changed.removed, kRemovedMax);
+  io.member("too_large", changed.too_large, Presence::kOptional);
+  io.member("too_large_bytes", changed.too_large_bytes, Presence::kOptional);
 }
 
 void fields(auto& io, Is<Withdraw> auto& withdraw) {

@@ -163,8 +163,10 @@ std::string word_of(const Control& control) {
             return line + (m.complete ? " complete" : "");
           },
           [&](const OriginsChanged& m) {
+            const std::string too_large = " too large " + std::to_string(m.too_large) + " (" +
+                                          std::to_string(m.too_large_bytes) + ")";
             return "origins " + std::to_string(m.channel.value) + " +" + origins(m.added) + " -[" +
-                   ids(m.removed) + "]";
+                   ids(m.removed) + "]" + (m.too_large == 0 ? "" : too_large);
           },
           [&](const Withdraw& m) {
             return "withdraw " + ids(m.channels) + (m.code.empty() ? "" : " " + m.code);

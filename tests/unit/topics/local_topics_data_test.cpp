@@ -29,7 +29,7 @@ TEST(SideExportsData, AClientTellsItsLimitWithWhatItAccepts) {
   s.say(1, accepts);
   s.take(2, 1, "a larger sample");
   s.take(2, 1, "small");
-  EXPECT_EQ(s.said(1), "1.1 small\n");
+  EXPECT_EQ(s.said(1), "1.1 small\norigins 1 +[] -[] too large 1 (19)\n");
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 1U);
   accepts.message_bytes_max = 0;  // not told: as it was
   s.say(1, accepts);

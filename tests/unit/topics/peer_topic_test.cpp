@@ -345,6 +345,20 @@ TEST(PeerTopic, OriginsAreReplacedInOneMessage) {
   EXPECT_EQ(s.did(), "unmirror 1\n");
 }
 
+TEST(PeerTopic, CountsWhatThePeerDropsBecauseOfOurLimit) {
+  OfferedScript s;
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  s.logged.clear();
+  for (const std::uint64_t total : {1U, 5U, 5U, 2U})
+    EXPECT_TRUE(s.channel_1().on_origins({{1}, {}, {}, total, 101}, ms(0)));
+  EXPECT_EQ(s.dropped(DropReason::kTooLarge), 5U);
+  s.did();
+  EXPECT_EQ(s.logged,
+            "/a: /peer at 10.0.0.1 drops messages of 101 bytes, which are larger than "
+            "`max_message_size` here. A larger limit lets them come\n");
+}
+
 TEST(PeerTopic, MoreOriginsThanAllowedEndTheLink) {
   OfferedScript s;
   s.offer(s.peer, {});

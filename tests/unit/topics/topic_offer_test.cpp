@@ -313,6 +313,20 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
       "such messages are dropped\n");
 }
 
+TEST(TopicOffer, ThePeerLearnsOfWhatIsTooLarge) {
+  Offering s;
+  s.peer.link.connection()->set_peer_message_bytes_max(100);
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand({{1}, 1}, ms(0));
+  s.peer.said();
+  EXPECT_FALSE(s.offer.admit(sized(101), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_EQ(s.peer.said(), "origins 1 +[] -[] too large 1 (101)\n");
+  EXPECT_FALSE(s.offer.admit(sized(102), TopicOffer::Age::kNew, ms(9'999)));
+  EXPECT_EQ(s.peer.said(), "");
+  EXPECT_FALSE(s.offer.admit(sized(103), TopicOffer::Age::kNew, ms(10'000)));
+  EXPECT_EQ(s.peer.said(), "origins 1 +[] -[] too large 3 (103)\n");
+}
+
 // A peer that accepts a topic no longer, and then again, has another offer of it.
 TEST(TopicOffer, OfWhatIsTooLargeAnIdentityHasOneLine) {
   const auto account = std::make_shared<Account>();
