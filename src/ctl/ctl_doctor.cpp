@@ -15,6 +15,7 @@
 
 #include "access/login/runtime_folder.hpp"
 #include "config/syntax.hpp"
+#include "core/ports/url.hpp"
 #include "ctl/check.hpp"
 #include "ctl/ctl_asked.hpp"
 #include "ctl/ctl_commands.hpp"
@@ -144,6 +145,14 @@ bool is_hidden(const Failure& failure, std::uint16_t port) {
          (failure.cause == Cause::kPortTaken && listener && *listener != ::geteuid());
 }
 
+// A server that runs may listen at an address that this machine has lost, or never had.
+void add_absent(std::vector<Found>& to, const std::vector<std::string>& addresses,
+                const std::string& subject = {}) {
+  for (const std::string& address : addresses)
+    if (const Failure failure = why_not_reached(address))
+      add_found(to, {diagnose(failure)}, subject);
+}
+
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
@@ -153,12 +162,15 @@ std::vector<Found> look_at_file(const DoctorOrder& order) {
   for (const Failure& hint : judged.hints) add_found(found, {diagnose(hint)}, order.what);
   add_found(found, diagnose_config(*judged.config), order.what);
   const Config& config = *judged.config;
-  if (judged.given.role == Role::kServer && config.listen_address != "systemd" && !is_ours(config))
-    if (const Failure failure = why_not_listening(config.listen)) {
+  if (judged.given.role == Role::kServer && config.listen_address != "systemd") {
+    if (is_ours(config)) {
+      add_absent(found, config.listen.addresses, order.what);
+    } else if (const Failure failure = why_not_listening(config.listen)) {
       Found port = diagnose(failure);
       if (is_hidden(failure, config.listen.port)) port.id = "port_hidden";
       add_found(found, {std::move(port)}, order.what);
     }
+  }
   const bool dials =
       judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
   if (dials)
@@ -213,6 +225,17 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
   return found;
 }
 
+// "192.168.1.20" of "192.168.1.20:9090", "::" of "[::]:9090".
+std::vector<std::string> hosts_of(const Json& listens) {
+  std::vector<std::string> hosts;
+  for (const Json& one : listens) {
+    if (!one.is_string()) continue;
+    const std::string host = host_of(one.get<std::string>());
+    hosts.push_back(host.starts_with('[') ? host.substr(1, host.size() - 2) : host);
+  }
+  return hosts;
+}
+
 Looked look_at_side(const std::string& where) {
   Looked looked;
   Asked asked(where, "/api/status");
@@ -231,6 +254,7 @@ Looked look_at_side(const std::string& where) {
       side.variables.contains("ROS_DOMAIN_ID") ? side.variables["ROS_DOMAIN_ID"] : "0";
   if (!carries_data(status)) add_found(looked.found, diagnose_processes(side, this_process()));
   add_found(looked.found, look_at_files(where, looked.role));
+  add_absent(looked.found, hosts_of(part_of(status, "listens")));
   return looked;
 }
 

@@ -156,9 +156,10 @@ enum class MissingReason : std::uint8_t {
   kDeclined,     // the importer declined it, and said why
   kQos,          // a subscriber requests what no publisher offers
   kLost,         // many of its samples are lost before they reach the bridge
+  kOutside,      // the peer listens to it, and its name here is not below our prefix
 };
 
-inline constexpr std::array<Word<MissingReason>, 12> kMissingWords{{
+inline constexpr std::array<Word<MissingReason>, 13> kMissingWords{{
     {MissingReason::kNoRule, "no_rule"},
     {MissingReason::kOtherPeer, "other_peer"},
     {MissingReason::kDenied, "denied"},
@@ -171,6 +172,7 @@ inline constexpr std::array<Word<MissingReason>, 12> kMissingWords{{
     {MissingReason::kDeclined, "declined"},
     {MissingReason::kQos, "qos"},
     {MissingReason::kLost, "lost"},
+    {MissingReason::kOutside, "outside_prefix"},
 }};
 
 // Who waits for a name that does not cross.

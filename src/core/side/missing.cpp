@@ -36,7 +36,8 @@ bool is_told(const MissingName& name) {
     case MissingReason::kNotTaken:
     case MissingReason::kNotGiven:
     case MissingReason::kOtherType:
-    case MissingReason::kLost: return true;
+    case MissingReason::kLost:
+    case MissingReason::kOutside: return true;
     case MissingReason::kNotThere: return name.kind != InterfaceKind::kTopic;
     case MissingReason::kTypeUnknown:
     case MissingReason::kDeclined:

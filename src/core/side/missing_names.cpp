@@ -151,6 +151,8 @@ class Search {
   [[nodiscard]] std::optional<Why> forbidden(const Wish& wish, const std::string& wire_name) const;
   [[nodiscard]] std::optional<Why> declined(const Wish& wish) const;
   [[nodiscard]] std::optional<Why> elsewhere(const Wish& wish) const;
+  // A name of the peer that ends with this one, or the other way round; empty: there is none.
+  [[nodiscard]] std::string_view similar_to(const Wish& wish) const;
   [[nodiscard]] bool sends(const Wish& wish) const;
 
   const SideView& side_;
@@ -186,12 +188,20 @@ std::optional<Why> Search::declined(const Wish& wish) const {
   return std::nullopt;
 }
 
+std::string_view Search::similar_to(const Wish& wish) const {
+  const auto found = by_last_token_.find({wish.kind, last_token(wish.name)});
+  if (found == by_last_token_.end()) return {};
+  const std::string_view name = found->second;
+  const bool is_similar = name.ends_with(wish.name) || std::string_view{wish.name}.ends_with(name);
+  return is_similar ? name : std::string_view{};
+}
+
 // With a prefix no name of the peer is the one that it has there.
 std::optional<Why> Search::elsewhere(const Wish& wish) const {
-  const auto similar = by_last_token_.find({wish.kind, last_token(wish.name)});
-  if (similar == by_last_token_.end() || !similar->second.ends_with(wish.name)) return std::nullopt;
+  const std::string_view similar = similar_to(wish);
+  if (similar.empty()) return std::nullopt;
   return Why{MissingReason::kNotThere, "",
-             "the peer's has the name " + std::string(similar->second) + " here"};
+             "the peer's has the name " + std::string(similar) + " here"};
 }
 
 void Search::import(const Wish& wish) {
@@ -217,6 +227,10 @@ void Search::import(const Wish& wish) {
   auto why = why_answered(answer->second, wish.kind);
   if (why && why->reason == MissingReason::kNotThere)
     if (auto there = elsewhere(wish)) why = std::move(there);
+  // The rule may be right, and the namespace wrong.
+  if (why && why->reason == MissingReason::kNotGiven)
+    if (const auto similar = similar_to(wish); !similar.empty())
+      why->text += "; it exports " + std::string(similar);
   if (why) add(wish, *std::move(why), Waiting::kHere);
 }
 
@@ -261,6 +275,13 @@ void Search::export_heard(const TopicKey& heard) {
     if (auto why = forbidden(wish, *wire_name)) add(wish, *std::move(why), Waiting::kPeer);
     return;
   }
+  const TopicState* outside = side_.graph.find({*wire_name, heard.second});
+  if (outside && is_published(*outside) && !link_.names.to_wire(*wire_name))
+    return add({InterfaceKind::kTopic, true, *wire_name, heard.second},
+               {MissingReason::kOutside, "",
+                "the peer listens to it, and only names below " + link_.names.prefix() +
+                    " (`prefix` of this side) can be exported"},
+               Waiting::kPeer);
   const auto& topics = side_.graph.topics();
   for (auto it = topics.lower_bound({heard.first, ""});
        it != topics.end() && it->first.first == heard.first; ++it) {

@@ -78,7 +78,8 @@ constexpr Finding kFindings[] = {
     {"not_this_program", kFault, "what answers there is no ROS2 Connect server",
      "check host and port; rosbridge has the same default port"},
     {"name_not_served", kFault, "what answers has no server of this name (TLS)",
-     "check the host in `url` against the names that the proxy there knows"},
+     "check the host in `url` against the names that the proxy there knows; a relay knows robots: "
+     "wss://ROBOT@relay.example/"},
     {"relay_unreachable", kFault, "the relay cannot be reached",
      "start the relay; check its address (`url`, at the robot `listen.relay.url`), this machine's "
      "network, and the firewall before the relay"},
@@ -109,7 +110,9 @@ constexpr Finding kFindings[] = {
     {"version", kFault, "the two programs speak other versions of the protocol",
      "install the same version at both sides"},
     {"login_refused", kFault, "the server refuses the login",
-     "check the token: is its entry in the server's token file, has it expired (`ctl token`)?"},
+     "check the token: is its entry in the server's token file, has it expired (`ctl token`)? Is "
+     "it "
+     "written without quotes? Have both ends one `auth.method`?"},
     {"login_timeout", kFault, "the login was not complete in time",
      "look at the server's log; its login method or the path is slow"},
     {"login_not_tried", kHint, "the way to the server is fine; no login was tried",
@@ -174,7 +177,7 @@ constexpr Finding kFindings[] = {
      "it is stopped (kill -CONT), or hangs: look at its log, else end it and start it again"},
     {"not_linked", kFault, "the client has no link", "see the other findings, and the log"},
     {"nobody_linked", kHint, "nobody is linked with this server",
-     "start a client; `ctl doctor FILE` there says what is in its way"},
+     "start a client (two servers do not link); `ctl doctor FILE` there says what is in its way"},
     {"same_name", kHint, "two programs here have one node name in one domain",
      "give one of them another name (--ros-args -r __node:=NAME), or end the one that is too many"},
     {"one_graph", kFault,
@@ -191,7 +194,7 @@ constexpr Finding kFindings[] = {
      "nobody is linked, and the server listens on the loopback alone: other machines do not reach "
      "it",
      "set `listen.address`, or pair with `server --pair`; a client on this machine, or a proxy or "
-     "tunnel here, needs no change"},
+     "tunnel here, needs no change. One end must run a client: two servers do not link"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "look at the server's log; make a token for who is to come (`ctl token`)"},
     {"no_rule", kHint, "no rule of this side allows a name that a node here uses",
@@ -204,9 +207,14 @@ constexpr Finding kFindings[] = {
     {"not_taken", kFault, "the rules of the peer do not let it in, for this login or this type",
      "change the rules at the other side"},
     {"not_given", kFault, "the rules of the peer do not let it out, for this login or this type",
-     "change the rules at the other side"},
+     "change the rules at the other side (`parameters` names the nodes whose parameters cross); or "
+     "is the name here in the wrong namespace?"},
     {"other_type", kFault, "it has another type at the other side",
      "use the same type at both sides"},
+    {"outside_prefix", kFault,
+     "a topic that the peer listens to is not below the `prefix` of this side",
+     "take `prefix` away at the side whose nodes have no such namespace: it stands before the "
+     "peer's names"},
     {"not_there", kHint, "nobody publishes or serves it at the other side",
      "start that node; does it use the same name, domain and prefix?"},
     {"type_not_installed", kFault, "the type is not installed where it has to be",

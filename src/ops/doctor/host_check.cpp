@@ -161,6 +161,11 @@ Failure why_not_listening(const ListenOptions& listen) {
   return {};
 }
 
+Failure why_not_reached(const std::string& address) {
+  const bool is_absent = bind_error(address, 0) == EADDRNOTAVAIL;
+  return is_absent ? Failure{Cause::kAddressNotHere, address} : Failure{};
+}
+
 std::optional<std::uint32_t> listener_at(std::uint16_t port,
                                          const std::vector<std::string>& tables) {
   constexpr const char* kListens = "0A";

@@ -47,6 +47,10 @@ struct HostFindings {
 // Why no server can listen there; nothing: one can. Nobody is accepted, and the port is free again.
 [[nodiscard]] Failure why_not_listening(const ListenOptions& listen);
 
+// Why nobody can reach a server that listens at this address; nothing: an interface has it. A
+// server may listen at an address that comes later.
+[[nodiscard]] Failure why_not_reached(const std::string& address);
+
 // The user of who listens at the port, by tables as /proc/net/tcp; nullopt: nobody does.
 [[nodiscard]] std::optional<std::uint32_t> listener_at(std::uint16_t port,
                                                        const std::vector<std::string>& tables = {

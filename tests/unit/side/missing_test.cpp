@@ -15,6 +15,7 @@ constexpr std::int64_t kSettled = 8000;  // ms after which all is found, asked a
 
 struct MissingTest : testing::Test {
   explicit MissingTest(std::vector<Rule> rules = {everything()}) : s(server(std::move(rules))) {}
+  explicit MissingTest(SideOptions options) : s(std::move(options)) {}
 
   // "import topic /a not_given: the sentence [the rule]", one per line.
   std::string missing(std::size_t link = 0) {
@@ -299,6 +300,44 @@ TEST_F(MissingTest, ASimilarNameIsThere) {
   settle("absent");
   s.pass(500);
   EXPECT_EQ(missing(), "import topic /scan not_there: the peer's has the name /robot1/scan here\n");
+}
+
+// The rules do not name what is asked for, because its namespace is wrong.
+TEST_F(MissingTest, ASimilarNameIsExported) {
+  s.graph({topic("/robot1/scan").sub(1)});
+  s.join(1);
+  Offer offer;
+  offer.channels.resize(1);
+  offer.channels[0].channel = {1};
+  offer.channels[0].kind = InterfaceKind::kTopic;
+  offer.channels[0].name = "/scan";
+  offer.channels[0].type = kType;
+  s.say(1, offer);
+  settle("not_permitted");
+  s.pass(500);
+  EXPECT_EQ(missing(),
+            "import topic /robot1/scan not_given: the peer's rules do not export it to this side; "
+            "it exports /scan\n");
+}
+
+SideOptions with_prefix() {
+  SideOptions options = server({everything()});
+  options.names = NameMap("/robot1", {});
+  return options;
+}
+
+struct MissingWithPrefix : MissingTest {
+  MissingWithPrefix() : MissingTest(with_prefix()) {}
+};
+
+TEST_F(MissingWithPrefix, ThePeerListensToANameOutsideOfIt) {
+  s.graph({topic("/scan").pub(1), topic("/robot1/odom").pub(2)});
+  s.join(1);
+  s.say(1, Listeners{{{{1}, "/scan", kType, ""}, {{2}, "/odom", kType, ""}}, {}});
+  settle();
+  EXPECT_EQ(missing(),
+            "export topic /scan outside_prefix: the peer listens to it, and only names below "
+            "/robot1 (`prefix` of this side) can be exported\n");
 }
 
 TEST_F(MissingTest, SomebodyAtThePeerWaits) {

@@ -242,6 +242,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"not_given", missing_for("not_given")},
         StatusCase{"other_type", missing_for("other_type")},
         StatusCase{"not_there", missing_for("not_there")},
+        StatusCase{"outside_prefix", missing_for("outside_prefix")},
         StatusCase{"type_not_installed", missing_for("type_unknown")},
         StatusCase{"type_not_installed",
                    missing_for("declined", "no matter what it says", "type_unknown")},

@@ -178,6 +178,12 @@ TEST(HostCheck, WhereNoServerCanListen) {
   EXPECT_EQ(why_not_listening(listen).cause, Cause::kAddressNotHere);
 }
 
+TEST(HostCheck, WhereNobodyReachesAServerThatListens) {
+  for (const char* here : {"127.0.0.1", "127.0.0.7", "0.0.0.0", "::", "*", "fe80::1%lo"})
+    EXPECT_FALSE(why_not_reached(here)) << here;
+  EXPECT_THAT(why_not_reached("192.0.2.1"), is(Cause::kAddressNotHere, "192.0.2.1"));
+}
+
 TEST(HostCheck, FindsTheUserWhoListens) {
   const std::string table = test::scratch_folder() + "tcp";
   std::ofstream(table)
