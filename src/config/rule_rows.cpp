@@ -183,6 +183,11 @@ void add_rule_calls(Rows& rows) {
   add("call_timeout", {0.01, 86400}, "s",
       "The bridge abandons a call without an answer after this time. Unset: never.",
       [](Rule& r) { return &r.treatment.call_timeout; });
+  add("cancel_after", {0.1, 86400}, "s",
+      "Actions of this side: when a link has been lost for this time, its goals that have not "
+      "ended "
+      "are cancelled. Unset: they go on.",
+      [](Rule& r) { return &r.treatment.cancel_after; });
 }
 
 void add_rule_qos(Rows& rows) {

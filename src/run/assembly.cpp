@@ -133,6 +133,7 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
   parts.side = side_options(config);
   parts.folder = start.folder;
   parts.side.node = node;
+  parts.side.drive_switch = !config.is_robot();
   parts.side.matching = kMatching;
   parts.side.pictures = video::available();
   parts.side.secret_random = &secret_random;

@@ -1,5 +1,6 @@
 """Actions: goals, feedback, status, cancelling and results, by rclpy's own server and client."""
 
+import signal
 import time
 
 import pytest
@@ -139,3 +140,33 @@ def test_a_side_is_killed_during_goals(make_pair, which):
         assert server.goals >= 4
     finally:
         robot.close()
+
+
+def cancelling(seconds):
+    rule = {**OPEN_CALLS["rule"]["all"], "cancel_after": seconds}
+    return {"rules": ["all"], "rule": {"all": rule}}
+
+
+def test_a_goal_of_a_link_that_does_not_come_back_is_cancelled(make_pair):
+    """And its caller gets that result, if the link comes back later."""
+    pair = make_pair(server=cancelling(1.5))
+    robot = servers_graph(pair, 4)
+    server = FibonacciServer(robot, "/a/cancelled")
+    client = Client(pair.operator, "/a/cancelled")
+    until(client.server_is_ready, "the action is ready", step=0.002)
+    goal = Goal(client, 40, period_ms=500)
+    assert goal.handle.accepted
+    with client.still():
+        goal._result = goal.handle.get_result_async()
+    time.sleep(0.5)
+    pair.client.process.send_signal(signal.SIGSTOP)
+    try:
+        pair.server.wait_for("cancels a goal of", 20)
+        time.sleep(1)
+    finally:
+        pair.client.process.send_signal(signal.SIGCONT)
+    assert goal.result(30).status == GoalStatus.STATUS_CANCELED
+    assert server.goals == 1
+    client.destroy()
+    server.stop()
+    robot.close()

@@ -1,6 +1,7 @@
 """Who steers a robot: stamps in its clock, one driver at a time, and halts."""
 
 import pathlib
+import signal
 import subprocess
 import sys
 import threading
@@ -8,7 +9,9 @@ import time
 
 import pytest
 from geometry_msgs.msg import Twist, TwistStamped
+from std_srvs.srv import SetBool
 
+from calls import Caller
 from graph import until
 from harness.programs import Program, ros_environment
 
@@ -216,3 +219,110 @@ def test_single_commands_and_slow_rates_work(make_pair):
         time.sleep(0.5)
     robot.wait_for(lambda m: m.linear.x == 0.4, "a command")
     assert len([m for m in robot.messages if m.linear.x == 0.4]) == 6
+
+
+@pytest.fixture
+def leaning():
+    """leaning(graph): a stick that is held there; its `speed` may be changed."""
+
+    class Stick:
+        def __init__(self, graph):
+            self.speed = 0.5
+            self._publisher = graph.publisher(Twist, "/cmd_vel", 1)
+            self._done = threading.Event()
+            self._thread = threading.Thread(target=self._lean, daemon=True)
+            self._thread.start()
+
+        def _lean(self):
+            while not self._done.wait(0.05):
+                message = Twist()
+                message.linear.x = self.speed
+                self._publisher.publish(message)
+
+        def close(self):
+            self._done.set()
+            self._thread.join()
+
+    sticks = []
+
+    def make(graph):
+        sticks.append(Stick(graph))
+        return sticks[-1]
+
+    yield make
+    for stick in sticks:
+        stick.close()
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_client_that_dies_or_stands_still_is_halted(make_pair, leaning, how):
+    """Nothing moves after it, also when the process goes on with what it had kept."""
+    pair = make_pair(server=driving(halt_after=0.3))
+    robot = pair.robot.collector(Twist, "/cmd_vel", 10)
+    leaning(pair.operator)
+    robot.wait_for(lambda m: m.linear.x > 0, "a command")
+    time.sleep(0.5)
+    began = time.monotonic()
+    pair.client.process.send_signal(how)
+    until(lambda: robot.messages[-1].linear.x == 0, "a zero", 3)
+    print(f"a zero {time.monotonic() - began:.2f} s after {how.name}")
+    assert time.monotonic() - began < 0.3 + BOUND
+    robot.clear()
+    time.sleep(1)
+    if how == signal.SIGSTOP:
+        pair.client.process.send_signal(signal.SIGCONT)
+        time.sleep(1)
+    assert not [m for m in robot.messages if m.linear.x > 0]
+    if how == signal.SIGKILL:
+        pair.client.kill()
+        pair.client.start().wait_linked()
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_server_that_dies_or_stands_still_says_nothing(make_pair, leaning, how):
+    """Nobody publishes a zero then: the base needs a watchdog of its own."""
+    pair = make_pair(server=driving(halt_after=0.3))
+    robot = pair.robot.collector(Twist, "/cmd_vel", 10)
+    stick = leaning(pair.operator)
+    robot.wait_for(lambda m: m.linear.x > 0, "a command")
+    time.sleep(0.5)
+    pair.server.process.send_signal(how)
+    time.sleep(0.3)
+    robot.clear()
+    time.sleep(1.5)
+    assert not robot.messages
+    if how == signal.SIGKILL:
+        pair.server.kill()
+        pair.server.start().wait_listening()
+    else:
+        pair.server.process.send_signal(signal.SIGCONT)
+        time.sleep(1)  # commands of that time are old
+    stick.speed = 0.0
+    robot.wait_for(lambda m: m.linear.x == 0, "a neutral", 20)
+    robot.clear()
+    stick.speed = 0.5
+    robot.wait_for(lambda m: m.linear.x > 0, "a command", 20)
+
+
+def test_the_service_takes_and_leaves_the_wheel(make_pair, leaning):
+    """It is not exported, whatever the rules say."""
+    imported = {"import_topics": ["/**"], "import_services": ["/**"]}
+    exported = {"export_topics": ["/**"], "export_services": ["/**"]}
+    pair = make_pair(
+        server={"rules": ["all"], "rule": {"all": imported}},
+        client={"rules": ["all"], "rule": {"all": exported}},
+    )
+    switch = Caller(pair.operator, "/connect_client/drive", SetBool).wait_ready()
+    answer = switch.call(SetBool.Request(data=True))
+    assert not answer.success and "nothing to steer" in answer.message
+    robot = pair.robot.collector(Twist, "/cmd_vel", 10)
+    stick = leaning(pair.operator)
+    robot.wait_for(lambda m: m.linear.x > 0, "a command")
+    stick.speed = 0.0
+    until(lambda: pair.client.topic("/cmd_vel").get("wheel") == "free", "a free wheel", 10)
+    answer = switch.call(SetBool.Request(data=True))
+    assert (answer.success, answer.message) == (True, "you drive /cmd_vel")
+    answer = switch.call(SetBool.Request(data=False))
+    assert (answer.success, answer.message) == (True, "nobody drives /cmd_vel")
+    names = [name for name, _ in pair.robot.tester.get_service_names_and_types()]
+    assert "/connect_client/drive" not in names

@@ -13,6 +13,7 @@ enum class FollowUp : std::uint8_t {
   kDemands,  // demands are to be sent to peers
   kActions,  // peers use an action, or do not any longer
   kOffers,   // something is to be offered (again)
+  kWheels,   // a robot has told who steers
   kClock,    // whether the graph's clock is to be followed may have changed
   kClaim,    // what this bridge mirrors has changed
 };

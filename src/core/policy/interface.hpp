@@ -60,6 +60,15 @@ struct PartOfAction {
 // The name to show to a person: for a part of an action, the action's name.
 [[nodiscard]] std::string shown(InterfaceKind kind, const std::string& name, std::string_view type);
 
+// ---- our own service
+
+// The service of a node by which it takes and leaves wheels (docs/driving.md).
+inline constexpr std::string_view kDriveSwitch = "/drive";
+[[nodiscard]] constexpr bool is_drive_switch(std::string_view service, std::string_view node) {
+  return service.size() == node.size() + kDriveSwitch.size() && service.starts_with(node) &&
+         service.ends_with(kDriveSwitch);
+}
+
 // ---- parameters
 
 struct ParameterService {

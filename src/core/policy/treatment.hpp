@@ -79,6 +79,8 @@ struct Treatment {
   std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
   std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not limited here
   Duration call_timeout = kForever;  // after it a call is given up, except for an action's result
+  // A goal is cancelled when the link that sent it has been lost for this time.
+  Duration cancel_after = kForever;
   // A type is used although its definition here is not the peer's.
   bool allow_type_mismatch = false;
   bool operator==(const Treatment&) const = default;

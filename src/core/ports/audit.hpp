@@ -35,13 +35,14 @@ enum class AuditEvent : std::uint8_t {
   kCall,  // of a peer; the service here gets it now
   kGoal,  // the same for an action
   kCallRefused,
-  kWheelTaken,  // a peer steers a topic from now on
-  kHalted,      // this side said zero in place of who steers
+  kGoalCancelled,  // by this side: the link that sent it is lost
+  kWheelTaken,     // a peer steers a topic from now on
+  kHalted,         // this side said zero in place of who steers
   kWheelLeft,
 };
 
 // The words of the audit log.
-inline constexpr std::array<Word<AuditEvent>, 22> kAuditWords{{
+inline constexpr std::array<Word<AuditEvent>, 23> kAuditWords{{
     {AuditEvent::kStarted, "started"},
     {AuditEvent::kStopped, "stopped"},
     {AuditEvent::kRulesChanged, "rules_changed"},
@@ -61,6 +62,7 @@ inline constexpr std::array<Word<AuditEvent>, 22> kAuditWords{{
     {AuditEvent::kCall, "call"},
     {AuditEvent::kGoal, "goal"},
     {AuditEvent::kCallRefused, "call_refused"},
+    {AuditEvent::kGoalCancelled, "goal_cancelled"},
     {AuditEvent::kWheelTaken, "wheel_taken"},
     {AuditEvent::kHalted, "halted"},
     {AuditEvent::kWheelLeft, "wheel_left"},

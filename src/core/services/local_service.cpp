@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/cdr.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/local_services.hpp"
 
@@ -13,12 +14,21 @@ LocalService::LocalService(ServiceKey key, LocalServices& exports)
       what_(std::make_shared<LocalInterface>(
           LocalInterface{InterfaceKind::kService, std::move(key)})),
       gives_results_(is_result_service(what_->key.first)),
-      gate_(gives_results_) {}
+      gate_(gives_results_) {
+  const auto part = part_of_action(InterfaceKind::kService, what_->key.first, what_->key.second);
+  if (part && (part->part == ActionPart::kSendGoal || part->part == ActionPart::kGetResult))
+    action_ = part->action;
+}
 
 namespace {
 
 // A wait of a call at a busy server that is worth a line.
 constexpr Duration kWaitTold = std::chrono::seconds(1);
+
+// The answer to a goal begins with whether the server has accepted it.
+bool refuses_goal(ByteView answer) {
+  return answer.size() > kCdrHeaderBytes && answer[kCdrHeaderBytes] == 0;
+}
 
 }  // namespace
 
@@ -60,6 +70,8 @@ void LocalService::update_servers(const ServiceState& state, const Now& now) {
 void LocalService::end(const Now& now) {
   // The gate comes first: no call may begin while the service offers end one by one.
   gate_.server_gone();
+  forget_own();
+  if (!action_.empty()) exports_.goals.on_server_gone(action_);
   for (auto& [id, service_offer] : service_offers_)
     service_offer.end({"it has no server any longer"}, now);
   service_offers_.clear();
@@ -149,7 +161,7 @@ void LocalService::use_client() {
 void LocalService::release_client() {
   const bool held = std::any_of(service_offers_.begin(), service_offers_.end(),
                                 [](const auto& e) { return e.second.holds_client(); });
-  if (held || !client_) return;
+  if (held || !client_ || !own_requests_.empty() || !own_.empty()) return;
   room_.cancel();
   told_wait_.cancel();
   exports_.outputs.push(DestroyServiceClient{client_});
@@ -162,9 +174,8 @@ void LocalService::release_client() {
 // A peer that is attached to the goals can send one at any time. Feedback and status stay
 // subscribed that long (LocalTopics::hold_action).
 void LocalService::note_action_use(bool on) {
-  const auto part = part_of_action(InterfaceKind::kService, key().first, key().second);
-  if (!part || part->part != ActionPart::kSendGoal) return;
-  exports_.action_uses.push_back({std::string(part->action), on});
+  if (action_.empty() || gives_results_) return;
+  exports_.action_uses.push_back({action_, on});
   exports_.outputs.follow_up(FollowUp::kActions);
 }
 
@@ -180,6 +191,7 @@ void LocalService::on(const ServiceReady& ready, const Now& now) {
   }
   ready_ = true;
   type_hash_ = ready.type_hash;
+  send_own();
   for (auto& [id, service_offer] : service_offers_) service_offer.on_ready(now);
   forget_ended();  // service offers of a client that could not be made
 }
@@ -195,6 +207,7 @@ void LocalService::on(const ServiceClientFailed& failed, const Now& now) {
   invocations_.clear();  // the gateway has dropped all of them
   note_action_use(false);
   gate_.server_gone();
+  forget_own();
   for (auto& [link, service_offer] : service_offers_)
     service_offer.end({failed.reason, failed.code}, now);
   room_.cancel();
@@ -206,9 +219,47 @@ InvocationId LocalService::invoke(ServedCall& call, Payload request, const Now& 
   const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
   invocations_[invocation] = &call;
   gate_.handed_over(call.offer().link(), call.id(), invocation, now.steady);
+  if (!action_.empty()) note_goal(call, request, invocation);
   exports_.outputs.push(SendRequest{client_, invocation, std::move(request),
                                     call.offer().line_of_call(AuditEvent::kCall)});
   return invocation;
+}
+
+// Of a goal, or of the wait for its end.
+void LocalService::note_goal(ServedCall& call, const Payload& request, InvocationId invocation) {
+  if (gives_results_) return exports_.goals.on_asked(action_, request.view(), invocation);
+  const Duration cancel_after = call.offer().treatment().cancel_after;
+  const auto id = goal_in(request.view());
+  if (cancel_after == kForever || !id) return;  // mutant: cancel_after
+  exports_.goals.add({action_, *id, call.offer().sender(), invocation, cancel_after,
+                      call.offer().line_of_call(AuditEvent::kCall)});
+}
+
+void LocalService::request(Payload request) {
+  own_requests_.push_back(std::move(request));
+  use_client();
+  send_own();
+}
+
+void LocalService::send_own() {
+  if (!ready_) return;
+  while (!own_requests_.empty()) {
+    const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
+    own_.insert(invocation);
+    exports_.outputs.push(SendRequest{client_, invocation, std::move(own_requests_.front())});
+    own_requests_.pop_front();
+  }
+}
+
+bool LocalService::end_own(InvocationId invocation) {
+  if (own_.erase(invocation) == 0) return false;
+  release_client();
+  return true;
+}
+
+void LocalService::forget_own() {
+  own_requests_.clear();
+  own_.clear();
 }
 
 void LocalService::drop(InvocationId invocation) {
@@ -224,6 +275,9 @@ ServedCall* LocalService::take_invocation(InvocationId invocation) {
 }
 
 void LocalService::on(ResponseTaken& response, const Now& now) {
+  if (end_own(response.invocation)) return;
+  if (gives_results_ || (!action_.empty() && refuses_goal(response.payload.view())))
+    exports_.goals.on_ended(response.invocation);
   // An answer counts even if nobody waits for it: it shows that the server takes its requests.
   gate_.answered(response.invocation, now.steady);
   if (ServedCall* call = take_invocation(response.invocation))
@@ -232,6 +286,10 @@ void LocalService::on(ResponseTaken& response, const Now& now) {
 }
 
 void LocalService::on(const InvocationFailed& failed, const Now& now) {
+  if (end_own(failed.invocation)) {
+    exports_.outputs.log(LogLevel::kWarn, "a goal is not cancelled: " + failed.reason);
+    return;
+  }
   // A failure counts even if nobody waits: the server's queue has room again.
   gate_.failed(failed.invocation);
   if (ServedCall* call = take_invocation(failed.invocation))

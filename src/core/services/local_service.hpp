@@ -1,9 +1,11 @@
 // A service of the local graph that has a real server.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 
@@ -52,6 +54,8 @@ class LocalService {
   void renew(LinkId link, const Now& now);
   // Hands the request over to the server.
   InvocationId invoke(ServedCall& call, Payload request, const Now& now);
+  // Sends a request of our own, as soon as the server can be called.
+  void request(Payload request);
   // Drops the answer, if one can still come.
   void drop(InvocationId invocation);
 
@@ -81,10 +85,17 @@ class LocalService {
   // Logs what holds up calls that wait.
   void tell_wait(const Now& now);
   ServedCall* take_invocation(InvocationId invocation);
+  // Remembers a goal that its rule ends when its sender is gone.
+  void note_goal(ServedCall& call, const Payload& request, InvocationId invocation);
+  void send_own();
+  void forget_own();
+  // False: the request is not one of our own.
+  [[nodiscard]] bool end_own(InvocationId invocation);
 
   LocalServices& exports_;
   std::shared_ptr<const LocalInterface> what_;
   bool gives_results_;
+  std::string action_;  // whose goals come here; empty: none
   std::string node_;
   std::map<Gid, TimePoint> servers_;  // ids, with the time since when each is known
   bool warned_several_ = false;
@@ -98,6 +109,8 @@ class LocalService {
   Timers<CallDue>::Timer room_;       // calls wait for room in the server's queue
   Timers<CallDue>::Timer told_wait_;  // calls wait: when that is logged
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
+  std::deque<Payload> own_requests_;                           // that wait for the server
+  std::set<InvocationId> own_;                                 // that the gateway has
   ServiceOffers service_offers_;
 };
 

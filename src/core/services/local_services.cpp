@@ -1,5 +1,10 @@
 #include "core/services/local_services.hpp"
 
+#include <utility>
+
+#include "core/base/hex.hpp"
+#include "core/policy/interface.hpp"
+
 namespace connect_bridge {
 
 void LocalServices::on_graph(const Now& now) {
@@ -34,11 +39,13 @@ void LocalServices::collect_offers(Link& link, std::vector<ChannelOffer>& offers
       offers.push_back(std::move(*offer));
 }
 
-void LocalServices::on_link_lost(LinkId link) {
+void LocalServices::on_link_lost(LinkId link, const Now& now) {
+  goals.on_link_lost(link, now.steady);
   for (auto& [key, service] : services_) service.on_link_lost(link);
 }
 
 void LocalServices::on_link_dead(LinkId link, const Now& now) {
+  goals.on_link_lost(link, now.steady);
   for (auto& [key, service] : services_) service.on_link_dead(link, now);
   loads.erase(link);
 }
@@ -55,6 +62,23 @@ void LocalServices::on_time(const Now& now) {
   }
   // Last, so that no call begins that ends in the same input.
   for (LocalService* const service : with_room) service->begin_calls(now);
+  for (const SentGoal& goal : goals.take_due(now.steady)) cancel(goal);
+}
+
+void LocalServices::cancel(const SentGoal& goal) {
+  const std::string name = name_of_part(goal.action, ActionPart::kCancelGoal);
+  const auto service = services_.lower_bound({name, ""});
+  if (service == services_.end() || service->first.first != name) return;
+  outputs.log(LogLevel::kInfo, "cancels a goal of " + goal.sender.owner + " at " + goal.action +
+                                   ": its link is lost, and has not come back within cancel_after");
+  if (goal.line) {
+    Audit line = *goal.line;
+    line.event = AuditEvent::kGoalCancelled;
+    line.code = "link_lost";
+    line.reason = "goal " + to_hex(goal.id);
+    outputs.push(std::move(line));
+  }
+  service->second.request(cancel_request(goal.id));
 }
 
 void LocalServices::add_status(const Link& link, LinkStatus& status) const {

@@ -14,6 +14,7 @@
 #include "core/services/calls.hpp"
 #include "core/services/local_service.hpp"
 #include "core/services/options.hpp"
+#include "core/services/sent_goals.hpp"
 
 namespace connect_bridge {
 
@@ -46,9 +47,11 @@ class LocalServices final : public SideView {
   std::vector<ActionUse> take_action_uses() { return std::exchange(action_uses, {}); }
 
   // The connection is gone: calls go on, answers wait for the link's return.
-  void on_link_lost(LinkId link);
+  void on_link_lost(LinkId link, const Now& now);
   // The link is declared dead: its calls end.
   void on_link_dead(LinkId link, const Now& now);
+
+  void on_link_open(const Link& link) { goals.on_link_open(sender_of(link)); }
 
   // Inputs about a client here; the client may be gone.
   template <class Input>
@@ -58,7 +61,9 @@ class LocalServices final : public SideView {
   void on(ServiceClientFailed& failed, const Now& now) { on(failed.id, failed, now); }
   void on_time(const Now& now);
 
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return timers.deadline(); }
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(timers.deadline(), goals.deadline());
+  }
   void add_status(const Link& link, LinkStatus& status) const;
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
@@ -71,9 +76,12 @@ class LocalServices final : public SideView {
   CallLoads loads{};
   std::unordered_map<ServiceClientId, LocalService*> by_client{};
   std::vector<ActionUse> action_uses{};  // changes that were not taken yet
-  std::uint64_t unanswered = 0;          // calls that ended without an answer
+  SentGoals goals{};
+  std::uint64_t unanswered = 0;  // calls that ended without an answer
 
  private:
+  // Ends a goal whose sender is gone.
+  void cancel(const SentGoal& goal);
   template <class Input>
   void on(ServiceClientId client, Input& input, const Now& now) {
     const auto service = by_client.find(client);

@@ -167,7 +167,9 @@ bool ServiceMirror::may_exist(const PeerService& peer_service) {
                                     false))
     return false;
   // Our own services are not in our view of the graph.
-  if (node_of_parameter_service(key_.first, key_.second) == imports_.own_node) return false;
+  if (node_of_parameter_service(key_.first, key_.second) == imports_.own_node ||
+      is_drive_switch(key_.first, imports_.own_node))
+    return false;
   // Both ends are in one graph: the peer's exports are here already.
   const Link& link = peer_service.link();
   if (link.connection() && imports_.claims.is_here(link.connection()->peer().side)) return false;

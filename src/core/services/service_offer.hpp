@@ -12,11 +12,16 @@
 #include "core/policy/policy.hpp"
 #include "core/ports/status.hpp"
 #include "core/services/calls.hpp"
+#include "core/services/sent_goals.hpp"
 #include "core/services/served_call.hpp"
 
 namespace connect_bridge {
 
 class LocalService;
+
+[[nodiscard]] inline GoalSender sender_of(const Link& link) {
+  return {link.id, link.login.identity().name, link.peer().side, link.owner()};
+}
 
 // The service is offered on a channel of ours. The peer attaches to it with a channel of its own,
 // which carries its requests. The state of its calls outlives the connection, so that no request is
@@ -97,6 +102,7 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
   // The compression of an answer of this size before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
   [[nodiscard]] LinkId link() const { return link_.id; }
+  [[nodiscard]] GoalSender sender() const { return sender_of(link_); }
   [[nodiscard]] JobTurn turn() const { return link_.turn(); }
 
   void add_status(LinkStatus& status) const;

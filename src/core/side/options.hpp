@@ -16,6 +16,7 @@ namespace connect_bridge {
 struct SideOptions : LinkOptions, JobOptions, GraphOptions, TopicOptions, ServiceOptions {
   Policy policy;
   bool audits = false;                // whether audit lines are made
+  bool drive_switch = false;          // the side has an operator, and the service ~/drive
   std::string robot;                  // as in Accepts; empty: not said
   std::uint32_t channels_max = 4096;  // offers accepted from one peer
 };

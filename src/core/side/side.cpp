@@ -30,7 +30,8 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       service_imports_(view_, options_, options_.node),
       missing_(view_),
       clock_publisher_(options_.clock_publish_period),
-      claims_topic_(local_.claims, options_.dead_after, outputs_) {
+      claims_topic_(local_.claims, options_.dead_after, outputs_),
+      drive_switch_(options_.drive_switch ? options_.node : "", outputs_) {
   outputs_.set_audits(options_.audits);
   outputs_.follow_up(FollowUp::kClaim);  // the first one, even if it names nothing
 }
@@ -61,6 +62,7 @@ void Side::follow(FollowUp what, const Now& now) {
     case FollowUp::kDemands: return imports_.send_demands();
     case FollowUp::kActions: return hold_actions(now);
     case FollowUp::kOffers: return send_offers(now);
+    case FollowUp::kWheels: return drive_switch_.answer(exports_, now);
     case FollowUp::kClock: return follow_clock();
     case FollowUp::kClaim:
       claims_topic_.change();
@@ -85,7 +87,9 @@ void Side::publish_claim(const Now& now) {
   clock_publisher_.add_mirrored(claim);
   imports_.add_mirrored(claim, now);
   service_imports_.add_mirrored(claim);
+  drive_switch_.add_mirrored(claim);
   claims_topic_.publish(std::move(claim), now);
+  drive_switch_.appear();
 }
 
 // ---- the graph
@@ -144,7 +148,12 @@ void Side::on(MirrorFailed& input, const Now& now) {
   if (!claims_topic_.on_failed(input)) imports_.on_mirror_failed(input, now);
 }
 
+void Side::on(ServiceMirrorFailed& input, const Now& now) {
+  if (!drive_switch_.on_failed(input)) service_imports_.on_mirror_failed(input, now);
+}
+
 void Side::on(RequestTaken& input, const Now& now) {
+  if (drive_switch_.on_request(input, exports_, now)) return;
   if (const std::string* action = service_imports_.goals_of(input.mirror))
     imports_.expect_goal(*action, now);  // the demand must be sent before the goal
   service_imports_.on_request(input, now);
@@ -213,6 +222,7 @@ void Side::on(TimePassed&, const Now& now) {
   service_imports_.on_time(now);
   look_for_missing(now);
   clock_publisher_.on_time(outputs_, local_.claims, now);
+  drive_switch_.answer(exports_, now);
   links_.dial_if_due(now);
   if (claims_topic_.is_due(now)) outputs_.follow_up(FollowUp::kClaim);
 }
@@ -222,7 +232,7 @@ std::optional<TimePoint> Side::next_deadline() const {
   std::optional<TimePoint> first = links_.deadline();
   for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
                            service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
-                           missing_.deadline()})
+                           missing_.deadline(), drive_switch_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -235,6 +245,7 @@ void Side::on_link_open(Link& link, const Now& now) {
   missing_.on_link_open(link, now);
   tell_same_graph(link);
   take_time_of(link, now);
+  service_exports_.on_link_open(link);
 }
 
 bool Side::may_give_time(const Link& link) const {
@@ -272,7 +283,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   missing_.on_link_lost(link.id);
   imports_.on_link_lost(link.id, now);
   if (!link.life.may_return()) link.arrived.clear();
-  service_exports_.on_link_lost(link.id);
+  service_exports_.on_link_lost(link.id, now);
   service_imports_.on_link_lost(link.id, now);
 }
 

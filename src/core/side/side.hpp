@@ -22,6 +22,7 @@
 #include "core/side/missing.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
+#include "core/topics/drive_switch.hpp"
 #include "core/topics/local_listeners.hpp"
 #include "core/topics/local_topics.hpp"
 #include "core/topics/peer_topics.hpp"
@@ -85,7 +86,7 @@ class Side final : private LinkUser {
   void on(RequestTaken& input, const Now& now);
   void on(TypeDiffers& input, const Now&) { imports_.on_type_differs(input); }
   void on(CallersGone& input, const Now& now) { service_imports_.on_callers_gone(input, now); }
-  void on(ServiceMirrorFailed& in, const Now& now) { service_imports_.on_mirror_failed(in, now); }
+  void on(ServiceMirrorFailed& input, const Now& now);
   void on(ServiceTypeDiffers& in, const Now& now) { service_imports_.on_type_differs(in, now); }
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
@@ -184,6 +185,7 @@ class Side final : private LinkUser {
   ClockPublisher clock_publisher_;
   LinkId clock_from_{};  // the link whose peer gives the time
   ClaimsTopic claims_topic_;
+  DriveSwitch drive_switch_;
   bool started_ = false;
   bool stopping_ = false;
   bool follows_clock_ = false;

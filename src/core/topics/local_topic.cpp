@@ -384,6 +384,11 @@ void LocalTopic::on_lost(const MessagesLost& lost) {
 
 // ---- status
 
+void LocalTopic::add_steered(std::vector<TopicOffer*>& offers) {
+  for (auto& [link, offer] : offers_)
+    if (offer.steers()) offers.push_back(&offer);
+}
+
 void LocalTopic::add_status(LinkId link, LinkStatus& status) const {
   if (const auto offer = offers_.find(link); offer != offers_.end())
     offer->second.add_status(status);

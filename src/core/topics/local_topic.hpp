@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/flow/history.hpp"
 #include "core/topics/backlogs.hpp"
@@ -62,6 +63,8 @@ class LocalTopic {
   // Number of samples of one origin that a late local subscriber would get, as far as the graph
   // shows.
   [[nodiscard]] std::uint32_t history_depth() const;
+  // Adds the offers by which robots are driven from here.
+  void add_steered(std::vector<TopicOffer*>& offers);
   void add_status(LinkId link, LinkStatus& status) const;
   void add_channels(LinkId link, std::vector<ChannelFacts>& channels) const;
   // What is kept for the link; and whether the rules here still allow that.

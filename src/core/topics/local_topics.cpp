@@ -149,6 +149,12 @@ void LocalTopics::on_time(const Now& now) {
   update_subscriptions(left, now);
 }
 
+std::vector<TopicOffer*> LocalTopics::steered() {
+  std::vector<TopicOffer*> offers;
+  for (auto& [key, topic] : topics_) topic.add_steered(offers);
+  return offers;
+}
+
 void LocalTopics::add_status(const Link& link, LinkStatus& status) const {
   for (const auto& [key, topic] : topics_) topic.add_status(link.id, status);
 }

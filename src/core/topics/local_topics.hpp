@@ -45,6 +45,9 @@ class LocalTopics {
   // send goals to it. A new subscription would miss the messages right after a goal.
   void hold_action(const std::string& action, bool on, const Now& now);
 
+  // The offers by which robots are driven from here, of all links.
+  [[nodiscard]] std::vector<TopicOffer*> steered();
+
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
   void on_subscription_failed(const SubscriptionFailed& failed, const Now& now);

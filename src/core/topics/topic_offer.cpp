@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/driving/command.hpp"
 #include "core/media/columns.hpp"
 #include "core/topics/local_topic.hpp"
 #include "core/topics/sample_content.hpp"
@@ -233,6 +234,18 @@ bool TopicOffer::is_latched() const {
   const auto& origins = topic_.origins();
   return std::any_of(origins.begin(), origins.end(),
                      [](const auto& entry) { return is_transient_local(entry.second.qos); });
+}
+
+void TopicOffer::on_wheel(WheelState state, const Now&) {
+  if (std::exchange(wheel_, state) != state) context_.outputs.follow_up(FollowUp::kWheels);
+}
+
+bool TopicOffer::steers() const {
+  return is_open() && demanded() && treatment().drives != false && driving::command_type(type());
+}
+
+const std::string& TopicOffer::name() const {
+  return topic_.key().first;
 }
 
 const std::string& TopicOffer::type() const {

@@ -45,8 +45,13 @@ class TopicOffer final : public OutgoingChannel {
 
   void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
-  void on_wheel(WheelState state, const Now&) override { wheel_ = state; }
   void on_left(const Now& now) override { pictures_.on_left(now); }
+  void on_wheel(WheelState state, const Now&) override;
+  // Commands of a driver that the peer subscribes to: if it is the robot, it may have their wheel.
+  [[nodiscard]] bool steers() const;
+  // As the robot has told.
+  [[nodiscard]] const std::optional<WheelState>& wheel() const { return wheel_; }
+  void want_wheel(WheelWant want) { link_.send(Wheel{number(), {}, want}); }
 
   // May the topic be resumed? resumes(): the peer has requested that, too.
   [[nodiscard]] bool may_resume() const;
@@ -110,6 +115,7 @@ class TopicOffer final : public OutgoingChannel {
   // Does a publisher keep samples for late subscribers? Then all samples of the topic are exact:
   // beside volatile publishers the subscription is volatile, too.
   [[nodiscard]] bool is_latched() const;
+  [[nodiscard]] const std::string& name() const;
   [[nodiscard]] const std::string& type() const;
   // How exact a cloud is for this peer.
   [[nodiscard]] CloudForm& cloud() { return cloud_; }

@@ -49,6 +49,7 @@ AuditRank rank_of(const Audit& line) {
     case AuditEvent::kRulesRefused: return AuditRank::kOwn;
     case AuditEvent::kCall:
     case AuditEvent::kGoal:
+    case AuditEvent::kGoalCancelled:
     case AuditEvent::kWheelTaken:
     case AuditEvent::kHalted:
     case AuditEvent::kWheelLeft: return AuditRank::kCalls;

@@ -133,6 +133,8 @@ const Case kCases[] = {
      "rule.a.server_queue: -1 is wrong, expected a whole number from 0 to 1000"},
     {"call_timeout", kServer, "{rules: [a], rule: {a: {export_services: [/a], call_timeout: 0}}}",
      "rule.a.call_timeout: 0 is wrong, expected a number from 0.01"},
+    {"cancel_after", kServer, "{rules: [a], rule: {a: {export_actions: [/a], cancel_after: 0}}}",
+     "rule.a.cancel_after: 0 is wrong, expected a number from 0.1"},
     {"graph", kServer, "graph: node", "expected one of merged, nodes"},
     {"pattern_action", kServer, "{rules: [a], rule: {a: {import_actions: [fib]}}}",
      "rule.a.import_actions: \"fib\" is wrong"},

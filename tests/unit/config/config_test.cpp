@@ -107,6 +107,7 @@ rule:
     calls_max: 5
     server_queue: 3
     call_timeout: 2.5
+    cancel_after: 1.5
     qos:
       {reliability: best_effort, durability: transient_local, depth: 3}
 )"),
@@ -130,6 +131,7 @@ rule:
   expected.calls_max = 5;
   expected.server_queue = 3;
   expected.call_timeout = std::chrono::milliseconds(2500);
+  expected.cancel_after = std::chrono::milliseconds(1500);
   EXPECT_TRUE(rule.treatment == expected);
 }
 
@@ -326,7 +328,8 @@ graph: nodes
 rules: [calls, tune]
 rule:
   calls: {export_services: [/a], import_services: [/b], export_actions: [/c], import_actions: [/d],
-          types: [p/srv/A, p/action/C], calls_max: 8, server_queue: 0, call_timeout: 0.5}
+          types: [p/srv/A, p/action/C], calls_max: 8, server_queue: 0, call_timeout: 0.5,
+          cancel_after: 5}
   tune: {parameters: [/e, "/f/**"], types: [p/srv/A], groups: [crew], deny: ["/**/set_parameters*"]}
 )"),
                                   Role::kServer);
@@ -339,7 +342,7 @@ rule:
           "  calls: the peer may call /a (p/srv/A or p/action/C only); the peer may offer the "
           "services /b (p/srv/A or p/action/C only); the peer may use the actions /c (p/srv/A or "
           "p/action/C only); the peer may offer the actions /d (p/srv/A or p/action/C only); "
-          "calls_max 8 calls; server_queue 0 requests; call_timeout 0.5 s\n"
+          "calls_max 8 calls; server_queue 0 requests; call_timeout 0.5 s; cancel_after 5.0 s\n"
           "  tune: the peer may read and set parameters of the nodes /e and "
           "/f/**, if logged in as a member of crew; never /**/set_parameters*, if logged in as a "
           "member of crew, whatever rules allow\n"));

@@ -173,7 +173,10 @@ std::string word_of(const Control& control) {
           },
           [&](const Demand& m) { return word_of_demands(m.channels); },
           [&](const Wheel& m) {
-            return "wheel " + std::to_string(m.channel.value) + (m.state ? " state" : " want");
+            return "wheel " + std::to_string(m.channel.value) +
+                   (m.state                      ? " state"
+                    : m.want == WheelWant::kTake ? " want take"
+                                                 : " want leave");
           },
           [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
           [&](const Listeners& m) {

@@ -1,0 +1,90 @@
+#include "core/services/sent_goals.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "core/base/cdr.hpp"
+#include "core/base/timers.hpp"
+
+namespace connect_bridge {
+
+std::optional<GoalId> goal_in(ByteView request) {
+  GoalId id;
+  if (!is_serialized(request) || request.size() < kCdrHeaderBytes + id.size()) return std::nullopt;
+  std::copy_n(request.begin() + kCdrHeaderBytes, id.size(), id.begin());
+  return id;
+}
+
+// A time of zero with an id cancels that goal alone.
+Payload cancel_request(const GoalId& goal) {
+  CdrWriter writer;
+  for (const std::uint8_t byte : goal) writer.u8(byte);
+  return writer.u32(0).u32(0).take();
+}
+
+void SentGoals::add(SentGoal goal) {
+  const auto is_of_link = [&](const SentGoal& known) {
+    return known.sender.link == goal.sender.link;
+  };
+  if (std::count_if(goals_.begin(), goals_.end(), is_of_link) >=
+      static_cast<std::ptrdiff_t>(kGoalsMax))
+    goals_.erase(std::find_if(goals_.begin(), goals_.end(), is_of_link));
+  goals_.push_back(std::move(goal));
+  update();
+}
+
+void SentGoals::on_asked(const std::string& action, ByteView request, InvocationId invocation) {
+  if (goals_.empty()) return;
+  const auto id = goal_in(request);
+  for (SentGoal& goal : goals_)
+    if (id && goal.id == *id && goal.action == action) goal.result = invocation;
+}
+
+void SentGoals::on_ended(InvocationId invocation) {
+  const auto ended = std::erase_if(goals_, [&](const SentGoal& goal) {
+    return goal.sent == invocation || goal.result == invocation;
+  });
+  if (ended > 0) update();
+}
+
+void SentGoals::on_server_gone(const std::string& action) {
+  if (std::erase_if(goals_, [&](const SentGoal& goal) { return goal.action == action; }) > 0)
+    update();
+}
+
+// A loss and the end of the link after it are one.
+void SentGoals::on_link_lost(LinkId link, TimePoint now) {
+  for (SentGoal& goal : goals_)
+    if (goal.sender.link == link && !goal.ends) goal.ends = now + goal.cancel_after;
+  update();
+}
+
+void SentGoals::on_link_open(const GoalSender& peer) {
+  for (SentGoal& goal : goals_) {
+    if (goal.sender.process != peer.process || goal.sender.identity != peer.identity) continue;
+    goal.sender.link = peer.link;
+    goal.ends.reset();
+  }
+  update();
+}
+
+std::vector<SentGoal> SentGoals::take_due(TimePoint now) {
+  std::vector<SentGoal> due;
+  if (!first_ || *first_ > now) return due;
+  for (auto it = goals_.begin(); it != goals_.end();) {
+    const auto at = it++;
+    if (!at->ends || *at->ends > now) continue;
+    due.push_back(std::move(*at));
+    goals_.erase(at);
+  }
+  update();
+  return due;
+}
+
+void SentGoals::update() {
+  first_.reset();
+  for (const SentGoal& goal : goals_) first_ = earliest(first_, goal.ends);
+}
+
+}  // namespace connect_bridge
