@@ -4,6 +4,7 @@
 //   core_bench steps            the longest step of the loop after packets that take a side long
 //   core_bench shared           the same where one identity's links offer the same publishers
 //   core_bench media            size and time of pictures, distances and clouds, drawn ones
+//   core_bench driving          a command that drives a robot, with a wheel and without
 //   core_bench links [N ...]    messages of 1 kB, 50 a second in both directions on each of N links
 #include <algorithm>
 #include <cstdio>
@@ -15,6 +16,7 @@
 
 #include "bench/control_shapes.hpp"
 #include "bench/crowd.hpp"
+#include "bench/driven_robot.hpp"
 #include "bench/many_links.hpp"
 #include "bench/media_samples.hpp"
 #include "bench/processor_time.hpp"
@@ -242,6 +244,26 @@ int measure_shared() {
   return measure_kept(kHeldUpMax) && all_short ? 0 : 1;
 }
 
+// The shortest of some means: the wheel costs a command at most 1 us.
+int measure_driving() {
+  constexpr std::uint32_t kCommands = 20'000;
+  constexpr double kWheelMax = 1.0;
+  double cost[2] = {1e9, 1e9};
+  for (int round = 0; round < 5; ++round)
+    for (const bool wheel : {false, true}) {
+      bench::DrivenRobot robot(wheel);
+      const std::uint64_t before = robot.published();
+      cost[wheel] = std::min(cost[wheel], robot.microseconds(kCommands));
+      if (robot.published() - before < kCommands) {
+        std::fprintf(stderr, "of %u commands %llu moved the robot\n", kCommands,
+                     static_cast<unsigned long long>(robot.published() - before));
+        return 1;
+      }
+    }
+  std::printf("a command: %.2f us, with a wheel %.2f us\n", cost[0], cost[1]);
+  return cost[1] - cost[0] <= kWheelMax ? 0 : 1;
+}
+
 int measure_links(const std::vector<std::uint32_t>& counts) {
   std::puts(
       "links  us for a message from a peer  where all send at once  for one to a peer  "
@@ -285,12 +307,14 @@ int main(int argc, char** argv) {
   if (what == "steps" && argc == 2) return measure_steps();
   if (what == "media" && argc == 2) return measure_media();
   if (what == "shared" && argc == 2) return measure_shared();
+  if (what == "driving" && argc == 2) return measure_driving();
   if (what == "links") {
     std::vector<std::uint32_t> counts;
     for (int i = 2; i < argc; ++i)
       counts.push_back(static_cast<std::uint32_t>(std::strtoul(argv[i], nullptr, 10)));
     return measure_links(counts.empty() ? std::vector<std::uint32_t>{1, 60, 300} : counts);
   }
-  std::fputs("usage: core_bench control | steps | media | shared | links [N ...]\n", stderr);
+  std::fputs("usage: core_bench control | steps | media | shared | driving | links [N ...]\n",
+             stderr);
   return 2;
 }

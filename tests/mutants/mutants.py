@@ -227,6 +227,13 @@ MUTANTS = [
     Mutant("stream_of_zeros", "a panel that repeats zeros halts who drives", value("true")),
     Mutant("mirror_of_a_halt", "a mirror ends before its halt is heard", always),
     Mutant("halt_at_the_links_end", "the end of a link is no halt", gone),
+    Mutant("stale_is_life", "an old command is a sign of life",
+           swap("context_.wheels.on_old(mirror)",
+                "(void)context_.wheels.judge(context_, mirror, link_, {*command_, raw, "
+                "command.moves, age, {treatment().halt_after, true}, decision_.rule}, now)")),
+    Mutant("halt_clock", "a halt comes by the system's clock",
+           swap("on_time(now.steady)", "on_time(TimePoint(Duration(now.system)))")),
+    Mutant("cancel_after", "goals of who is gone go on", always),
     Mutant("max_age", "max_age unchecked at the importer", gone),
     Mutant("window", "the window is ignored", gone),
     Mutant("rate", "the rate holds nothing back", value("now")),

@@ -462,7 +462,7 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
   if (waits_for_clock(message, raw, command.moves, now)) return;
   Duration age{0};
   if (!is_fresh(message, command.moves, mirror, age, now)) {
-    if (command_) context_.wheels.on_old(mirror);
+    if (command_) context_.wheels.on_old(mirror);  // mutant: stale_is_life
     return dropped_.add(DropReason::kMaxAge);
   }
   if (!was_held && !admits(message, raw, mirror, now)) return;

@@ -187,7 +187,7 @@ void Wheels::on_time(ImportContext& context, const Now& now) {
   while (const auto due = timers_.take_due(now.steady)) {
     const Found found = wheels_.find(**due);
     found->second.timer.cancel();
-    follow(context, found, found->second.wheel.on_time(now.steady), now);
+    follow(context, found, found->second.wheel.on_time(now.steady), now);  // mutant: halt_clock
   }
 }
 

@@ -131,6 +131,28 @@ TEST(Driving, SilenceHaltsWhoDrives) {
   EXPECT_THAT(s.drove(), HasSubstr("zero; move"));
 }
 
+// A clock that is set neither stops the robot nor lets it drive on.
+TEST(Driving, AHaltDoesNotComeByTheSystemsClock) {
+  for (const Stamp hour : {3600 * kStampSecond, -3600 * kStampSecond}) {
+    Robot s;
+    s.tell_clock(1);
+    s.move(1);
+    s.pass(100);
+    s.move(1);
+    s.drove();
+    const auto wait = [&](std::int64_t ms) {
+      s.at += ms;
+      Now now = flow_test::now_ms(s.at);
+      now.system += hour;
+      s.side.handle(TimePassed{}, now);
+      return s.drove();
+    };
+    EXPECT_EQ(wait(200), "");
+    EXPECT_EQ(wait(99), "");
+    EXPECT_THAT(wait(1), HasSubstr("zero; halted 1 anna import /cmd_vel by rule silence"));
+  }
+}
+
 TEST(Driving, OneDrivesAtATime) {
   Robot s;
   s.tell_clock(1);
