@@ -84,6 +84,8 @@ DrivingPlan make_driving(std::uint64_t seed) {
   plan.logins = rng.chance(700);
   plan.crashes = rng.chance(300);
   plan.clock_steps = rng.chance(300);
+  plan.takes = rng.chance(500);
+  plan.withdrawals = rng.chance(400);
   if (rng.chance(500)) plan.max_age = rng.between(200ms, 1s);
   if (rng.chance(800))
     plan.halt_after = rng.pick(std::vector<Duration>{200ms, 300ms, 500ms, 1s, 3s});
@@ -108,6 +110,7 @@ std::string DrivingPlan::text() const {
   std::ostringstream out;
   out << operators.size() << " operators (" << (stamped ? "stamped" : "no stamps")
       << (logins ? ", logins" : ", no logins") << (crashes ? ", crashes" : "")
+      << (takes ? ", takes" : "") << (withdrawals ? ", rights end" : "")
       << (clock_steps ? ", clocks are set" : "") << "), max_age "
       << (max_age == kForever ? 0 : seconds(max_age)) << " s, halt_after "
       << (halt_after == kForever ? 0 : seconds(halt_after)) << " s, one way " << seconds(path.delay)
@@ -131,10 +134,7 @@ void Driving::build(bool verbose) {
   robot.options.at_robot = true;
   robot.options.resumes_imported = false;
   robot.options.dead_after = kDeadAfter;
-  Rule rule = everything();
-  rule.treatment.max_age = plan_.max_age;
-  rule.treatment.halt_after = plan_.halt_after;
-  robot.options.policy = Policy{{rule}};
+  robot.options.policy = policy();
   build_host(robot, verbose);
   EndpointSpec spec;
   spec.topic = kDriveTopic;
@@ -153,6 +153,7 @@ void Driving::build(bool verbose) {
       client.graph_delay_max = 20ms;
       client.options.node = "/connect" + std::to_string(hosts_.size());
       client.options.resumes_exported = false;
+      client.options.drive_switch = true;
       client.options.dead_after = kDeadAfter;
       client.options.policy = Policy{{everything()}};
       client.start = rng_.between(0ms, 300ms);
@@ -172,6 +173,14 @@ void Driving::build(bool verbose) {
     schedule_.after(kBegin, [this, by] { change_mood(by); });
   }
   schedule_.after(kBegin + 1s, [this] { disturb(); });
+}
+
+Policy Driving::policy() const {
+  Rule rule = everything();
+  rule.treatment.max_age = plan_.max_age;
+  rule.treatment.halt_after = plan_.halt_after;
+  if (withdrawn_) rule.deny = {Pattern::parse(kDriveTopic).value()};
+  return Policy{{rule}};
 }
 
 // ---- operators
@@ -199,6 +208,11 @@ void Driving::change_mood(int by) {
   if (rng_.chance(60)) {  // the node starts again
     middleware_.destroy_writer(sources_[one.source].writer);
     add_source(by);
+  }
+  if (plan_.takes && rng_.chance(250)) {
+    const auto first = std::find_if(hosts_.begin() + 1, hosts_.end(),
+                                    [&](const auto& host) { return host->graph() == by + 1; });
+    (*first)->drive(rng_.chance(600));
   }
   const auto drawn = rng_.below(10);
   one.mood = drawn < 5 ? Mood::kLean : drawn < 6 ? Mood::kTap : Mood::kRest;
@@ -243,9 +257,17 @@ void Driving::disturb() {
       break;
     }
     case 3: {
+      if (plan_.withdrawals && rng_.chance(500)) {
+        withdraw();
+        break;
+      }
       if (!plan_.crashes) break;
-      Host& host = *hosts_[1 + rng_.below(hosts_.size() - 1)];
+      Host& host = *hosts_[rng_.below(hosts_.size())];
       if (!host.running()) break;
+      if (&host == hosts_.front().get()) {
+        crash_robot(takes);
+        break;
+      }
       cut_ = schedule_.now();
       host.crash(rng_.chance(500));
       schedule_.after(takes, [&host] { host.restart(); });
@@ -259,6 +281,25 @@ void Driving::disturb() {
     }
   }
   schedule_.after(rng_.between(500ms, 4s), [this] { disturb(); });
+}
+
+// A driver whose right ends is halted like one whose link ends.
+void Driving::withdraw() {
+  cut_ = schedule_.now();
+  withdrawn_ = !withdrawn_;
+  hosts_.front()->set_policy(policy());
+}
+
+// Nobody publishes a zero, and what is to be let go is forgotten with the process.
+void Driving::crash_robot(Duration takes) {
+  Host& robot = *hosts_.front();
+  cut_ = schedule_.now();
+  robot.crash(rng_.chance(500));
+  last_.reset();
+  taken_.reset();
+  halted_.clear();
+  audited_ = moved_;
+  schedule_.after(takes, [&robot] { robot.restart(); });
 }
 
 // ---- what is right
@@ -294,6 +335,7 @@ void Driving::on_command(const Host& host, ByteView message) {
     stopped_ = now;
     return;
   }
+  if (withdrawn_) violated("an operator drives whose right has ended");
   check_age(said);
   if (plan_.stamped) check_stamp(said, of, message, host.now().system);
   check_holder(source, now);
@@ -338,6 +380,8 @@ void Driving::check_stamp(const Said& said, const Source& of, ByteView message, 
 
 // Between commands of two holders that move, a halt or a second.
 void Driving::check_holder(std::size_t source, TimePoint now) const {
+  if (taken_ && taken_->by != sources_[source].by && now - taken_->at < kHeld)
+    violated("another one drives after the wheel was taken");
   if (!last_ || sources_[last_->source].by == sources_[source].by) return;
   if (now - last_->at >= kHeld) return;
   // The end of its link frees a wheel, after a halt if there is one.
@@ -363,7 +407,14 @@ void Driving::check_let_go(std::size_t source, std::size_t index) const {
 }
 
 void Driving::on_audit(const Audit& line) {
-  if (line.event == AuditEvent::kWheelLeft) audited_ += std::stoull(line.reason);
+  if (line.event == AuditEvent::kWheelLeft) {
+    audited_ += std::stoull(line.reason);
+    taken_.reset();
+  }
+  constexpr std::string_view kNamed = "operator";
+  if (line.event == AuditEvent::kWheelTaken && line.code == "taken" &&
+      line.identity.starts_with(kNamed))
+    taken_ = Taken{std::stoi(line.identity.substr(kNamed.size())), schedule_.now()};
 }
 
 // In good weather each command of who drives alone arrives, and the next driver has the wheel after
@@ -390,6 +441,7 @@ void Driving::check_calm() {
 void Driving::run() {
   schedule_.run_until(TimePoint{} + kBegin + kChaos);
   calm_ = true;
+  if (withdrawn_) withdraw();
   for (Operator& one : operators_)
     if (one.mood != Mood::kZeros) one.mood = Mood::kRest;
   for (const int path : paths_) {

@@ -26,6 +26,8 @@ struct DrivingPlan {
   bool stamped = true;  // TwistStamped, else Twist
   bool logins = true;
   bool crashes = false;
+  bool takes = false;        // operators call ~/drive
+  bool withdrawals = false;  // rights end and come back
   Duration max_age = kForever;
   Duration halt_after = kForever;
   bool clock_steps = false;
@@ -78,6 +80,9 @@ class Driving final : public SmallWorld, DrivingListener {
   void tick(int by);
   void say(int by, bool moves);
   void disturb();
+  void withdraw();
+  void crash_robot(Duration takes);
+  [[nodiscard]] Policy policy() const;
   void check_calm();
   void check_time() const;
   void check_age(const Said& said) const;
@@ -95,8 +100,14 @@ class Driving final : public SmallWorld, DrivingListener {
   std::vector<int> paths_;
   std::vector<Source> sources_;
   std::vector<Operator> operators_;
-  std::optional<Heard> last_;        // the last command that moved the robot
-  TimePoint stopped_{};              // when the last zero or neutral was published
+  std::optional<Heard> last_;  // the last command that moved the robot
+  TimePoint stopped_{};        // when the last zero or neutral was published
+  bool withdrawn_ = false;     // nobody may drive now
+  struct Taken {
+    int by = 0;
+    TimePoint at;
+  };
+  std::optional<Taken> taken_;       // by a call, and not left since
   std::map<int, TimePoint> halted_;  // operators that have to let go, since when
   TimePoint clock_set_{TimePoint::min()};
   TimePoint cut_{};  // the last time at which a link may have ended

@@ -83,6 +83,8 @@ void Host::crash(bool peers_notice) {
 }
 
 void Host::forget_entities() {
+  drive_switch_ = {};
+  open_drive_calls_.clear();
   for (const auto& [id, mirror] : mirrors_) world_.middleware.destroy_writer(mirror.writer);
   for (const auto& [id, made] : subscriptions_) world_.middleware.destroy_reader(made.reader);
   for (const auto& [id, made] : service_mirrors_) world_.services.destroy_servant(made.servant);

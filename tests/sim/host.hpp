@@ -85,6 +85,8 @@ class Host : public Party {
   // Starts again what has stopped or crashed.
   void restart();
   void set_policy(Policy policy);
+  // Somebody calls the service ~/drive.
+  void drive(bool take);
   // What a middleware reports sometimes: lost samples, endpoints that do not fit.
   void report_trouble();
   void network_changed();
@@ -229,6 +231,9 @@ class Host : public Party {
   std::map<ServiceMirrorId, ServiceMirrorInfo> service_mirrors_;
   std::map<ServiceClientId, ServiceClientInfo> service_clients_;
   std::set<ServiceMirrorId> failed_service_mirrors_;
+  ServiceMirrorId drive_switch_;
+  std::uint32_t drive_calls_ = 0;
+  std::set<RequestId> open_drive_calls_;
   std::set<ServiceClientId> failed_service_clients_;
   std::shared_ptr<std::uint64_t> held_bytes_;
   TimePoint last_packet_{}, last_open_{}, last_network_change_{};

@@ -1,6 +1,8 @@
 // What a host does with services: the gateway's part, as ports.hpp promises it to the core.
 #include <utility>
 
+#include "core/base/cdr.hpp"
+#include "core/policy/interface.hpp"
 #include "sim/checker.hpp"
 #include "sim/host.hpp"
 
@@ -13,6 +15,10 @@ using namespace std::chrono_literals;
 
 void Host::act(const CreateServiceMirror& action) {
   if (service_mirrors_.contains(action.id)) violated("a service mirror is created twice");
+  if (plan_.options.drive_switch && is_drive_switch(action.service, plan_.options.node)) {
+    drive_switch_ = action.id;
+    return;
+  }
   if (!world_.middleware.knows_type(plan_.graph, action.type)) {
     failed_service_mirrors_.insert(action.id);
     later(rng_.between(1us, 2ms), [action]() -> Input {
@@ -53,7 +59,19 @@ void Host::on_request(const Servant& servant, RequestKey key, const Payload& pay
   input(RequestTaken{id, request, counted(Bytes{view.begin(), view.end()})});
 }
 
+void Host::drive(bool take) {
+  if (!side_ || !drive_switch_) return;
+  const RequestId request{++drive_calls_};
+  open_drive_calls_.insert(request);
+  input(RequestTaken{drive_switch_, request, CdrWriter().u8(take ? 1 : 0).take()});
+}
+
 void Host::act(const SendResponse& action) {
+  if (drive_switch_ && action.mirror == drive_switch_) {
+    if (open_drive_calls_.erase(action.request) == 0)
+      violated("a call of ~/drive is answered twice");
+    return;
+  }
   const auto it = service_mirrors_.find(action.mirror);
   if (it == service_mirrors_.end()) violated("an answer at a mirror that does not exist");
   world_.checker.calls().on_send_response(*this, action,
@@ -64,6 +82,10 @@ void Host::act(const SendResponse& action) {
 }
 
 void Host::act(const DropRequest& action) {
+  if (drive_switch_ && action.mirror == drive_switch_) {
+    open_drive_calls_.erase(action.request);
+    return;
+  }
   const auto it = service_mirrors_.find(action.mirror);
   if (it == service_mirrors_.end())
     violated("a request is dropped at a mirror that does not exist");

@@ -1,4 +1,5 @@
 // A local service, offered on one link.
+// One unit: the offer, both its channels and its calls begin and end together.
 #pragma once
 
 #include <cstdint>
