@@ -38,9 +38,14 @@ void PeerServices::update(ServiceMirror& service, const Now& now) {
   // goes to another robot stops nothing. The recursion ends, because only a service of goals starts
   // it, and only when it moves. The name is read before the service may be destroyed.
   const LinkId before = service.feeder();
+  ++updated_;
   const bool stays = service.update(now);
   const std::string moved = stays && service.feeder() == before ? "" : service.goals_of();
-  if (!stays) services.erase(ServiceKey(service.key()));
+  if (stays) {
+    static_cast<void>(service.claims_differ());  // the update has asked for them
+  } else {
+    services.erase(ServiceKey(service.key()));
+  }
   if (moved.empty()) return;
   for (const ActionPart part : kActionParts) {
     if (kind_of(part) != InterfaceKind::kService) continue;
@@ -57,8 +62,11 @@ void PeerServices::update_named(const std::string& name, const Now& now) {
 template <class Change>
 void PeerServices::update_each(const Change& change, const Now& now) {
   for (auto it = services.begin(); it != services.end();) {
+    if (!change(it->second)) {
+      ++it;
+      continue;
+    }
     const ServiceKey key = it->first;
-    change(it->second);
     update(it->second, now);
     it = services.upper_bound(key);
   }
@@ -138,23 +146,30 @@ void PeerServices::on_link_forgotten(LinkId link, const Now& now) {
 void PeerServices::on_graph(const Now& now, const GraphDifference& difference) {
   const bool all = difference.all || !graph_since;
   if (!graph_since) graph_since = now.steady;
-  if (all) return on_claims(now);
+  if (all) return update_each([](ServiceMirror&) { return true; }, now);
   for (const std::string& name : difference.served) update_named(name, now);
 }
 
 void PeerServices::on_claims(const Now& now) {
-  update_each([](ServiceMirror&) {}, now);
+  update_each([](ServiceMirror& service) { return service.claims_differ(); }, now);
 }
 
 void PeerServices::on_lapse(const Now& now) {
   if (!graph_since) return;
   graph_since = now.steady;
-  update_each(
-      [&](ServiceMirror& service) { service.close("another bridge may serve it now", now); }, now);
+  const auto close = [&](ServiceMirror& service) {
+    service.close("another bridge may serve it now", now);
+    return true;
+  };
+  update_each(close, now);
 }
 
 void PeerServices::on_policy(const Now& now) {
-  update_each([&](ServiceMirror& service) { service.on_policy(now); }, now);
+  const auto judge_again = [&](ServiceMirror& service) {
+    service.on_policy(now);
+    return true;
+  };
+  update_each(judge_again, now);
 }
 
 // Null: the mirror may have been destroyed just now.
@@ -204,7 +219,7 @@ void PeerServices::on_time(const Now& now) {
 
 void PeerServices::add_mirrored(Claim& claim) const {
   for (const auto& [key, service] : services)
-    if (service.is_claimed()) claim.services.push_back(service_gid(key.first));
+    if (service.is_claimed()) claim.services.push_back(service.gid());
 }
 
 bool PeerServices::has_mirror(const ServiceKey& key) const {

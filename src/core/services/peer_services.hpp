@@ -69,6 +69,8 @@ class PeerServices final : public SideView {
   void add_status(const Link& link, LinkStatus& status) const;
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   [[nodiscard]] std::uint64_t memory_bytes() const { return bytes_of(loads); }
+  // Number of updates of services: it measures the work done here.
+  [[nodiscard]] std::uint64_t updated() const { return updated_; }
 
   // ---- for the services
   // Updates the service (ServiceMirror::update) and destroys it if nobody offers it any longer. The
@@ -92,9 +94,12 @@ class PeerServices final : public SideView {
   std::uint64_t unanswered = 0;  // calls that ended without an answer
 
  private:
+  std::uint64_t updated_ = 0;
+
   [[nodiscard]] ServiceMirror* find(ServiceMirrorId mirror) const;
   void update_named(const std::string& name, const Now& now);
-  // Changes and updates each service, or each one that the link offers.
+  // Changes and updates each service, or each one that the link offers. A service whose change is
+  // false needs no update.
   template <class Change>
   void update_each(const Change& change, const Now& now);
   template <class Change>

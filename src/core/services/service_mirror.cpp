@@ -28,10 +28,14 @@ TimePoint next_look(const Now& now) {
 }  // namespace
 
 ServiceMirror::ServiceMirror(ServiceKey key, PeerServices& imports)
-    : imports_(imports), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {
+    : imports_(imports),
+      key_(std::move(key)),
+      gives_results_(is_result_service(key_.first)),
+      gid_(service_gid(key_.first)) {
   const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
   if (!part) return;
   action_ = part->action;
+  gid_of_goals_ = service_gid(name_of_part(action_, ActionPart::kSendGoal));
   if (part->part == ActionPart::kSendGoal) goals_of_ = action_;
 }
 
@@ -154,29 +158,53 @@ LinkId ServiceMirror::link_of_goals() const {
   return link;
 }
 
+bool ServiceMirror::claims_differ() {
+  const Claimed before = std::exchange(claimed_, claimed_by_others());
+  return claimed_ != before;
+}
+
+ServiceMirror::Claimed ServiceMirror::claimed_by_others() const {
+  const Claims& claims = imports_.claims;
+  Claimed now;
+  now.bridges = claims.any();
+  if (!now.bridges && !claims.serves(gid_)) return now;
+  now.peer_is_here = is_peer_here();
+  now.taken = claims.service_taken(gid_, false);
+  now.taken_first = claims.service_taken(gid_, true);
+  now.served = claims.serves(gid_);
+  now.goals_taken = !action_.empty() && claims.service_taken(gid_of_goals_, false);
+  return now;
+}
+
+bool ServiceMirror::is_peer_here() const {
+  const auto fed = peer_services_.find(feeder_);
+  if (fed == peer_services_.end()) return false;
+  const Connection* const connection = fed->second.link().connection();
+  return connection && imports_.claims.is_here(connection->peer().side);
+}
+
 bool ServiceMirror::is_served_by_bridge() const {
-  return imports_.claims.serves(service_gid(key_.first));
+  return imports_.claims.serves(gid_);
 }
 
 bool ServiceMirror::may_exist(const PeerService& peer_service) {
   if (!imports_.graph_since || failed_ || peer_service.is_unfit()) return false;
-  if (imports_.claims.service_taken(service_gid(key_.first), claiming_.holds())) return false;
+  if (imports_.claims.service_taken(gid_, claiming_.holds())) return false;
   // Another bridge has the goals now, and serves their results when this mirror has ended.
   if (peer_service.keeps_results() && !link_of_goals() && !action_.empty() &&
-      imports_.claims.service_taken(service_gid(name_of_part(action_, ActionPart::kSendGoal)),
-                                    false))
+      imports_.claims.service_taken(gid_of_goals_, false))
     return false;
   // Our own services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == imports_.own_node ||
       is_drive_switch(key_.first, imports_.own_node))
     return false;
   // Both ends are in one graph: the peer's exports are here already.
-  const Link& link = peer_service.link();
-  if (link.connection() && imports_.claims.is_here(link.connection()->peer().side)) return false;
+  if (is_peer_here()) return false;
   if (!imports_.graph.has_server(key_.first)) return true;
   // The server is another bridge's, which will give way to ours or has just ended. Our mirror
   // stays, but none is made while the graph shows the other one.
   if (is_served_by_bridge()) return bool(mirror_);
+  const Link& link = peer_service.link();
   imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
                             key_.first + " has a server here and one behind " + link.label() +
                                 ": the one there is not mirrored");

@@ -39,6 +39,8 @@ class ServiceMirror final : private Appearing::Waiting {
   // Brings the mirror into the state that follows from all present knowledge. False: nobody offers
   // the service, and the caller destroys this object.
   [[nodiscard]] bool update(const Now& now);
+  // Claims of other bridges concern the service otherwise than at the last call of this.
+  [[nodiscard]] bool claims_differ();
 
   // ---- links; the caller updates the mirror afterwards
   // False: the link offers the service already.
@@ -66,6 +68,8 @@ class ServiceMirror final : private Appearing::Waiting {
   void on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now);
   void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
+  // The service's id in claims.
+  [[nodiscard]] const Gid& gid() const { return gid_; }
   // True if the service is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return claiming_.holds(); }
   [[nodiscard]] const ServiceKey& key() const { return key_; }
@@ -84,6 +88,18 @@ class ServiceMirror final : private Appearing::Waiting {
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
 
  private:
+  // The answers of the claims to all that an update asks them.
+  struct Claimed {
+    bool bridges = false;       // other bridges are in the graph
+    bool peer_is_here = false;  // the feeder's peer is one of them
+    bool taken = false;
+    bool taken_first = false;  // even if this side claims the service
+    bool served = false;
+    bool goals_taken = false;
+    bool operator==(const Claimed&) const = default;
+  };
+  [[nodiscard]] Claimed claimed_by_others() const;
+  [[nodiscard]] bool is_peer_here() const;
   [[nodiscard]] PeerService* feeding();
   // The link of its action's goals; none: it has no such action, or no link has the goals.
   [[nodiscard]] LinkId link_of_goals() const;
@@ -117,6 +133,11 @@ class ServiceMirror final : private Appearing::Waiting {
   bool gives_results_;
   std::string action_;  // its action (local name); empty: none
   std::string goals_of_;
+  // Ids in claims: of the service, and of its action's goals. A hash for each look would cost more
+  // than the rest of an update.
+  Gid gid_;
+  Gid gid_of_goals_;
+  Claimed claimed_{};
   std::map<LinkId, PeerService> peer_services_;
   LinkId feeder_;  // the link that we attach to
   ServiceMirrorId mirror_;

@@ -57,7 +57,7 @@ struct OfferedServices : topics_test::Actions {
     from.link.forget({channel});
     ended->on_withdraw({}, ms(at));
   }
-  void update() { imports.on_claims(ms(at)); }
+  void update() { imports.on_graph(ms(at)); }
   // Every deadline up to this moment.
   void pass_to(std::int64_t to) {
     at = to;

@@ -372,5 +372,31 @@ TEST(ServiceMirror, TheParametersOfOurOwnNodeHaveNone) {
   EXPECT_EQ(s.said(), "attach 2 1\n");
 }
 
+// A bridge beside this one may claim and end without end, whatever our peers offer.
+TEST(ServiceMirror, AClaimConcernsTheServicesThatItNames) {
+  constexpr std::uint32_t kOffered = 200;
+  Fed s;
+  for (std::uint32_t n = 2; n <= kOffered; ++n)
+    s.offer(s.peer, service_channel(n, "/s" + std::to_string(n)));
+  auto updates = [&, before = std::uint64_t{}]() mutable {
+    return s.imports.updated() - std::exchange(before, s.imports.updated());
+  };
+  updates();
+  Claim claim = claim_to_s();
+  claim.services.clear();
+  s.claims.update({}, claim, ms(0).steady);  // the first bridge: each service waits longer
+  s.imports.on_claims(ms(0));
+  EXPECT_EQ(updates(), kOffered);
+  s.claims.update({}, claim_to_s(), ms(1).steady);
+  s.imports.on_claims(ms(1));
+  EXPECT_EQ(updates(), 1U);
+  s.imports.on_claims(ms(2));
+  EXPECT_EQ(updates(), 0U);
+  claim.services = {service_gid("/s7"), service_gid("/s9")};
+  s.claims.update({}, claim, ms(3).steady);
+  s.imports.on_claims(ms(3));
+  EXPECT_EQ(updates(), 3U);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test
