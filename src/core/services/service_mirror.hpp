@@ -1,4 +1,5 @@
 // The mirror of a service that peers offer.
+// One unit: each update decides together about its feeder, its claim and its endpoint.
 #pragma once
 
 #include <map>
