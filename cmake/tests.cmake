@@ -192,6 +192,10 @@ foreach(source ${bench_sources})
   target_include_directories(${name} PRIVATE "${tests}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bench")
 endforeach()
+if(TARGET pictures)
+  find_library(CONNECT_TURBOJPEG turbojpeg REQUIRED)
+  target_link_libraries(pictures PRIVATE ${CONNECT_TURBOJPEG})
+endif()
 
 # Python tests: the programs with real nodes, and a peer written from the specification alone. A ctest entry per file. A file
 # that says "PARTS = n" is divided into so many; what is marked "alone" is an entry of its own: these come last, no

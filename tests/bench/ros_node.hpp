@@ -1,6 +1,6 @@
 // One ROS node with publishers, subscriptions and a wait set, on rcl and with serialized messages
-// only, so that the benchmark's own cost is small. The type is std_msgs/msg/UInt8MultiArray, loaded
-// by name as the bridge loads types.
+// only, so that the benchmark's own cost is small. Types are loaded by name as the bridge loads
+// them; the type is std_msgs/msg/UInt8MultiArray where none is named.
 #pragma once
 
 #include <dlfcn.h>
@@ -24,17 +24,21 @@ inline void require(rcl_ret_t result, const char* what) {
   std::exit(1);
 }
 
-inline const rosidl_message_type_support_t* type_support() {
-  void* library = dlopen("libstd_msgs__rosidl_typesupport_c.so", RTLD_NOW);
+struct MessageType {
+  std::string package = "std_msgs";
+  std::string name = "UInt8MultiArray";
+};
+
+inline const rosidl_message_type_support_t* type_support(const MessageType& type) {
+  const auto file = "lib" + type.package + "__rosidl_typesupport_c.so";
+  const auto symbol = "rosidl_typesupport_c__get_message_type_support_handle__" + type.package +
+                      "__msg__" + type.name;
+  void* library = dlopen(file.c_str(), RTLD_NOW);
   using Get = const rosidl_message_type_support_t* (*)();
   Get get = nullptr;
-  if (library != nullptr) {
-    get = reinterpret_cast<Get>(dlsym(
-        library,
-        "rosidl_typesupport_c__get_message_type_support_handle__std_msgs__msg__UInt8MultiArray"));
-  }
+  if (library != nullptr) get = reinterpret_cast<Get>(dlsym(library, symbol.c_str()));
   if (get == nullptr) {
-    std::fprintf(stderr, "std_msgs is not installed: %s\n", dlerror());
+    std::fprintf(stderr, "%s is not installed: %s\n", type.package.c_str(), dlerror());
     std::exit(1);
   }
   return get();
@@ -130,17 +134,19 @@ class Node {
 
 class Publisher {
  public:
-  Publisher(Node& node, const std::string& topic) : node_(node) {
+  Publisher(Node& node, const std::string& topic, const MessageType& type = {}) : node_(node) {
     auto options = rcl_publisher_get_default_options();
     options.qos = node.qos();
-    require(rcl_publisher_init(&publisher_, node.handle(), type_support(), topic.c_str(), &options),
-            "publisher");
+    require(
+        rcl_publisher_init(&publisher_, node.handle(), type_support(type), topic.c_str(), &options),
+        "publisher");
   }
   ~Publisher() { require(rcl_publisher_fini(&publisher_, node_.handle()), "publisher"); }
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
-  void send(Message& message) {
-    if (rcl_publish_serialized_message(&publisher_, message.get(), nullptr) == RCL_RET_OK) return;
+  void send(Message& message) { send(message.get()); }
+  void send(const rcl_serialized_message_t* message) {
+    if (rcl_publish_serialized_message(&publisher_, message, nullptr) == RCL_RET_OK) return;
     ++failed_;
     rcl_reset_error();
   }
@@ -159,10 +165,10 @@ class Publisher {
 
 class Subscription {
  public:
-  Subscription(Node& node, const std::string& topic) : node_(node) {
+  Subscription(Node& node, const std::string& topic, const MessageType& type = {}) : node_(node) {
     auto options = rcl_subscription_get_default_options();
     options.qos = node.qos();
-    require(rcl_subscription_init(&subscription_, node.handle(), type_support(), topic.c_str(),
+    require(rcl_subscription_init(&subscription_, node.handle(), type_support(type), topic.c_str(),
                                   &options),
             "subscription");
   }

@@ -20,7 +20,7 @@ if ! ros_is_sourced; then
 fi
 if [ "$what" = all ]; then
   packages+=(
-    libgtest-dev libgmock-dev zsh fish                          # tests
+    libgtest-dev libgmock-dev libturbojpeg0-dev zsh fish        # tests
     clang clang-format libclang-rt-14-dev                       # second compiler, sanitizers, libFuzzer, format
   )
 fi
