@@ -3,7 +3,8 @@
 //
 //   pictures camera form=     <name>/image_raw and camera_info, or <name>/image_raw/compressed
 //        commands: film seconds=     {"sent":N}
-//   pictures watch form=      commands: count, of what came since the last one; save, the same with
+//   pictures watch form=      commands: clear; count, of what came since the last one; save, as
+//   count with
 //        a picture a file in folder= of a third of the size, for those that came between from= and
 //        to= (s of the system's clock): <ns of arrival>.ppm, and <ns>.original.ppm, of that moment
 //        {"count":,"at":[s],"age_ms":[],"ssim":[],"exact":,"paired":,"disordered":}
@@ -251,7 +252,8 @@ std::string judged(const std::vector<Arrival>& arrivals, const std::set<std::int
   std::size_t paired = 0;
   for (const auto& one : arrivals) {
     const auto stamp = stamp_in(one.sample.data());
-    paired += infos.count(stamp);
+    // The CameraInfo of the first and of the last may belong to another count.
+    if (&one == &arrivals.front() || &one == &arrivals.back() || infos.count(stamp) > 0) ++paired;
     auto rgb = rgb_of(one.sample, form);
     const double came = static_cast<double>(one.came_ns) / 1e9;
     if (command.verb == "save" && command.number("from", 0) <= came &&
@@ -280,7 +282,7 @@ void run_watch(Node& node, Commands& commands, const Form& form) {
     }
     const auto command = commands.next(0);
     if (!command) continue;
-    answer(judged(arrivals, stamps, form, *command));
+    answer(command->verb == "clear" ? "{}" : judged(arrivals, stamps, form, *command));
     arrivals.clear();
     stamps.clear();
   }

@@ -21,8 +21,8 @@ class Scene {
     std::mt19937 random{7};
     std::normal_distribution<double> noise{0, 2};
     for (auto& one : noise_) one = static_cast<std::int8_t>(std::lround(noise(random)));
-    for (int octave = 0; octave < 5; ++octave)
-      add_octave(random, 8U << octave, 46.0 / (1 << octave));
+    for (std::uint32_t octave = 0; octave < 5; ++octave)
+      add_octave(random, 8U << octave, 44.0 - 4.75 * octave);
   }
 
   [[nodiscard]] std::uint32_t width() const { return width_; }
@@ -117,7 +117,7 @@ class Scene {
       std::uint8_t* const pixel = data + 3 * (std::size_t{y} * width_ + x);
       if (y >= top && y < bottom) {
         const double v = (y - top) / (bottom - top);
-        const double grain = texture(u / 2, v) + (what < 2 && v > 0.72 ? -35 : 0);
+        const double grain = texture(u / 1.5, 1.6 * v) + (what < 2 && v > 0.72 ? -35 : 0);
         paint(pixel, kPaint[static_cast<std::size_t>(what)], fog, grain);
       } else {
         const bool floor = y >= bottom;
@@ -126,7 +126,7 @@ class Scene {
         const double px = camera.x + away * rx, py = camera.y + away * ry;
         const bool tile = (static_cast<int>(px * 2) + static_cast<int>(py * 2)) % 2 == 0;
         const double grain =
-            texture(px / 2, py / 2) * (floor ? 0.8 : 0.3) + (floor && tile ? 25 : 0);
+            texture(px / 1.5, py / 1.5) * (floor ? 0.9 : 0.5) + (floor && tile ? 25 : 0);
         static constexpr std::array<int, 3> kFloor{105, 100, 95}, kCeiling{190, 190, 200};
         paint(pixel, floor ? kFloor : kCeiling, std::max(0.25, 1 - away / 25), grain);
       }

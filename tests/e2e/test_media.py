@@ -67,7 +67,6 @@ def test_a_picture_is_bit_for_bit(relayed):
 
 
 @pytest.mark.slow
-@not_under_a_sanitizer
 @pytest.mark.parametrize("end", [None, "server", "client"])
 def test_a_cloud_on_a_thin_link(make_pair, end):
     """Ten a second of 160 kB, where one exact one fits."""
@@ -89,6 +88,7 @@ def test_a_cloud_on_a_thin_link(make_pair, end):
         time.sleep(0.06)
     came = collector.messages
     assert came
+    not_under_a_sanitizer("what a busy processor keeps up with")
     sides = pair.server, pair.client
     steps = [(side.topic("/t/points") or {}).get("sent_as_step") for side in sides]
     if end:

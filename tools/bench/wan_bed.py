@@ -44,6 +44,15 @@ NOW = {
         },
     },
 }
+CAMERAS = {
+    "rules": ["command", "one_packet", "never", "rest"],
+    "rule": {
+        "command": PRIORITIES["rule"]["command"],
+        "one_packet": {"export_topics": ["/wan/ideal_*"], "keep": "newest", "compression": "none"},
+        "never": {"export_topics": ["/never/**"], "lossy": "never"},
+        "rest": {"export_topics": ["/wan/**", "/camera/**", "/large/**", "/jpeg/**"]},
+    },
+}
 
 
 def seen_from_the_client(rules):
@@ -56,7 +65,7 @@ def seen_from_the_client(rules):
     return {"rules": rules["rules"], "rule": turned}
 
 
-RULES = {"priorities": PRIORITIES, "defaults": DEFAULTS, "now": NOW}
+RULES = {"priorities": PRIORITIES, "defaults": DEFAULTS, "now": NOW, "pictures": CAMERAS}
 
 
 class Bed:
@@ -78,15 +87,21 @@ class Bed:
 
     def worker(self, place, *words):
         """A tool at a place, in its graph; ends when the bridge does."""
-        self._count += 1
-        program = build_dir() / "bench" / words[0]
+        command = [self.program(words[0]), *words[1:]]
+        return self.started(place, f"{words[0]}-{words[1]}", command)
+
+    def program(self, name):
+        program = build_dir() / "bench" / name
         if not program.exists():
             raise Missing(f"{program} is not built")
-        domain = self.domains[0 if place == ROBOT else 1]
+        return program
+
+    def started(self, place, name, command):
+        self._count += 1
         worker = Worker(
-            f"{self._count}-{words[0]}-{words[1]}",
-            [*self.wan.within(place), program, *words[1:]],
-            ros_environment(domain),
+            f"{self._count}-{name}",
+            [*self.wan.within(place), *command],
+            ros_environment(self.domains[0 if place == ROBOT else 1]),
             self.folder,
         ).start()
         self._ends.append(worker.close)

@@ -39,6 +39,12 @@ class Row:
         self.result = result
         self.cost = cost or (result and result.cost)
         self.judged = []
+        self.told = {}
+
+    def tell(self, **facts):
+        """Beside what is judged."""
+        self.told.update(facts)
+        return self
 
     def judge(self, what, value, comparison, bound):
         reached = None
@@ -61,6 +67,7 @@ class Row:
             **(self.result.json() if self.result else {}),
             **(self.cost.json() if self.cost else {}),
             "judged": self.judged,
+            **({"told": self.told} if self.told else {}),
         }
 
 

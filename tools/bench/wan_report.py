@@ -23,6 +23,14 @@ def _judged(one):
     return f"{one['what']} {number} (to reach {one['comparison']} {one['bound']})"
 
 
+def _told(facts):
+    shown = (
+        f"{name.replace('_', ' ')} {'none' if value is None else f'{value:.3g}'}"
+        for name, value in facts.items()
+    )
+    return ", ".join(shown)
+
+
 def table(found):
     """congestion control -> rows."""
     lines = []
@@ -38,6 +46,8 @@ def table(found):
                 costs = (f"{row.cost.cpu:.0%}", f"{row.cost.resident / 1e6:.0f}")
             line = "{:46} {:>7} {:>7} {:>5} {:>6} {:>5}".format(row.case, *delays, *costs)
             lines.append("  ".join([line, "; ".join(_judged(one) for one in row.judged)]).rstrip())
+            if row.told:
+                lines.append("    " + _told(row.told))
         judged = [one for row in rows for one in row.judged]
         lines.append(f"{sum(bool(one['reached']) for one in judged)} of {len(judged)} reached\n")
     lines.append(

@@ -48,6 +48,9 @@ class Worker(Program):
             raise Missing(f"{self.name} has ended: {error}") from None
 
     def answer(self, timeout=60.0):
+        return json.loads(self.line(timeout))
+
+    def line(self, timeout=60.0):
         end = time.monotonic() + timeout
         pipe = self.process.stdout.fileno()
         while b"\n" not in self._text:
@@ -58,7 +61,7 @@ class Worker(Program):
                 raise Missing(f"{self.name} has ended: {self.text().strip()[-300:]}")
             self._text += more
         line, self._text = self._text.split(b"\n", 1)
-        return json.loads(line)
+        return line.decode()
 
     def ask(self, command, timeout=60.0):
         self.say(command)

@@ -1,0 +1,151 @@
+"""A camera on a link that carries few of its exact pictures: video, with everything else as it was."""
+
+import math
+import random
+import statistics
+import threading
+
+import pytest
+from sensor_msgs.msg import CameraInfo, Image
+
+from graph import until
+
+pytestmark = pytest.mark.slow
+
+CAP = 60_000  # bytes per second
+WIDTH, HEIGHT, STEP = 161, 121, 3 * 161  # odd, as a region of interest may be
+PER_SECOND = 15
+
+
+def drawn(number):
+    """Smooth surfaces that move, and a sensor's noise: hard for exact compression."""
+    noise = random.Random(number)
+    across = [60 * math.sin((x + 3 * number) / 11) for x in range(WIDTH)]
+    down = [math.cos(y / 9) for y in range(HEIGHT)]
+    grain = noise.randbytes(STEP)
+    data = bytearray()
+    for y in range(HEIGHT):
+        row = (120 + across[x // 3] * down[y] + 20 * (x % 3) + (grain[(x * 7 + y * 13) % STEP] & 3)
+               for x in range(STEP))
+        data += bytes(map(int, row))
+    return bytes(data)
+
+
+PICTURES = [drawn(number) for number in range(10)]
+
+
+def image(number):
+    made = Image(height=HEIGHT, width=WIDTH, encoding="rgb8", step=STEP)
+    made.header.stamp.sec, made.header.stamp.nanosec = 1_700_000_000 + number, number * 1001
+    made.header.frame_id = "camera_optical_frame"
+    made.data.frombytes(PICTURES[number % len(PICTURES)])
+    return made
+
+
+def info(number):
+    made = CameraInfo(height=HEIGHT, width=WIDTH, distortion_model="plumb_bob")
+    made.header = image(number).header
+    return made
+
+
+def luma(data):
+    return [(77 * r + 150 * g + 29 * b) >> 8 for r, g, b in zip(data[::3], data[1::3], data[2::3])]
+
+
+def ssim(one, other):
+    """Mean of the structural similarity in blocks of 8 x 8."""
+    one, other = luma(one), luma(other)
+    found = []
+    for top in range(0, HEIGHT - 8, 8):
+        for left in range(0, WIDTH - 8, 8):
+            at = [(top + y) * WIDTH + left + x for y in range(8) for x in range(8)]
+            a, b = [one[i] for i in at], [other[i] for i in at]
+            ma, mb = statistics.fmean(a), statistics.fmean(b)
+            both = statistics.fmean((p - ma) * (q - mb) for p, q in zip(a, b))
+            varied = statistics.pvariance(a, ma) + statistics.pvariance(b, mb)
+            found.append((2 * ma * mb + 6.5) * (2 * both + 58.5) / (ma**2 + mb**2 + 6.5)
+                         / (varied + 58.5))
+    return statistics.fmean(found)
+
+
+class Camera:
+    """A node that publishes until it is closed."""
+
+    def __init__(self, graph):
+        node = graph.node("camera")
+        self._pictures = graph.publisher(Image, "/camera/image_raw", node=node)
+        self._infos = graph.publisher(CameraInfo, "/camera/camera_info", node=node)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._film, daemon=True)
+        self._thread.start()
+
+    def _film(self):
+        number = 0
+        while not self._ended.wait(1 / PER_SECOND):
+            number += 1
+            self._pictures.publish(image(number))
+            self._infos.publish(info(number))
+
+    def close(self):
+        self._ended.set()
+        self._thread.join()
+
+
+def capped(make_pair, never=None):
+    rules = {"server": {"export_topics": ["/camera/**"]}, "client": {"import_topics": ["/camera/**"]}}
+    if never:
+        rules[never]["lossy"] = "never"
+    made = {side: {"rules": ["all"], "rule": {"all": rule}} for side, rule in rules.items()}
+    made["server"]["link.bytes_per_second"] = CAP
+    return make_pair(**made)
+
+
+def sent_as(pair):
+    return [(side.topic("/camera/image_raw") or {}).get("sent_as") for side in (pair.server, pair.client)]
+
+
+def number_of(message):
+    return message.header.stamp.sec - 1_700_000_000
+
+
+def without_data(message):
+    message.data = []
+    return message
+
+
+def test_a_camera_on_a_thin_link_is_video(make_pair):
+    pair = capped(make_pair)
+    images = pair.operator.collector(Image, "/camera/image_raw")
+    infos = pair.operator.collector(CameraInfo, "/camera/camera_info")
+    camera = Camera(pair.robot)
+    try:
+        until(lambda: sent_as(pair) == ["vp8", "vp8"], lambda: f"video at both ends: {sent_as(pair)}")
+        images.clear()
+        infos.clear()
+        images.wait(30)
+    finally:
+        camera.close()
+    until(lambda: infos.messages and infos.messages[-1].header == images.messages[-1].header,
+          "the last CameraInfo")
+    came = list(images.messages)
+    assert len(came[-1].data) == HEIGHT * STEP
+    assert ssim(bytes(came[-1].data), PICTURES[number_of(came[-1]) % len(PICTURES)]) > 0.8
+    for message in came:
+        assert without_data(message) == without_data(image(number_of(message)))
+    stamps = [number_of(message) for message in came]
+    assert stamps == sorted(set(stamps))
+    assert [number_of(message) for message in infos.messages][-len(stamps) + 1 :] == stamps[1:]
+
+
+@pytest.mark.parametrize("end", ["server", "client"])
+def test_whoever_says_never_has_it_bit_for_bit(make_pair, end):
+    pair = capped(make_pair, end)
+    images = pair.operator.collector(Image, "/camera/image_raw")
+    camera = Camera(pair.robot)
+    try:
+        images.wait(6)
+    finally:
+        camera.close()
+    assert "vp8" not in sent_as(pair)
+    for message in list(images.messages):
+        assert message == image(number_of(message))
