@@ -30,7 +30,7 @@ class Scene {
 
   // data: 3 * width * height bytes.
   void draw(std::uint64_t number, std::uint8_t* data) const {
-    const Camera camera = at(static_cast<double>(number % 108'000) / kPicturesPerSecond);
+    const Camera camera = at(static_cast<double>(number % 1800) / kPicturesPerSecond);
     for (std::uint32_t x = 0; x < width_; ++x) {
       const double across = 1.2 * (x + 0.5) / width_ - 0.6;
       column(camera, x, camera.dx - across * camera.dy, camera.dy + across * camera.dx, data);
@@ -78,11 +78,13 @@ class Scene {
     return texture_[wrapped(v) * kSide + wrapped(u)];
   }
 
-  // 1.2 m/s between the walls, looking around, on wheels that shake.
+  // 1.2 m/s between the walls, looking around, on wheels that shake. All begins anew each minute,
+  // without a cut.
   [[nodiscard]] Camera at(double time) const {
-    const double turn = 0.55 * std::sin(0.9 * time) + 0.2 * std::sin(2.3 * time);
-    const double shaking = 2.0 * std::sin(47 * time) + 3.0 * std::sin(11 * time);
-    return {1.2 * time + 1000, kWide / 2 + 0.9 * std::sin(0.5 * time), std::cos(turn),
+    const auto swing = [time](int in_a_minute) { return std::sin(time * in_a_minute * M_PI / 30); };
+    const double turn = 0.55 * swing(9) + 0.2 * swing(22);
+    const double shaking = 2.0 * swing(449) + 3.0 * swing(105);
+    return {1.2 * time + 1000, kWide / 2 + 0.9 * swing(5), std::cos(turn),
             std::sin(turn), height_ * (0.48 + shaking / 480)};
   }
 
