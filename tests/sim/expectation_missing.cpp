@@ -92,6 +92,7 @@ void Expectation::check_missing(const Host& host, const Ledger::Peer& peer,
     case MissingReason::kOtherType:
     case MissingReason::kTypeUnknown:
     case MissingReason::kDeclined:
+    case MissingReason::kOutside:
     case MissingReason::kQos:
     case MissingReason::kLost: break;
   }
