@@ -84,8 +84,8 @@ class Scene {
     const auto swing = [time](int in_a_minute) { return std::sin(time * in_a_minute * M_PI / 30); };
     const double turn = 0.55 * swing(9) + 0.2 * swing(22);
     const double shaking = 2.0 * swing(449) + 3.0 * swing(105);
-    return {1.2 * time + 1000, kWide / 2 + 0.9 * swing(5), std::cos(turn),
-            std::sin(turn), height_ * (0.48 + shaking / 480)};
+    return {1.2 * time + 1000, kWide / 2 + 0.9 * swing(5), std::cos(turn), std::sin(turn),
+            height_ * (0.48 + shaking / 480)};
   }
 
   static bool is_pillar(int x, int y) {

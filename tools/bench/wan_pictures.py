@@ -1,4 +1,4 @@
-"""The cases of tools/bench/wan with a camera of 640x480 at 30 a second, and what others make of it."""
+"""The cases of tools/bench/wan with a camera of 640x480 at 30 a second, and its rivals."""
 
 import time
 
@@ -186,7 +186,8 @@ def followed(bed, camera, effort):
         row = seen.row(f"a camera on {case}")
         for percent, more in ((50, 50), (95, 80)):
             best = percentile(ideal["age_ms"], percent) or 0
-            row.judge(f"age p{percent} beyond one packet's, ms", seen.ms(percent) - best, "<=", more)
+            row.judge(f"age p{percent} beyond one packet's, ms", seen.ms(percent) - best, "<=",
+                      more)
         share = len(seen.at) / max(ideal["count"], 1)
         rows.append(row.judge("pictures / one packet's", share, ">=", 0.8))
     return rows
