@@ -18,7 +18,7 @@ RIVALS = ROOT / ".ros2" / "rivals"
 
 
 class Camera:
-    """A camera and who watches it; `bridged`: whose topics cross a bridge."""
+    """A camera at the robot, and who watches it over the bridge."""
 
     def __init__(self, bed, *options):
         self.film = bed.worker(ROBOT, "pictures", "camera", *options)
@@ -186,8 +186,8 @@ def followed(bed, camera, effort):
         row = seen.row(f"a camera on {case}")
         for percent, more in ((50, 50), (95, 80)):
             best = percentile(ideal["age_ms"], percent) or 0
-            row.judge(f"age p{percent} beyond one packet's, ms", seen.ms(percent) - best, "<=",
-                      more)
+            what = f"age p{percent} beyond one packet's, ms"
+            row.judge(what, seen.ms(percent) - best, "<=", more)
         share = len(seen.at) / max(ideal["count"], 1)
         rows.append(row.judge("pictures / one packet's", share, ">=", 0.8))
     return rows

@@ -4,7 +4,7 @@ congestion control), for tools/bench/wan.
 
   webrtc.py PROGRAM send|receive    commands, each answered by a line of JSON:
         send: offer -> {"sdp":...}; answer <JSON of the receiver>; film SECONDS -> {"sent":N}
-        receive: answer <JSON of the sender> -> {"sdp":...}; clear, count -> as `pictures watch`
+        receive: answer <JSON of the sender> -> {"sdp":...}; clear, count: as `pictures watch`
 """
 
 import asyncio
