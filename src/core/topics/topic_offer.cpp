@@ -461,9 +461,13 @@ OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Pa
   message.number = sample.number;
   message.state = sample.state;
   message.codec = codec;
-  // A thinned cloud is smaller than its sample.
-  const auto facts = codec == Codec::kCloud ? media::facts_of(body.view()) : std::nullopt;
-  message.raw_bytes = static_cast<std::uint32_t>(facts ? facts->raw_bytes : sample.raw.size());
+  // A thinned cloud is smaller than its sample, and a picture leaves out the sample's padding.
+  std::uint64_t raw_bytes = sample.raw.size();
+  if (const auto cloud = codec == Codec::kCloud ? media::facts_of(body.view()) : std::nullopt)
+    raw_bytes = cloud->raw_bytes;
+  if (const auto picture = is_vp8(codec) ? video::facts_of(body.view()) : std::nullopt)
+    raw_bytes = picture->raw_bytes;
+  message.raw_bytes = static_cast<std::uint32_t>(raw_bytes);
   message.body = body;
   return message;
 }

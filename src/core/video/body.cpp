@@ -61,10 +61,11 @@ Bytes write_body(const PictureBody& body) {
 
 std::optional<PictureSample> read_sample(ByteView raw) {
   const auto image = media::image_layout(raw);
-  if (!image || image->data.end() != raw.size()) return std::nullopt;
+  if (!image) return std::nullopt;
   const auto shape = shape_of(*image);
   if (!shape) return std::nullopt;
-  return PictureSample{raw.first(image->data.begin), raw.subspan(image->data.begin), *shape};
+  return PictureSample{raw.first(image->data.begin),
+                       raw.subspan(image->data.begin, image->data.bytes), *shape};
 }
 
 }  // namespace connect_bridge::video

@@ -27,8 +27,8 @@ struct PictureBody {
 inline constexpr std::size_t kBodyHeadBytes = 8;
 inline constexpr std::uint8_t kQuantiserMax = 63;
 
-// The sample of an Image that may be a picture: its beginning, and its shape. nullopt for others,
-// and where bytes follow the data.
+// The sample of an Image that may be a picture, without what a middleware pads it with. nullopt for
+// others.
 struct PictureSample {
   ByteView prefix;
   ByteView data;
