@@ -161,7 +161,7 @@ def test_a_goal_of_a_link_that_does_not_come_back_is_cancelled(make_pair):
     time.sleep(0.5)
     pair.client.process.send_signal(signal.SIGSTOP)
     try:
-        pair.server.wait_for("cancels a goal of", 20)
+        pair.server.wait_for("asks to cancel a goal of", 20)
         time.sleep(1)
     finally:
         pair.client.process.send_signal(signal.SIGCONT)

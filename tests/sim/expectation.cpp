@@ -237,7 +237,9 @@ std::map<std::string, Expectation::Counts> Expectation::count_topics() const {
                   other.topic != to->plan().names.to_local(*wire)) {
                 continue;
               }
-              counts.arrived = other.messages + other.dropped.total() + other.queued;
+              // What is too large is not sent; the peer has told how many.
+              counts.arrived = other.messages + other.dropped.total() + other.queued -
+                               other.dropped.of(DropReason::kTooLarge);
             }
           }
         }

@@ -165,7 +165,7 @@ class Link final : public ConnectionUser {
   // May the body be decompressed now? If so, it is counted.
   [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
     // Pictures are usually so many times smaller than other compressed messages.
-    constexpr std::uint64_t kSmaller = 16;
+    constexpr std::uint64_t kSmaller = 128;
     const std::uint64_t counted = (is_vp8(message.codec) ? kSmaller : 1) * message.body.size();
     return message.codec == Codec::kNone ||
            account->may_inflate(message.raw_bytes, counted, now.steady);

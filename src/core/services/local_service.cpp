@@ -225,7 +225,7 @@ InvocationId LocalService::invoke(ServedCall& call, Payload request, const Now& 
   return invocation;
 }
 
-// Of a goal, or of the wait for its end.
+// The request sends a goal, or waits for the end of one.
 void LocalService::note_goal(ServedCall& call, const Payload& request, InvocationId invocation) {
   if (gives_results_) return exports_.goals.on_asked(action_, request.view(), invocation);
   const Duration cancel_after = call.offer().treatment().cancel_after;
@@ -243,7 +243,8 @@ void LocalService::request(Payload request) {
 
 void LocalService::send_own() {
   if (!ready_) return;
-  while (!own_requests_.empty()) {
+  // A server's queue that is full drops requests without a word.
+  while (!own_requests_.empty() && own_.size() < kOwnAtOnce) {
     const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
     own_.insert(invocation);
     exports_.outputs.push(SendRequest{client_, invocation, std::move(own_requests_.front())});
@@ -253,6 +254,7 @@ void LocalService::send_own() {
 
 bool LocalService::end_own(InvocationId invocation) {
   if (own_.erase(invocation) == 0) return false;
+  send_own();
   release_client();
   return true;
 }

@@ -110,7 +110,8 @@ class LocalService {
   Timers<CallDue>::Timer told_wait_;  // calls wait: when that is logged
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
   std::deque<Payload> own_requests_;                           // that wait for the server
-  std::set<InvocationId> own_;                                 // that the gateway has
+  static constexpr std::size_t kOwnAtOnce = 8;
+  std::set<InvocationId> own_;  // that the gateway has
   ServiceOffers service_offers_;
 };
 

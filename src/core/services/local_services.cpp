@@ -69,7 +69,8 @@ void LocalServices::cancel(const SentGoal& goal) {
   const std::string name = name_of_part(goal.action, ActionPart::kCancelGoal);
   const auto service = services_.lower_bound({name, ""});
   if (service == services_.end() || service->first.first != name) return;
-  outputs.log(LogLevel::kInfo, "cancels a goal of " + goal.sender.owner + " at " + goal.action +
+  outputs.log(LogLevel::kInfo, "asks to cancel a goal of " + goal.sender.owner + " at " +
+                                   goal.action +
                                    ": its link is lost, and has not come back within cancel_after");
   if (goal.line) {
     Audit line = *goal.line;

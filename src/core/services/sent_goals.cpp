@@ -24,6 +24,12 @@ Payload cancel_request(const GoalId& goal) {
 }
 
 void SentGoals::add(SentGoal goal) {
+  // A server refuses an id that it has: the goal stays that of who sent it first.
+  const auto is_same = [&](const SentGoal& known) {
+    return known.action == goal.action && known.id == goal.id;
+  };
+  if (std::any_of(goals_.begin(), goals_.end(), is_same)) return;
+  if (goals_.size() >= kAllMax) goals_.pop_front();
   const auto is_of_link = [&](const SentGoal& known) {
     return known.sender.link == goal.sender.link;
   };

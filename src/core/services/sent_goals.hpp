@@ -44,6 +44,7 @@ struct SentGoal {
 class SentGoals {
  public:
   static constexpr std::size_t kGoalsMax = 256;
+  static constexpr std::size_t kAllMax = 4096;  // of all links; then the oldest is forgotten
 
   void add(SentGoal goal);
   // The server has this request for the result of a goal.

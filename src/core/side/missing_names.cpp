@@ -276,7 +276,8 @@ void Search::export_heard(const TopicKey& heard) {
     return;
   }
   const TopicState* outside = side_.graph.find({*wire_name, heard.second});
-  if (outside && is_published(*outside) && !link_.names.to_wire(*wire_name))
+  if (outside && is_published(*outside) && !link_.names.to_wire(*wire_name) &&
+      !forbidden(wish, *wire_name))
     return add({InterfaceKind::kTopic, true, *wire_name, heard.second},
                {MissingReason::kOutside, "",
                 "the peer listens to it, and only names below " + link_.names.prefix() +

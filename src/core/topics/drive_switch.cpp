@@ -68,8 +68,13 @@ void DriveSwitch::add_mirrored(Claim& claim) const {
 bool DriveSwitch::on_request(const RequestTaken& request, LocalTopics& topics, const Now& now) {
   if (request.mirror != service_) return false;
   const auto data = CdrReader(request.payload.view()).u8();
-  if (!data || calls_.size() >= kCallsMax) {
+  if (!data) {
     outputs_.push(DropRequest{service_, request.request});
+    return true;
+  }
+  if (calls_.size() >= kCallsMax) {
+    outputs_.push(SendResponse{service_, request.request,
+                               response({.as_wanted = false, .text = "too many calls wait"})});
     return true;
   }
   const WheelWant want = *data != 0 ? WheelWant::kTake : WheelWant::kLeave;

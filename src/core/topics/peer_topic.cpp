@@ -18,6 +18,7 @@ namespace {
 // Limit of messages behind one that a worker has: one turn of the loop publishes all of them.
 constexpr std::size_t kWaitingMax = 1024;
 constexpr Duration kDemandAgain = std::chrono::seconds(1);
+constexpr Duration kDecodingMax = std::chrono::milliseconds(500);
 
 }  // namespace
 
@@ -81,11 +82,11 @@ Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& n
   for (const OriginId id : change.removed) {
     left_out_.remove(id);
     deltas_.forget(id);
-    pictures_.erase(id);
-    broken_.erase(id);
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
     hurry(DropReason::kUnknownOrigin, now, id);
+    pictures_.erase(id);
+    broken_.erase(id);
     context_.remove_candidate(take_out(origin), link_.id, now);
     if (!link_.note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "origins come and go too often"};
@@ -240,6 +241,7 @@ ChannelDemand PeerTopic::begin_demand(std::uint16_t number) {
                       .live = drives(treatment(), key_),
                       .decodes = decodes_,
                       .lossy = lossy_};
+  begun.decodes.vp8 = decodes_.vp8 && pictures_fit_;
   for (const auto& [id, mirror] : origins_)
     if (const std::uint64_t last = mirror->last_number_of(*this);
         last != 0 && begun.has.size() < kHasMax)
@@ -278,6 +280,11 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
     dropped_.add(DropReason::kNoDemand);
     return Nothing{};
   }
+  // An origin that has found no place, or is gone, has no codec here.
+  if (is_vp8(message.codec) && !origins_.contains(message.subject.origin())) {
+    dropped_.add(DropReason::kUnknownOrigin);
+    return Nothing{};
+  }
   if (!message.kept) {
     drop(message, DropReason::kMemory, now);
     return Nothing{};
@@ -312,14 +319,21 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
   if (is_vp8(message.codec)) {
     const auto facts = video::facts_of(message.body.view());
     if (!facts || !pictures_of(message).make_room(facts->decoder_bytes)) {
+      pictures_fit_ = false;
       drop(message, DropReason::kMemory, now);
+      return Nothing{};
+    }
+    // Where decoding is too slow, what is shown must not become ever older.
+    if (!waiting_.empty() && now.steady - waiting_.front().since > kDecodingMax) {
+      drop(message, DropReason::kQueueTime, now);
       return Nothing{};
     }
   }
   message.body = out_of_packet(message.body);
   make_room(message);
   auto bytes = peer_.decoding().hold(cost);
-  waiting_.push_back({std::move(message), std::move(bytes), useful.value() == Useful::kYes});
+  waiting_.push_back(
+      {std::move(message), std::move(bytes), useful.value() == Useful::kYes, now.steady});
   if (!job_) start_job();
   return Nothing{};
 }
@@ -327,7 +341,8 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
 bool PeerTopic::follows(const InMessage& message) {
   const OriginId origin = message.subject.origin();
   if (message.codec == Codec::kPictureBase) broken_.erase(origin);
-  return message.codec != Codec::kPictureDelta || !broken_.contains(origin);
+  return message.codec != Codec::kPictureDelta ||
+         (pictures_.contains(origin) && !broken_.contains(origin));
 }
 
 void PeerTopic::drop(const InMessage& message, DropReason reason, const Now& now) {

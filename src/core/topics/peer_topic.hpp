@@ -105,6 +105,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
     InMessage message;
     Budget::Hold bytes;
     bool published = true;  // else only a later picture refers to it
+    TimePoint since{};
   };
 
   void on_job(std::optional<Payload> result, const Now& now) override;
@@ -195,6 +196,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   const Decodes decodes_;                        // what a demand names
   std::map<OriginId, Jobs::Pictures> pictures_;  // of the demand, by the worker that decodes them
   std::set<OriginId> broken_;  // a picture was dropped: those that refer to it are dropped, too
+  bool pictures_fit_ = true;   // else there was no memory for a codec, and demands name none
   std::optional<TimePoint> demanded_again_at_;  // for a picture that refers to nothing
   bool lossy_ = false;                          // the demand lets messages lose something
   SentAs sent_as_;

@@ -18,6 +18,7 @@ constexpr double kWaitMin = 0.001;
 constexpr double kRateTime = 0.12;  // seconds of sending that tell the rate
 constexpr double kLate = 0.1;       // a picture that takes longer tells it, too
 constexpr double kLeastTime = 0.001;
+constexpr Duration kLookAgain = std::chrono::milliseconds(50);
 
 double seconds_of(Duration duration) {
   return std::chrono::duration<double>(duration).count();
@@ -33,9 +34,11 @@ std::uint32_t whole_bytes(double bytes) {
 void PictureStream::push(OutSample sample, const Now& now) {
   const OriginId origin = sample.subject.origin();
   Source& source = sources_.try_emplace(origin, context_.jobs, offer_.link().memory).first->second;
-  if (!source.pictures.make_room(
-          video::encoder_bytes(sample.raw.view())))  // mutant: picture_memory
+  const bool fits = source.pictures.make_room(video::encoder_bytes(sample.raw.view()));
+  if (!fits) {  // mutant: picture_memory
+    refused_.insert(origin);
     return offer_.lose(sample, DropReason::kMemory);
+  }
   if (source.newest) offer_.lose(*source.newest, DropReason::kNewerAvailable);
   source.newest = std::move(sample);
   go(now);
@@ -66,6 +69,7 @@ void PictureStream::clear(DropReason reason) {
   for (const auto& [origin, source] : sources_)
     if (source.newest) offer_.lose(*source.newest, reason);
   sources_.clear();
+  refused_.clear();
   leaving_.clear();
   later_.cancel();
 }
@@ -76,6 +80,12 @@ void PictureStream::forget(OriginId origin, DropReason reason) {
   if (at_work_ && at_work_->sample.subject.origin() == origin) cancel_job(reason);
   if (source->second.newest) offer_.lose(*source->second.newest, reason);
   sources_.erase(source);
+  if (next_source() != sources_.end()) later_ = timers_.set(TimePoint{});  // at once
+}
+
+void PictureStream::end(OriginId origin) {
+  forget(origin, DropReason::kUnknownOrigin);
+  refused_.erase(origin);
 }
 
 void PictureStream::cancel_job(DropReason reason) {
@@ -86,8 +96,7 @@ void PictureStream::cancel_job(DropReason reason) {
 }
 
 bool PictureStream::takes(OriginId origin) const {
-  const auto source = sources_.find(origin);
-  return source == sources_.end() || !source->second.refused;
+  return !refused_.contains(origin);
 }
 
 bool PictureStream::holds(OriginId origin) const {
@@ -140,10 +149,12 @@ void PictureStream::go(const Now& now) {
   const ChannelQueue* const queue = offer_.queue();
   // Another one in the queue could be replaced by this one.
   if (job_ || next == sources_.end() || !queue) return;
+  // on_left() comes earlier, but not for what is dropped or is no picture.
+  later_ = timers_.set(now.steady + kLookAgain);
   if (queue->oldest_waiting()) return;  // mutant: picture_displaced
   if (const std::uint64_t left = queue->left_bytes(); left > 0) {
     const double rate = this->rate(now);
-    if (rate <= 0) return;  // on_left() goes on
+    if (rate <= 0) return;
     const double slack = static_cast<double>(left) / rate - seconds_ - kHandling;
     if (slack >= kWaitMin) {
       later_ = timers_.set(
@@ -151,6 +162,7 @@ void PictureStream::go(const Now& now) {
       return;
     }
   }
+  later_.cancel();
   begin(next->second, now);
 }
 
@@ -175,7 +187,7 @@ bool PictureStream::note_drops() {
   const std::uint64_t before = std::exchange(drops_, offer_.queue()->counts().dropped.total());
   if (drops_ == before) return false;
   for (auto& [origin, source] : sources_) source.base_due = true;  // mutant: base_after_drop
-  leaving_.clear();
+  leaving_.resize(offer_.queue()->is_open() && !leaving_.empty() ? 1 : 0);  // it goes on leaving
   return true;
 }
 
@@ -186,7 +198,8 @@ void PictureStream::on_job(std::optional<Payload> result, const Now& now) {
   Source& source = sources_.at(origin);
   const auto facts = result ? video::facts_of(result->view()) : std::nullopt;
   if (!facts) {
-    source.base_due = source.refused = true;
+    source.base_due = true;
+    refused_.insert(origin);
     offer_.lose(done.sample, DropReason::kNewerAvailable);
     return go(now);
   }

@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "core/jobs/encoder.hpp"
 #include "core/jobs/jobs.hpp"
@@ -42,10 +43,11 @@ class PictureStream final : private JobOwner {
   void on_time(const Now& now);
   // Loses what waits or is with the worker. The next picture of each origin refers to nothing.
   void clear(DropReason reason);
-  // The same for one origin, which may have ended.
+  // The same for one origin; end(): it is gone.
   void forget(OriginId origin, DropReason reason);
+  void end(OriginId origin);
 
-  // The worker takes samples of the origin: it has refused none since clear().
+  // Neither the worker nor the memory has refused a sample of the origin since clear().
   [[nodiscard]] bool takes(OriginId origin) const;
   // No sample waits or is with the worker; of this origin, or of any.
   [[nodiscard]] bool holds(OriginId origin) const;
@@ -61,7 +63,6 @@ class PictureStream final : private JobOwner {
     Jobs::Pictures pictures;
     std::optional<OutSample> newest;
     bool base_due = true;
-    bool refused = false;
     std::uint64_t turn = 0;  // its last
   };
   struct Leaving {
@@ -90,6 +91,7 @@ class PictureStream final : private JobOwner {
   TopicTimers timers_;
   ExactFit fit_;
   std::map<OriginId, Source> sources_;
+  std::set<OriginId> refused_;
   struct AtWork {
     OutSample sample;
     TimePoint since{};

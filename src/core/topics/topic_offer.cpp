@@ -72,6 +72,7 @@ std::optional<ChannelOffer> TopicOffer::open() {
   auto offer = offer_.open(*this);
   if (!offer) return std::nullopt;
   withheld_ = withheld();
+  wheel_.reset();
   too_large_ = 0;
   too_large_told_.reset();
   rates_ = RateLimits(treatment().max_rate, treatment().bytes_per_second_max);
@@ -141,7 +142,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
     rates_.forget(origin);
-    pictures_.forget(origin, DropReason::kUnknownOrigin);
+    pictures_.end(origin);
     if (queue_) queue_->forget_base(origin);
   }
   send_change({number(), {}, removed});
@@ -293,8 +294,14 @@ bool TopicOffer::may_be_picture(const OutSample& sample) const {
          video::is_picture(sample.raw.view());
 }
 
-// The rest of an exact sample that is partly sent would take longer than many pictures.
+bool TopicOffer::has_one_origin() const {
+  return topic_.origins().size() == 1;
+}
+
+// The rest of an exact sample that is partly sent would take longer than many pictures. Samples of
+// other publishers may be exact from now on, too, and stay.
 void TopicOffer::begin_pictures() {
+  if (!has_one_origin()) return;
   link_.sending().clear_channel(number(), DropReason::kNewerAvailable);
 }
 

@@ -49,7 +49,7 @@ class TopicOffer final : public OutgoingChannel {
   void on_wheel(WheelState state, const Now&) override;
   // Commands of a driver that the peer subscribes to: if it is the robot, it may have their wheel.
   [[nodiscard]] bool steers() const;
-  // As the robot has told.
+  // The robot's last word about the wheel.
   [[nodiscard]] const std::optional<WheelState>& wheel() const { return wheel_; }
   void want_wheel(WheelWant want) { link_.send(Wheel{number(), {}, want}); }
 
@@ -124,6 +124,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] PictureStream& pictures() { return pictures_; }
   [[nodiscard]] const PictureStream& pictures() const { return pictures_; }
   void begin_pictures();
+  [[nodiscard]] bool has_one_origin() const;
   // May the sample be sent as a picture of a camera: by rules, demand, publisher and content?
   [[nodiscard]] bool may_be_picture(const OutSample& sample) const;
   // True for a peer that drives, by its own demand or our rule: messages published before the

@@ -199,11 +199,11 @@ bool TopicOffers::becomes_picture(TopicOffer& offer, const OutSample& sample, co
   pictures.fit().came(now.steady);
   const bool exact = pictures.fit().judge(rate.rate / exact_bytes, rate.is_shown, now.steady);
   if (exact && !was_exact) pictures.clear(DropReason::kNewerAvailable);
-  if (!exact && was_exact) {
+  if (!exact && was_exact) offer.begin_pictures();
+  // A picture leaves before what is still being compressed.
+  if (!exact && offer.has_one_origin())
     for (const auto& older : take_under_way(offer.link().id))
       offer.lose(older, DropReason::kNewerAvailable);
-    offer.begin_pictures();
-  }
   return !exact;
 }
 

@@ -9,10 +9,11 @@ namespace {
 // Measured with libvpx 1.12, for each pixel of the frame.
 constexpr std::uint64_t kEncoderBytes = 48;
 constexpr std::uint64_t kDecoderBytes = 12;
+constexpr std::uint64_t kCodecBytes = 256 << 10;  // besides, at the least
 
-std::uint64_t pixels_of(const Shape& shape) {
+std::uint64_t codec_bytes(const Shape& shape, std::uint64_t for_pixel) {
   const Size size = shape.coded(false);
-  return std::uint64_t{size.width} * size.height;
+  return kCodecBytes + for_pixel * size.width * size.height;
 }
 
 }  // namespace
@@ -25,7 +26,7 @@ std::optional<PictureFacts> facts_of(ByteView body) {
   const auto read = read_body(body);
   if (!read) return std::nullopt;
   return PictureFacts{read->base, read->half, read->quantiser, read->raw_bytes(),
-                      kDecoderBytes * pixels_of(read->shape)};
+                      codec_bytes(read->shape, kDecoderBytes)};
 }
 
 bool is_picture(ByteView raw) {
@@ -34,7 +35,7 @@ bool is_picture(ByteView raw) {
 
 std::uint64_t encoder_bytes(ByteView raw) {
   const auto sample = read_sample(raw);
-  return sample ? kEncoderBytes * pixels_of(sample->shape) : 0;
+  return sample ? codec_bytes(sample->shape, kEncoderBytes) : 0;
 }
 
 }  // namespace connect_bridge::video

@@ -211,10 +211,10 @@ constexpr Finding kFindings[] = {
      "is the name here in the wrong namespace?"},
     {"other_type", kFault, "it has another type at the other side",
      "use the same type at both sides"},
-    {"outside_prefix", kFault,
+    {"outside_prefix", kHint,
      "a topic that the peer listens to is not below the `prefix` of this side",
-     "take `prefix` away at the side whose nodes have no such namespace: it stands before the "
-     "peer's names"},
+     "if it is meant for this peer, publish it below `prefix`; without `prefix` each name of this "
+     "graph is meant for the peer"},
     {"not_there", kHint, "nobody publishes or serves it at the other side",
      "start that node; does it use the same name, domain and prefix?"},
     {"type_not_installed", kFault, "the type is not installed where it has to be",

@@ -110,7 +110,7 @@ TEST(SentGoals, AGoalOfALostLinkIsCancelledByItsId) {
   EXPECT_EQ(s.noted,
             "goal_cancelled 1 anna export /fib by rule link_lost: goal "
             "07070707070707070707070707070707\n");
-  EXPECT_THAT(s.logged, HasSubstr("cancels a goal of anna at /fib"));
+  EXPECT_THAT(s.logged, HasSubstr("asks to cancel a goal of anna at /fib"));
   s.give(ServiceReady{s.client, true, "hash"});
   EXPECT_EQ(s.calls(), "request of 28\n");
   EXPECT_EQ(s.request[4], 7);
@@ -238,14 +238,40 @@ TEST(SentGoals, AServerThatIsGoneHasNoGoals) {
 TEST(SentGoals, TheOldestOfALinkIsForgottenAtTheLimit) {
   SentGoals goals;
   goals.add(goal(2, 200, 1));
-  for (std::uint32_t n = 0; n <= SentGoals::kGoalsMax; ++n)
-    goals.add(goal(1, n == 0 ? 99 : 1, 100 + n));
+  for (std::uint32_t n = 0; n <= SentGoals::kGoalsMax; ++n) {
+    SentGoal next = goal(1, n == 0 ? 99 : 1, 100 + n);
+    next.id[1] = static_cast<std::uint8_t>(n);
+    goals.add(std::move(next));
+  }
   goals.on_link_lost({1}, at(0));
   const auto due = goals.take_due(at(5));
   EXPECT_EQ(due.size(), SentGoals::kGoalsMax);
   EXPECT_EQ(due.front().id[0], 1);
   goals.on_link_lost({2}, at(0));
   EXPECT_EQ(ids_of(goals.take_due(at(5))), (std::vector<int>{200}));
+}
+
+// Its server refuses a second goal of this id.
+TEST(SentGoals, AGoalStaysWithWhoHasSentItFirst) {
+  SentGoals goals;
+  goals.add(goal(1, 7, 11));
+  goals.add(goal(2, 7, 12));
+  goals.on_link_lost({2}, at(0));
+  EXPECT_EQ(ids_of(goals.take_due(at(5))), (std::vector<int>{}));
+}
+
+TEST(SentGoals, LinksTogetherHaveALimit) {
+  SentGoals goals;
+  for (std::uint32_t n = 0; n <= SentGoals::kAllMax; ++n) {
+    SentGoal next = goal(n + 1, 0, 100 + n);
+    next.id[0] = static_cast<std::uint8_t>(n);
+    next.id[1] = static_cast<std::uint8_t>(n >> 8U);
+    goals.add(std::move(next));
+  }
+  goals.on_link_lost({1}, at(0));
+  EXPECT_EQ(goals.deadline(), std::nullopt);
+  goals.on_link_lost({2}, at(0));
+  EXPECT_EQ(goals.deadline(), at(5));
 }
 
 TEST(SentGoals, ARequestToCancelNamesOneGoal) {

@@ -129,7 +129,7 @@ TEST(DriveSwitch, WithoutACommandThereIsNothingToSteer) {
 TEST(DriveSwitch, CallsThatWaitAreBounded) {
   Operator s;
   for (std::uint32_t i = 1; i <= 17; ++i) s.call(i, true);
-  EXPECT_EQ(s.answers(), "17 dropped\n");
+  EXPECT_EQ(s.answers(), "17 false: too many calls wait\n");
 }
 
 // With a request that is no SetBool nothing is taken.
