@@ -50,6 +50,7 @@ void Host::start() {
   if (side_ || stopped_) return;
   ++life_;
   tell("starts");
+  pictures_ = {};
   side_ = std::make_unique<Side>(plan_.options, rng_.next(), now().system);
   last_packet_ = last_open_ = world_.schedule.now();
   world_.checker.on_start(*this);

@@ -40,6 +40,7 @@ std::uint64_t next_hash(std::uint64_t before, const Label& label) {
 // Behind the head: the hash of the frame before, the label, and whether the sample's filler is
 // compressible.
 std::optional<Bytes> PictureCodec::encode(const EncodePicture& job) {
+  if (ended_.contains(job.picture)) return std::nullopt;
   const auto sample = video::read_sample(job.raw.view());
   const auto label = sample ? read_label(job.raw.view()) : std::nullopt;
   if (!label) return std::nullopt;
@@ -64,6 +65,7 @@ std::optional<Bytes> PictureCodec::encode(const EncodePicture& job) {
 }
 
 std::optional<Bytes> PictureCodec::decode(const DecodePicture& job) {
+  if (ended_.contains(job.picture)) return std::nullopt;
   const auto body = video::read_body(job.body.view());
   if (!body || body->raw_bytes() != job.raw_bytes) return std::nullopt;
   const std::size_t at = body->base ? kKeyHeadBytes : kDeltaHeadBytes;

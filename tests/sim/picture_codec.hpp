@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "core/ports/actions.hpp"
 
@@ -15,10 +16,15 @@ class PictureCodec {
  public:
   [[nodiscard]] std::optional<Bytes> encode(const EncodePicture& job);
   [[nodiscard]] std::optional<Bytes> decode(const DecodePicture& job);
-  void end(PictureId picture) { last_.erase(picture); }
+  // A job of this id that is cancelled, and has begun, has no result.
+  void end(PictureId picture) {
+    last_.erase(picture);
+    ended_.insert(picture);
+  }
 
  private:
   std::map<PictureId, std::uint64_t> last_;  // the hash of the last frame
+  std::set<PictureId> ended_;
 };
 
 }  // namespace connect_bridge::sim

@@ -94,6 +94,7 @@ HostPlan random_host(Rng& rng, Role role, int graph, int index, const PathPlan& 
   HostPlan host;
   host.graph = graph;
   host.options = random_options(rng, role, path);
+  host.options.pictures = true;
   host.options.node = (rng.chance(500) ? "/connect" : "/bridge/connect") + std::to_string(index);
   host.options.policy = Policy{random_rules(rng)};
   host.start = rng.chance(500) ? Duration{rng.between(0, 50'000)} : rng.between(0ms, 1500ms);
