@@ -179,7 +179,7 @@ void write_small(const std::string& path, const Bytes& rgb, const Form& form) {
     }
 }
 
-// What came is judged when it is asked for, so that judging delays nothing.
+// Pictures that came are judged when somebody asks, so that judging delays nothing.
 class Judge {
  public:
   explicit Judge(const Form& form) : form_(form), scene_(form.width, form.height) {}

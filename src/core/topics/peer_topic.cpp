@@ -323,7 +323,7 @@ Result<Nothing> PeerTopic::on_message(InMessage message, const Now& now) {
       drop(message, DropReason::kMemory, now);
       return Nothing{};
     }
-    // Where decoding is too slow, what is shown must not become ever older.
+    // A worker that is too slow must not make pictures ever older.
     if (!waiting_.empty() && now.steady - waiting_.front().since > kDecodingMax) {
       drop(message, DropReason::kQueueTime, now);
       return Nothing{};

@@ -20,7 +20,7 @@ constexpr double kDown = 0.35;
 constexpr double kByLast = 0.5;
 constexpr double kSlack = 0.05;  // nearly as small as wanted is good enough
 constexpr double kByDifference = 0.8;
-// Of a moving scene with texture: 47 kB at 28 and 640x480 for a base, a third for a delta.
+// A moving scene with texture has these: 47 kB at 28 and 640x480 for a base, a third for a delta.
 constexpr double kBaseOfPixels = 4.0;
 constexpr double kBaseToDelta = -1.5;
 

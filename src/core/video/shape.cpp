@@ -12,8 +12,8 @@ struct Named {
   std::uint8_t channels = 1;
   bool swapped = false;
 };
-// Those of sensor_msgs/image_encodings.hpp that cameras alone use. Labels, masks and distances have
-// others: a wrong value there is worse than a late one.
+// Encodings of sensor_msgs/image_encodings.hpp that cameras alone use. Labels, masks and distances
+// have others: a wrong value there is worse than a late one.
 constexpr std::array kNamed = {
     Named{"rgb8", Arrangement::kColours, 3},
     Named{"bgr8", Arrangement::kColours, 3, true},

@@ -68,7 +68,7 @@ std::uint8_t within_byte(int value) {
   return static_cast<std::uint8_t>(std::clamp(value, 0, 255));
 }
 
-// What a pixel's chroma adds to its luma, in 1/256 with a half for rounding.
+// A pixel's chroma as it adds to the luma, in 1/256 with a half for rounding.
 struct Tint {
   Tint(std::uint8_t u, std::uint8_t v)
       : red(359 * (v - 128) + 128),
