@@ -149,7 +149,7 @@ void Workers::run() {
     std::unique_lock alone(alone_, std::defer_lock);
     if (decodes_alone(*job)) alone.lock();
     try {
-      done = std::visit([this](const auto& j) { return carry_out(j); }, *job);
+      done = std::visit([this](const auto& j) { return this->carry_out(j); }, *job);
     } catch (const std::bad_alloc&) {  // handled like malformed data, or data that does not shrink
     }
     if (alone) alone.unlock();
