@@ -402,24 +402,34 @@ void Links::on_time(const Now& now) {
   while (auto answer = strangers_.take_due(now)) answer_login(*answer, now);
   strangers_.on_time(now);
   while (const auto failed = strangers_.failed()) look_at(*strangers_.find(*failed), now);
-  while (const auto due = due_.take_due(now.steady)) on_time(links_.at(*due), now);
+  // The end of a link may take milliseconds: other work runs between two of them.
+  for (bool ended = false; !ended;) {
+    const auto due = due_.take_due(now.steady);
+    if (!due) break;
+    ended = on_time(links_.at(*due), now);
+  }
   accounts_.appearing().on_time(turns_, now);
   const auto period_ends = side_cap_.deadline();
   if (period_ends && *period_ends <= now.steady) divide_cap(now);
 }
 
-void Links::on_time(Link& link, const Now& now) {
+bool Links::on_time(Link& link, const Now& now) {
   const Outputs::Paying paying(outputs_, link.account->time);
   link.timer.cancel();
   link.mark();
   link.on_time(now);
   check_expiry(link, now);
-  if (link.life.take_offers_end(now)) user_.on_offers_over(link, now);
-  if (link.life.is_to_die(now)) end(link, now);
-  if (!link.life.is_to_be_forgotten(now)) return;
+  bool ends = link.life.take_offers_end(now);
+  if (ends) user_.on_offers_over(link, now);
+  if (link.life.is_to_die(now)) {
+    end(link, now);
+    ends = true;
+  }
+  if (!link.life.is_to_be_forgotten(now)) return ends;
   link.life.forgotten(user_.resumes(link));
   user_.on_link_forgotten(link, now);
   if (options_.role == Role::kServer) links_.erase(link.id);
+  return true;
 }
 
 void Links::stop(const Now& now) {

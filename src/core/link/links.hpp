@@ -132,7 +132,8 @@ class Links {
     return false;
   }
   void wait(Link& link) { due_.wait(link.id, link.timer, link.deadline()); }
-  void on_time(Link& link, const Now& now);
+  // True: something of the link has ended.
+  bool on_time(Link& link, const Now& now);
   void dial_later(DialFailure failure, const Now& now);
   // Logs a line about a link that came or goes, unless its identity has caused too many.
   void log(const Link& link, LogLevel level, std::string text, const Now& now);

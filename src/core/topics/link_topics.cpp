@@ -55,7 +55,7 @@ void LinkTopics::try_left_out(const Now& now) {
     if (found != topics_.end()) {
       PeerTopic& topic = found->second;
       const auto has_place = [&](const OriginOffer& origin) {
-        return topic.withholds(origin) || context_.mirror_of({topic.key(), origin.gid}, link_);
+        return topic.withholds(origin) || context_.mirrors.open({topic.key(), origin.gid}, link_);
       };
       while (const auto origin = topic.left_out().take(has_place)) {
         topic.add_origin(*origin, now);

@@ -58,7 +58,7 @@ void PeerTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (const auto known = origins_.find(origin.origin); known != origins_.end())
     return known->second->name_node(origin.node, now);
   if (withholds(origin) || left_out_.contains(origin.origin)) return;
-  TopicMirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
+  TopicMirror* mirror = context_.mirrors.open({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.add(origin, link_.memory);
     peer_.note_left_out(number_);
@@ -87,7 +87,7 @@ Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& n
     hurry(DropReason::kUnknownOrigin, now, id);
     pictures_.erase(id);
     broken_.erase(id);
-    context_.remove_candidate(take_out(origin), link_.id, now);
+    context_.mirrors.remove_candidate(take_out(origin), link_.id, now);
     if (!link_.note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "origins come and go too often"};
   }
@@ -125,7 +125,7 @@ bool PeerTopic::recheck(const Now& now) {
   for (auto it = origins_.begin(); it != origins_.end();) {
     const auto origin = it++;
     if (withholds(origin->second->origin()))
-      context_.remove_candidate(take_out(origin), link_.id, now);
+      context_.mirrors.remove_candidate(take_out(origin), link_.id, now);
   }
   if (origins_.size() < before) update_demand(now);
   return true;
@@ -162,7 +162,7 @@ void PeerTopic::on_withdraw(const Withdraw& why, const Now& now) {
 }
 
 void PeerTopic::leave_mirrors(const Now& now) {
-  for (const auto& [id, mirror] : take_all()) context_.remove_candidate(*mirror, link_.id, now);
+  for (const auto& [id, mirror] : take_all()) context_.mirrors.remove_candidate(*mirror, link_.id, now);
 }
 
 void PeerTopic::finish(const Now& now) {
@@ -216,7 +216,20 @@ void PeerTopic::update_demand(const Now& now) {
   if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
   // Once: mirrors that were made again keep nothing.
   if (!on && !listened && std::exchange(may_keep_, false))
-    may_keep_ = !context_.forget_kept(origins_, *this, now);
+    may_keep_ = !forget_kept(now);
+}
+
+// Not for an action: its goals have ids, so its old status misleads nobody, and its services follow
+// it. Not beside another bridge: it could claim the mirror while we recreate it. Not if one
+// publisher is volatile: then the exporter keeps no samples to send again.
+bool PeerTopic::forget_kept(const Now& now) const {
+  if (!all_come_again() || !action_type_.empty() || context_.beside_bridges()) return false;
+  for (const auto& [id, mirror] : origins_) {
+    if (mirror->candidates().front().offered != this || mirror->kept_bytes() == 0) continue;
+    mirror->destroy();
+    mirror->update(now);
+  }
+  return true;
 }
 
 // Messages of /parameter_events are permitted one by one, and the rules may have changed when the
@@ -638,6 +651,15 @@ void PeerTopic::on_lost(std::uint64_t count, DropReason reason) {
   dropped_.add(reason, counted);
 }
 
+std::string PeerTopic::misfit() const {
+  std::vector<Qos> published;
+  for (const auto& [id, mirror] : origins_)
+    if (mirror->id()) published.push_back(mirror->qos());
+  const TopicState* topic = context_.graph.find(key_);
+  return topic && context_.graph_options.qos_must_fit ? unmet_policy(*topic, published)
+                                                      : std::string();
+}
+
 void PeerTopic::add_status(LinkStatus& status) const {
   TopicStatus s;
   s.topic = key_.first;
@@ -652,7 +674,7 @@ void PeerTopic::add_status(LinkStatus& status) const {
   s.dropped = dropped_;
   s.rule = decision_.rule;
   s.sent_as = sent_as_;
-  s.misfit = context_.misfit(key_, origins_);
+  s.misfit = misfit();
   if (command_ && treatment().wheel) s.wheel = told_wheel_;
   s.ahead_ms = ahead_ms_;
   status.topics.push_back(std::move(s));
@@ -660,7 +682,7 @@ void PeerTopic::add_status(LinkStatus& status) const {
 
 void PeerTopic::add_channel(std::vector<ChannelFacts>& channels) const {
   ChannelFacts facts{InterfaceKind::kTopic, false, key_.first, key_.second, decision_.rule};
-  facts.misfit = context_.misfit(key_, origins_);
+  facts.misfit = misfit();
   facts.messages = published_;
   channels.push_back(std::move(facts));
 }

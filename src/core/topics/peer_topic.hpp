@@ -94,9 +94,6 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
   [[nodiscard]] bool demanded() const { return demanded_; }
-  // Do the last samples of all publishers come again when demand begins? Beside a volatile
-  // publisher the exporter keeps nothing of the others.
-  [[nodiscard]] bool all_come_again() const { return volatile_ == 0 && !drives(treatment(), key_); }
   void add_status(LinkStatus& status) const;
   void add_channel(std::vector<ChannelFacts>& channels) const;
 
@@ -173,6 +170,15 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
     return std::exchange(origins_, {});
   }
   void leave_mirrors(const Now& now);
+  // Do the last samples of all publishers come again when demand begins? Beside a volatile
+  // publisher the exporter keeps nothing of the others.
+  [[nodiscard]] bool all_come_again() const { return volatile_ == 0 && !drives(treatment(), key_); }
+  // Nobody here subscribes, and the topic brings nothing: samples that its mirrors keep for late
+  // subscribers become stale. So the mirrors are made again without samples; late subscribers get
+  // the origin's last samples. False: the mirrors have to stay.
+  [[nodiscard]] bool forget_kept(const Now& now) const;
+  // The QoS policy that a subscriber here requests and that no mirror offers; empty: none.
+  [[nodiscard]] std::string misfit() const;
   void note_end(const Ending& why) const;
   // Should the peer keep the messages of this topic that a break loses?
   [[nodiscard]] bool may_resume() const;

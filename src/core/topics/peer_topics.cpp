@@ -1,21 +1,11 @@
 #include "core/topics/peer_topics.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
-namespace {
-
-// Other bridges hold a publisher for less than this before it counts (LocalGraph).
-constexpr Duration kEndedNamed = std::chrono::seconds(1);
-// Thousands may be due together, as when a link has ended. Other work runs between these batches.
-constexpr int kDueAtOnce = 64;
-
-}  // namespace
-
 void PeerTopics::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   peers_.try_emplace(link.id, context_, link).first->second.on_offer(offer, now);
 }
@@ -33,24 +23,24 @@ void PeerTopics::on_link_lost(LinkId link, const Now& now) {
 
 void PeerTopics::on_link_dead(const Link& link, const Now& now) {
   context_.wheels.on_link_end(context_, link, now);  // mutant: halt_at_the_links_end
-  for (TopicMirror* const mirror : context_.mirrors_of(link)) {
+  for (TopicMirror* const mirror : context_.mirrors.of(link)) {
     // lose_link() comes first, as it needs the candidate: if another link may feed the mirror
     // meanwhile, the returning link resumes nothing.
     mirror->lose_link(link.id);
-    context_.remove_candidate(*mirror, link.id, now);
+    context_.mirrors.remove_candidate(*mirror, link.id, now);
   }
 }
 
 void PeerTopics::forget_orphans(const Link& link, const Now& now) {
-  for (TopicMirror* const mirror : context_.mirrors_of(link))
-    if (!mirror->candidate(link.id)->offered) context_.remove_candidate(*mirror, link.id, now);
+  for (TopicMirror* const mirror : context_.mirrors.of(link))
+    if (!mirror->candidate(link.id)->offered) context_.mirrors.remove_candidate(*mirror, link.id, now);
 }
 
 void PeerTopics::on_graph(const Now& now, const GraphDifference& difference) {
   const bool all = difference.all || !context_.graph_since;
   if (!context_.graph_since) context_.graph_since = now.steady;
   if (!all && difference.listened.empty() && difference.publishers.empty()) return;
-  for (auto& [key, mirror] : context_.mirrors) {
+  for (auto& [key, mirror] : context_.mirrors.all()) {
     if (!all && !difference.publishers.contains(key.second) &&
         !difference.listened.contains(key.first))
       continue;
@@ -64,7 +54,7 @@ void PeerTopics::on_claims(LinkTable& links, const Now& now) {
   // would get messages twice (docs/protocol.md section 8.10, rule 3).
   for (auto& [id, link] : links)
     forget_origins(link.arrived, [&](const Gid& gid) { return context_.claims.taken(gid, false); });
-  for (auto& [key, mirror] : context_.mirrors) mirror.update(now);
+  for (auto& [key, mirror] : context_.mirrors.all()) mirror.update(now);
 }
 
 std::optional<Decision> PeerTopics::permission(const Link& link, const TopicMirror& mirror) const {
@@ -87,63 +77,47 @@ void PeerTopics::on_policy(const Now& now) {
   // judge, but its candidates are checked themselves. Last samples are requested at the end, from
   // the feeders of that moment.
   std::vector<MirrorKey> emptied;
-  for (auto& [key, mirror] : context_.mirrors) {
+  for (auto& [key, mirror] : context_.mirrors.all()) {
     if (!mirror.has_first() || is_permitted_as_before(mirror)) continue;
     mirror.drop_first();
     emptied.push_back(key);
   }
   for (auto& [link, peer] : peers_) peer.recheck(now);
   for (auto& [link, peer] : peers_) peer.renew(now);
-  for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
+  auto& mirrors = context_.mirrors.all();
+  for (auto it = mirrors.begin(); it != mirrors.end();) {
     TopicMirror& mirror = (it++)->second;
     const auto candidates = mirror.candidates();  // a copy: the mirror may end with the last one
     for (const auto& [link, offered, declined, qos, told] : candidates) {
       if (offered || permission(*link, mirror)) continue;
       context_.wheels.on_right_end(context_, mirror.key().first, *link, now);
-      context_.remove_candidate(mirror, link->id, now);
+      context_.mirrors.remove_candidate(mirror, link->id, now);
     }
   }
   for (const MirrorKey& key : emptied)
-    if (const auto it = context_.mirrors.find(key); it != context_.mirrors.end())
-      it->second.ask_for_last_samples(now);
+    if (const TopicMirror* const mirror = context_.mirrors.find(key))
+      mirror->ask_for_last_samples(now);
 }
 
 void PeerTopics::expect_goal(const std::string& action, const Now& now) {
   // Without a subscriber there is no demand, and the first feedback would be lost until the graph
   // shows that the caller subscribes.
-  for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
-    const std::string name = name_of_part(action, part);
-    for (auto it = context_.mirrors.lower_bound({{name, ""}, Gid{}});
-         it != context_.mirrors.end() && it->first.first.first == name; ++it)
-      it->second.expect_subscriber(now);
-  }
-}
-
-TopicMirror* PeerTopics::find(MirrorId id) {
-  const auto it = context_.made.find(id);
-  return it == context_.made.end() ? nullptr : it->second.mirror;
-}
-
-// The mirror may have been destroyed just now.
-void PeerTopics::on_mirror_made(const MirrorMade& made) {
-  const auto it = context_.made.find(made.mirror);
-  if (it == context_.made.end()) return;
-  if (it->second.gid == Gid{} && made.gid != Gid{}) named_.insert(made.gid);
-  it->second.gid = made.gid;
-  context_.outputs.follow_up(FollowUp::kClaim);
+  for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus})
+    for (auto& [key, mirror] : context_.mirrors.named(name_of_part(action, part)))
+      mirror.expect_subscriber(now);
 }
 
 void PeerTopics::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
-  if (TopicMirror* mirror = find(failed.id)) mirror->on_failed(failed, now);
+  if (TopicMirror* const mirror = context_.mirrors.find(failed.id)) mirror->on_failed(failed, now);
 }
 
 void PeerTopics::on_type_differs(const TypeDiffers& differs) {
-  if (const TopicMirror* mirror = find(differs.id))
-    context_.tell_difference(*mirror, differs.hash_here, true);
+  if (const TopicMirror* const mirror = context_.mirrors.find(differs.id))
+    mirror->tell_difference(differs.hash_here, true);
 }
 
 void PeerTopics::on_publish_failed(const PublishFailed& failed) {
-  const TopicMirror* mirror = find(failed.mirror);
+  const TopicMirror* const mirror = context_.mirrors.find(failed.mirror);
   if (!mirror || mirror->candidates().empty()) return;
   if (auto* feeder = mirror->candidates().front().offered)
     feeder->on_lost(failed.count, DropReason::kPublishFailed);
@@ -154,13 +128,7 @@ void PeerTopics::on_clock(const Link& link, const Now& now) {
 }
 
 void PeerTopics::on_time(const Now& now) {
-  for (int n = 0; n < kDueAtOnce; ++n) {
-    const auto due = context_.timers.take_due(now.steady);
-    if (!due) break;
-    TopicMirror& mirror = **due;
-    mirror.on_time(now);
-    if (mirror.is_over()) context_.mirrors.erase(MirrorKey(mirror.key()));
-  }
+  context_.mirrors.on_time(now);
   while (const auto due = context_.held.take_due(now.steady)) (*due)->publish_held(now);
   context_.wheels.on_time(context_, now);
   if (context_.looks_again_at.value_or(TimePoint::max()) > now.steady) return;
@@ -173,24 +141,9 @@ void PeerTopics::send_demands() {
     if (const auto peer = peers_.find(link); peer != peers_.end()) peer->second.send_demands();
 }
 
-void PeerTopics::add_mirrored(Claim& claim, const Now& now) {
-  for (const auto& [key, mirror] : context_.mirrors)
-    if (mirror.is_claimed()) claim.origins.push_back(key.second);
-  // Other bridges recognize mirrors by these ids, even under proxy nodes (docs/protocol.md section
-  // 14, rule 7). A bridge that has just started may have seen a mirror that has ended.
-  for (const Gid& gid : std::exchange(context_.unmade, {})) leaving_.emplace_back(now.steady, gid);
-  while (!leaving_.empty() && leaving_.front().first + kEndedNamed <= now.steady) {
-    named_.erase(named_.find(leaving_.front().second));
-    leaving_.pop_front();
-  }
-  std::unique_copy(named_.begin(), named_.end(), std::back_inserter(claim.mirrors));
-}
-
 bool PeerTopics::has_mirror(const TopicKey& key) const {
-  for (auto it = context_.mirrors.lower_bound({key, Gid{}});
-       it != context_.mirrors.end() && it->first.first == key; ++it)
-    if (it->second.id()) return true;
-  return false;
+  return std::ranges::any_of(context_.mirrors.of(key),
+                             [](const auto& one) { return bool(one.second.id()); });
 }
 
 void PeerTopics::add_status(const Link& link, LinkStatus& status) const {

@@ -1,10 +1,8 @@
 // The peers' topics that exist here.
 #pragma once
 
-#include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,7 +38,7 @@ class PeerTopics {
   // A goal is on its way to this action (local name): its feedback may arrive before the graph
   // shows the client's subscriptions.
   void expect_goal(const std::string& action, const Now& now);
-  void on_mirror_made(const MirrorMade& made);
+  void on_mirror_made(const MirrorMade& made) { context_.mirrors.on_made(made.mirror, made.gid); }
   void on_mirror_failed(const MirrorFailed& failed, const Now& now);
   void on_type_differs(const TypeDiffers& differs);
   void on_publish_failed(const PublishFailed& failed);
@@ -53,10 +51,10 @@ class PeerTopics {
   // Sends the demands that changed, one message per link and direction.
   void send_demands();
   // The origins mirrored here, and the mirrors, for our own claim.
-  void add_mirrored(Claim& claim, const Now& now);
+  void add_mirrored(Claim& claim, const Now& now) { context_.mirrors.add_to(claim, now); }
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
+    return earliest(earliest(context_.mirrors.timers().deadline(), context_.held.deadline()),
                     earliest(context_.looks_again_at, context_.wheels.deadline()));
   }
   // Is a peer's publisher of this topic mirrored here?
@@ -68,7 +66,6 @@ class PeerTopics {
   [[nodiscard]] std::uint64_t judged() const { return context_.judged; }
 
  private:
-  [[nodiscard]] TopicMirror* find(MirrorId id);
   // permission(): the import rule for the mirror on this link. is_permitted_as_before(): do the
   // rules let the same link feed the mirror in the same way as until now?
   [[nodiscard]] std::optional<Decision> permission(const Link& link,
@@ -76,10 +73,6 @@ class PeerTopics {
   [[nodiscard]] bool is_permitted_as_before(const TopicMirror& mirror) const;
 
   ImportContext context_;
-  // named_: ids of mirrors in our claims. leaving_: ids of mirrors that ended, with the time; they
-  // stay in claims a little longer.
-  std::multiset<Gid> named_;
-  std::deque<std::pair<TimePoint, Gid>> leaving_;
   std::map<LinkId, LinkTopics> peers_;
 };
 

@@ -1,7 +1,11 @@
 #include "core/topics/topic_mirror.hpp"
 
+#include <bit>
+
+#include "core/link/link_audit.hpp"
 #include "core/link/standing.hpp"
 #include "core/offers/import_right.hpp"
+#include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/peer_topic.hpp"
 #include "core/topics/topic_qos.hpp"
@@ -31,7 +35,11 @@ constexpr Duration kSubscriberNaming = std::chrono::seconds(2);
 }  // namespace
 
 TopicMirror::TopicMirror(ImportContext& context, MirrorKey key)
-    : context_(context), key_(std::move(key)), first_({context.timers, this}) {}
+    : context_(context), key_(std::move(key)), first_({context.mirrors.timers(), this}) {}
+
+Timers<TopicMirror*>& TopicMirror::timers() const {
+  return context_.mirrors.timers();
+}
 
 // ---- the links that offer the origin
 
@@ -111,7 +119,7 @@ void TopicMirror::remove_candidate(LinkId link, const Now& now) {
   if (candidates_.empty()) {
     if (!id_) give_up_claim();
     const TimePoint lingers = now.steady + kMirrorLinger;
-    ends_ = context_.timers.set(std::max(lingers, context_.wheels.needs(*this).value_or(lingers)),
+    ends_ = timers().set(std::max(lingers, context_.wheels.needs(*this).value_or(lingers)),
                                 this);
     return;
   }
@@ -200,7 +208,7 @@ bool TopicMirror::has_settled(const Now& now) {
                       context_.beside_bridges() ? kTopicSettle : Duration::zero()},
                      now);
   if (claimed != claiming_.holds()) context_.outputs.follow_up(FollowUp::kClaim);
-  if (settled > now.steady) settles_ = context_.timers.set(settled, this);
+  if (settled > now.steady) settles_ = timers().set(settled, this);
   return settled <= now.steady;
 }
 
@@ -213,7 +221,7 @@ void TopicMirror::give_up_claim() {
 // A mirror that moves from our own node to the proxy node loses samples in between.
 bool TopicMirror::has_waited_for_name(const Now& now) {
   if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
-  if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
+  if (!naming_) naming_ = timers().set(now.steady + kNaming, this);
   return naming_.at() <= now.steady;
 }
 
@@ -246,9 +254,9 @@ void TopicMirror::create(const Now& now) {
   reached_ = published.subscribers;
   fresh_ = 0;
   sample_bytes_ = 0;
-  context_.made[id_] = {this};
+  context_.mirrors.note_created(id_, *this);
   if (candidates_.front().link->arrived.contains(key_.first))
-    pauses_ = context_.timers.set(now.steady + kMatching, this);
+    pauses_ = timers().set(now.steady + kMatching, this);
   if (context_.options.matching > Duration::zero() || !first_.empty())
     first_.wait(now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
@@ -275,7 +283,7 @@ void TopicMirror::vanish(bool exists) {
   first_.end_wait();
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
-  context_.unmake(id_, exists);
+  context_.mirrors.note_destroyed(id_, exists);
   id_ = {};
   pauses_.cancel();
   kept_.release();
@@ -292,11 +300,11 @@ void TopicMirror::drop_first() {
 }
 
 void TopicMirror::on_failed(const MirrorFailed& failed, const Now& now) {
-  context_.tell_failed(*this, failed);
+  tell_failed(failed);
   failed_ = true;
   vanish(false);
   const bool passes = failed.code != "type_unknown" && failed.hash_here.empty();
-  if (passes) retries_ = context_.timers.set(now.steady + kRetry, this);
+  if (passes) retries_ = timers().set(now.steady + kRetry, this);
   const bool of_type = failed.code == "type_mismatch";
   update_demand(now);
   for (auto& [link, offered, declined, qos, told] : candidates_) {
@@ -310,7 +318,7 @@ void TopicMirror::on_failed(const MirrorFailed& failed, const Now& now) {
 }
 
 void TopicMirror::try_again() {
-  if (retries_) retries_ = context_.timers.set(TimePoint{}, this);
+  if (retries_) retries_ = timers().set(TimePoint{}, this);
 }
 
 void TopicMirror::on_time(const Now& now) {
@@ -318,7 +326,7 @@ void TopicMirror::on_time(const Now& now) {
   if (is_due(ends_)) {
     const auto needed = context_.wheels.needs(*this);  // another one may have halted it meanwhile
     if (!needed || *needed <= now.steady) return destroy();
-    ends_ = context_.timers.set(*needed, this);
+    ends_ = timers().set(*needed, this);
     return;
   }
   first_.publish_due(context_.outputs, id_, feeder(), now);
@@ -349,10 +357,33 @@ void TopicMirror::warn_incompatible(const Now& now) {
   // After the time for names, subscribers that still have none are logged without one.
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
-  for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);
+  for (const auto& line : found.lines) tell_once(LogLevel::kWarn, line);
   if (found.unnamed && !unnamed_)
-    unnamed_ = context_.timers.set(now.steady + kSubscriberNaming, this);
+    unnamed_ = timers().set(now.steady + kSubscriberNaming, this);
   if (!patient) unnamed_.cancel();
+}
+
+std::string TopicMirror::name(bool with_node) const {
+  const auto& [topic, type] = key_.first;
+  const std::string what = shown(InterfaceKind::kTopic, topic, type);
+  return with_node && !origin_.node.empty() ? what + " of " + origin_.node : what;
+}
+
+void TopicMirror::tell_once(LogLevel level, const std::string& text) const {
+  if (!candidates_.empty())
+    context_.outputs.log_once(candidates_.front().link->account->told, level, text);
+}
+
+void TopicMirror::tell_failed(const MirrorFailed& failed) const {
+  if (!failed.hash_here.empty()) return tell_difference(failed.hash_here, false);
+  tell_once(LogLevel::kError,
+            "cannot mirror " + name(failed.code == "type_mismatch") + ": " + failed.reason);
+}
+
+void TopicMirror::tell_difference(const std::string& hash_here, bool used) const {
+  if (candidates_.empty()) return;
+  log_difference(context_.outputs, *candidates_.front().link,
+                 {name(true), key_.first.second, hash_here, type_hash_, used});
 }
 
 // ---- demand
@@ -366,12 +397,12 @@ MirrorWish TopicMirror::wish(const Now& now) const {
 void TopicMirror::pause(const Now& now) {
   const TimePoint until = now.steady + kPause;
   if (!id_ || (pauses_ && pauses_.at() >= until)) return;
-  pauses_ = context_.timers.set(until, this);
+  pauses_ = timers().set(until, this);
   wish_.change(wish(now));
 }
 
 void TopicMirror::expect_subscriber(const Now& now) {
-  expected_ = context_.timers.set(now.steady + kGoalDemand, this);
+  expected_ = timers().set(now.steady + kGoalDemand, this);
   update_demand(now);
 }
 
@@ -401,7 +432,7 @@ std::optional<DropReason> TopicMirror::publish(std::uint64_t number, const Paylo
                                                TimePoint expires, const Now& now) {
   if (has_published(number)) return DropReason::kDuplicate;  // mutant: duplicate_samples
   if (keeps_samples() && raw.size() > sample_bytes_) {
-    const std::uint32_t fitting = context_.mirror_depth(*this, depth(), raw.size());
+    const std::uint32_t fitting = fitting_depth(raw.size());
     if (fitting == 0) return DropReason::kQueueBytes;
     if (fitting < depth()) {
       depth_max_ = fitting;
@@ -443,6 +474,25 @@ Payload TopicMirror::held_if_large(const Payload& raw) const {
   const auto& account = candidates_.front().link->account;
   auto held = std::make_shared<Held>(Held{raw, account, account->memory.hold(raw.size())});
   return Payload::wrap(std::move(held), raw.view());
+}
+
+// Kept bytes count four times in room(). So with a share of a quarter, the mirrors of a link leave
+// at least as much to its messages as they hold themselves.
+std::uint64_t TopicMirror::room(std::uint64_t share) const {
+  const Budget& latched = candidates_.front().link->mirrors.latched();
+  const std::uint64_t own = kept_bytes();
+  const std::uint64_t others = latched.used() - std::min(latched.used(), own);
+  const std::uint64_t all = context_.options.mirror_bytes_max;
+  return std::min(all - std::min(others, all), latched.room() / share + own);
+}
+
+// A power of two: so a peer whose samples grow and grow makes us recreate the publisher only a few
+// times. A single sample may take more of the remaining room than several.
+std::uint32_t TopicMirror::fitting_depth(std::uint64_t sample_bytes) const {
+  const std::uint64_t several = room(8) / sample_bytes;
+  if (several >= depth()) return depth();
+  if (several > 0) return static_cast<std::uint32_t>(std::bit_floor(several));
+  return room(4) < sample_bytes ? 0 : 1;
 }
 
 void TopicMirror::charge() {

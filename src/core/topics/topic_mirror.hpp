@@ -70,7 +70,7 @@ class TopicMirror final : private Appearing::Waiting {
   // The link is dead: its candidate ends. Messages that subscribers here miss come when the link is
   // back, unless another link may feed them meanwhile.
   void lose_link(LinkId link);
-  // Removes the link's candidate. The mirror may be over then; ImportContext::remove_candidate()
+  // Removes the link's candidate. The mirror may be over then; MirrorTable::remove_candidate()
   // checks that.
   void remove_candidate(LinkId link, const Now& now);
   // The candidate of this link. Null: the link does not offer the origin.
@@ -95,6 +95,8 @@ class TopicMirror final : private Appearing::Waiting {
   // Requests the origin's last samples again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
   void on_failed(const MirrorFailed& failed, const Now& now);
+  // Logs that the type here differs from the peer's. `used`: the rules use the type nevertheless.
+  void tell_difference(const std::string& hash_here, bool used) const;
   // The obstacle to the publisher may be gone: the next try is due now.
   void try_again();
   void on_time(const Now& now);
@@ -151,6 +153,7 @@ class TopicMirror final : private Appearing::Waiting {
 
  private:
   using Timer = Timers<TopicMirror*>::Timer;
+  [[nodiscard]] Timers<TopicMirror*>& timers() const;
 
   void appear(const Now& now) override { update(now); }
   void create(const Now& now);
@@ -161,6 +164,19 @@ class TopicMirror final : private Appearing::Waiting {
   // The payload, held in the account of its identity until it is published, if it is large:
   // publishing takes a while.
   [[nodiscard]] Payload held_if_large(const Payload& raw) const;
+  // The number of samples of this size that the mirror may keep; at most depth().
+  [[nodiscard]] std::uint32_t fitting_depth(std::uint64_t sample_bytes) const;
+  // The bytes that the mirror may keep beside the other mirrors of its link. All of them together
+  // keep at most mirror_bytes_max. This one keeps at most its bytes now and 1 / `share` (4 or more)
+  // of the link's remaining room.
+  [[nodiscard]] std::uint64_t room(std::uint64_t share) const;
+  // "/chatter", or "/chatter of /talker"
+  [[nodiscard]] std::string name(bool with_node) const;
+  // Logs a line once for the feeding peer's identity, as the line has words of that peer. Without a
+  // link that offers the mirror nothing is logged.
+  void tell_once(LogLevel level, const std::string& text) const;
+  // Logs why the publisher could not be made.
+  void tell_failed(const MirrorFailed& failed) const;
   // Counts the kept bytes in the budget of the feeding link.
   void charge();
   [[nodiscard]] PeerTopic* feeder() const {

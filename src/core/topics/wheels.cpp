@@ -18,21 +18,14 @@ constexpr std::string_view kSide = "side ";
 // docs/protocol.md, "Limits".
 constexpr Duration kToldPeriod = std::chrono::milliseconds(250);
 
-bool is_mirrored(const ImportContext& context, const TopicKey& key) {
-  const auto first = context.mirrors.lower_bound({key, Gid{}});
-  return first != context.mirrors.end() && first->first.first == key;
-}
-
 std::vector<Gid> origins_of(const ImportContext& context, const TopicKey& key,
                             const std::string& driver) {
   std::vector<Gid> found;
-  for (auto it = context.mirrors.lower_bound({key, Gid{}});
-       it != context.mirrors.end() && it->first.first == key; ++it) {
-    const auto& candidates = it->second.candidates();
-    if (std::any_of(candidates.begin(), candidates.end(),
-                    [&](const MirrorCandidate& c) { return driver_of(*c.link) == driver; }))
-      found.push_back(it->first.second);
-  }
+  for (const auto& [origin, mirror] : context.mirrors.of(key))
+    if (std::ranges::any_of(mirror.candidates(), [&](const MirrorCandidate& c) {
+          return driver_of(*c.link) == driver;
+        }))
+      found.push_back(origin.second);
   return found;
 }
 
@@ -100,8 +93,8 @@ bool Wheels::judge(ImportContext& context, TopicMirror& mirror, const Link& link
   entry.type = command.type;
   const driving::Driver who{driver_of(link), link.id, mirror.key().second, command.rule};
   const driving::Driver* const mover = entry.wheel.mover();
-  const auto holder = mover ? context.mirrors.find({key, mover->origin}) : context.mirrors.end();
-  const bool gone = holder == context.mirrors.end() || holder->second.candidates().empty();
+  const TopicMirror* const holder = mover ? context.mirrors.find({key, mover->origin}) : nullptr;
+  const bool gone = !holder || holder->candidates().empty();
   auto step = entry.wheel.on_command(
       {who, mirror.steered().seen.last(), command.raw, command.moves, command.age, gone},
       command.rules, now.steady);
@@ -140,9 +133,8 @@ void Wheels::end(ImportContext& context, Found wheel, const Link& link, driving:
                  const Now& now) {
   const driving::Driver* const mover = wheel->second.wheel.mover();
   if (mover && mover->link == link.id) {
-    const auto mirror = context.mirrors.find({wheel->first, mover->origin});
-    if (mirror != context.mirrors.end()) {
-      const auto& candidates = mirror->second.candidates();
+    if (const TopicMirror* const mirror = context.mirrors.find({wheel->first, mover->origin})) {
+      const auto& candidates = mirror->candidates();
       const auto next = std::ranges::find_if(candidates, [&](const MirrorCandidate& c) {
         return c.link->id != link.id && c.is_usable();
       });
@@ -194,11 +186,10 @@ void Wheels::on_time(ImportContext& context, const Now& now) {
 void Wheels::follow(ImportContext& context, Found wheel, driving::WheelStep step, const Now& now) {
   const auto& [key, entry] = *wheel;
   if (step.zero)
-    if (const auto mirror = context.mirrors.find({key, step.zero->origin});
-        mirror != context.mirrors.end())
-      mirror->second.halt(driving::halt_after(entry.type, step.zero->last.view(),
-                                              context.has_simulated_time() ? Stamp{0} : now.system),
-                          now);
+    if (TopicMirror* const mirror = context.mirrors.find({key, step.zero->origin}))
+      mirror->halt(driving::halt_after(entry.type, step.zero->last.view(),
+                                       context.has_simulated_time() ? Stamp{0} : now.system),
+                   now);
   for (const std::string& identity : step.flagged)
     wheel->second.wheel.confine(identity, origins_of(context, key, identity));
   for (const auto& event : step.events) tell(context.outputs, key, event);
@@ -214,9 +205,8 @@ void Wheels::tell_peers(ImportContext& context, Found wheel, const Now& now) {
   entry.to_tell = false;
   entry.told_at = now.steady;
   const TopicKey& key = wheel->first;
-  for (auto it = context.mirrors.lower_bound({key, Gid{}});
-       it != context.mirrors.end() && it->first.first == key; ++it)
-    for (const MirrorCandidate& candidate : it->second.candidates())
+  for (const auto& [origin, mirror] : context.mirrors.of(key))
+    for (const MirrorCandidate& candidate : mirror.candidates())
       if (candidate.offered)
         candidate.offered->tell_wheel(
             state_of(entry.wheel.word_for(driver_of(*candidate.link), now.steady)));
@@ -237,7 +227,7 @@ Wheels::Found Wheels::open(const ImportContext& context, const TopicKey& key, co
   if (!wheels_.contains(key) && wheels_.size() >= kWheelsKept) {
     forget_idle(now);
     std::erase_if(wheels_, [&](auto& named) {
-      return !named.second.wheel.is_held(now.steady) && !is_mirrored(context, named.first);
+      return !named.second.wheel.is_held(now.steady) && context.mirrors.of(named.first).empty();
     });
   }
   return wheels_.try_emplace(key).first;

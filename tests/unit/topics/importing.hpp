@@ -20,7 +20,7 @@ struct Importing : Actions {
   }
   void listen() { graph = picture({topic("/a").sub(50)}); }
   TopicMirror& mirror(std::uint8_t publisher) {
-    return context.mirrors.at({{"/a", kType}, gid(publisher)});
+    return context.mirrors.all().at({{"/a", kType}, gid(publisher)});
   }
   // As long as no demand was told its number is 0.
   static InMessage message(const std::string& text, std::uint16_t demand = 0) {
@@ -35,7 +35,7 @@ struct Importing : Actions {
   }
   // Every deadline up to this moment.
   void pass_to(std::int64_t at) {
-    while (const auto due = context.timers.take_due(ms(at).steady)) (*due)->on_time(ms(at));
+    while (const auto due = context.mirrors.timers().take_due(ms(at).steady)) (*due)->on_time(ms(at));
   }
 
   TopicOptions options;

@@ -38,7 +38,7 @@ struct PeerScript : OfferedScript {
     std::vector<Topic> topics;
     for (const auto& name : heard) topics.push_back(topic(name).sub(50));
     graph = picture(topics);
-    for (auto& [key, mirror] : context.mirrors) mirror.update(ms(0));
+    for (auto& [key, mirror] : context.mirrors.all()) mirror.update(ms(0));
   }
   std::string demands() {
     peer.send_demands();
@@ -111,8 +111,8 @@ TEST(LinkTopics, ALostConnectionTakesAllChannelsAndTheMirrorsWait) {
   s.peer.on_link_lost(ms(0));
   EXPECT_EQ(s.topics(), "");
   EXPECT_FALSE(s.one.link.incoming({1})->channel);
-  EXPECT_EQ(s.context.mirrors.size(), 2U);
-  for (const auto& [key, mirror] : s.context.mirrors)
+  EXPECT_EQ(s.context.mirrors.all().size(), 2U);
+  for (const auto& [key, mirror] : s.context.mirrors.all())
     EXPECT_EQ(mirror.candidates().front().offered, nullptr);
   EXPECT_EQ(s.did(), "");
   s.offer_topic(3, "/a");
@@ -168,7 +168,7 @@ TEST(LinkTopics, WhatIsKeptAndWhatGoesOnIsDemandedApart) {
   steered.type = "geometry_msgs/msg/Twist";
   s.graph =
       picture({steered, topic("/on").sub(50), topic("/fresh").sub(50), topic("/unkept").sub(50)});
-  for (auto& [key, mirror] : s.context.mirrors) mirror.update(ms(0));
+  for (auto& [key, mirror] : s.context.mirrors.all()) mirror.update(ms(0));
   s.pass_to(1000);  // what goes on waits until subscribers have found its mirror
   s.peer.send_demands();
   std::string words;
@@ -187,7 +187,7 @@ TEST(LinkTopics, DemandsAreCountedPastZero) {
   PeerScript s;
   s.offer_topic(1, "/a");
   s.listen_to({"/a"});
-  const PeerTopic& offered = *s.context.mirrors.begin()->second.candidates().front().offered;
+  const PeerTopic& offered = *s.context.mirrors.all().begin()->second.candidates().front().offered;
   const auto next = [&] {
     s.peer.send_demands();
     std::uint16_t number = 0;
@@ -260,7 +260,7 @@ TEST(LinkTopics, AnOriginThatWasLeftOutGetsThePlaceOfOneThatEnds) {
   s.did();
   s.peer.try_left_out(ms(2000));
   EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\n");
-  EXPECT_TRUE(s.context.mirrors.contains({{"/a", kType}, gid(9)}));  // 8 is not offered any longer
+  EXPECT_TRUE(s.context.mirrors.all().contains(MirrorKey{{"/a", kType}, gid(9)}));  // 8 is not offered any longer
   s.context.looks_again_at.reset();
   s.peer.try_left_out(ms(3000));
   EXPECT_FALSE(s.context.looks_again_at);
@@ -271,18 +271,18 @@ TEST(LinkTopics, OfManyTopicsWithoutAPlaceFewLookAtOnceAndEachInItsTurn) {
   PeerScript s;
   s.options.mirrors_max = 0;
   for (std::uint32_t n = 1; n <= 150; ++n) s.offer_topic(n, "/t" + std::to_string(n));
-  EXPECT_EQ(s.context.mirrors.size(), 0U);
+  EXPECT_EQ(s.context.mirrors.all().size(), 0U);
   const auto look = [&](std::int64_t at) {
     s.context.looks_again_at.reset();
     s.peer.try_left_out(ms(at));
-    return s.context.mirrors.size();
+    return s.context.mirrors.all().size();
   };
   EXPECT_EQ(look(1000), 0U);
   EXPECT_EQ(s.context.looks_again_at, ms(2000).steady);
   s.options.mirrors_max = 150;
   EXPECT_EQ(look(2000), 64U);
-  EXPECT_TRUE(s.context.mirrors.contains({{"/t65", kType}, gid(75)}));
-  EXPECT_FALSE(s.context.mirrors.contains({{"/t64", kType}, gid(74)}));
+  EXPECT_TRUE(s.context.mirrors.all().contains(MirrorKey{{"/t65", kType}, gid(75)}));
+  EXPECT_FALSE(s.context.mirrors.all().contains(MirrorKey{{"/t64", kType}, gid(74)}));
   EXPECT_EQ(s.context.looks_again_at, ms(2010).steady);
   EXPECT_EQ(look(2010), 128U);
   EXPECT_EQ(look(2020), 150U);

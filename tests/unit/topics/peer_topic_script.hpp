@@ -12,7 +12,7 @@ namespace connect_bridge::topics_test {
 struct OfferedScript : Importing {
   explicit OfferedScript(Duration resume_for = {})
       : one(1, std::make_shared<Account>(), resume_for) {}
-  ~OfferedScript() { context.mirrors.clear(); }  // before the links, whose memory they hold
+  ~OfferedScript() { context.mirrors.all().clear(); }  // before the links, whose memory they hold
   IncomingChannel& channel_1() { return *one.link.incoming({1})->channel; }
   void give(InMessage message, std::int64_t at = 0) {
     EXPECT_TRUE(channel_1().on_message(std::move(message), ms(at)));

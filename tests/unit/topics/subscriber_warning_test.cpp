@@ -38,7 +38,7 @@ struct Warning : OfferedScript {
   }
   // Whether the mirror is to be looked at by then.
   [[nodiscard]] bool is_due(std::int64_t at) const {
-    return context.timers.deadline().value_or(TimePoint::max()) <= ms(at).steady;
+    return context.mirrors.timers().deadline().value_or(TimePoint::max()) <= ms(at).steady;
   }
 
   TopicMirror& subject;

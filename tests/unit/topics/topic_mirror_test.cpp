@@ -12,7 +12,7 @@ struct MirrorScript : Importing {
   explicit MirrorScript(std::vector<Rule> rules = {everything()}) : Importing(std::move(rules)) {
     listen();
   }
-  ~MirrorScript() { context.mirrors.clear(); }  // before the links, whose memory they hold
+  ~MirrorScript() { context.mirrors.all().clear(); }  // before the links, whose memory they hold
   std::string demanded() {
     one.send_demands();
     two.send_demands();
@@ -74,8 +74,8 @@ TEST(TopicMirror, LingersWhenNobodyOffersIt) {
   MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.did();
-  s.context.remove_candidate(s.mirror(7), {1}, ms(0));
-  EXPECT_EQ(s.context.timers.deadline(), ms(200).steady);
+  s.context.mirrors.remove_candidate(s.mirror(7), {1}, ms(0));
+  EXPECT_EQ(s.context.mirrors.timers().deadline(), ms(200).steady);
   EXPECT_FALSE(s.mirror(7).is_over());
   s.pass_to(200);
   EXPECT_EQ(s.did(), "unmirror 1\n");
@@ -163,7 +163,7 @@ struct AfterABreak : MirrorScript {
     static_cast<void>(mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)));
     one.on_link_lost(ms(0));
     mirror(7).lose_link({1});
-    context.remove_candidate(mirror(7), {1}, ms(0));
+    context.mirrors.remove_candidate(mirror(7), {1}, ms(0));
     pass_to(1000);
     offer(one, {origin(1, 7, latched(1))}, 1000);
     demanded();
@@ -211,7 +211,7 @@ TEST(TopicMirror, WhatWaitedWhenItsLinkEndedComesAfterAll) {
   EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)), std::nullopt);
   s.one.on_link_lost(ms(10));
   s.mirror(7).lose_link({1});
-  s.context.remove_candidate(s.mirror(7), {1}, ms(10));
+  s.context.mirrors.remove_candidate(s.mirror(7), {1}, ms(10));
   s.pass_to(1000);
   s.offer(s.one, {origin(1, 7, latched(1))}, 1000);
   s.did();
@@ -351,17 +351,17 @@ TEST(TopicMirror, APeerHasNoMoreThanItsShare) {
   s.options.mirrors_max = 3;
   s.options.topic_mirrors_max = 2;
   s.offer(s.one, {origin(1, 7), origin(2, 8), origin(3, 9)});
-  EXPECT_EQ(s.context.mirrors.size(), 2U);
+  EXPECT_EQ(s.context.mirrors.all().size(), 2U);
   // A reconnect gives no new share while the old one waits.
   s.one.on_link_lost(ms(0));
   s.one.on_offer(channel(2, "/b", {origin(1, 10), origin(2, 11)}), ms(0));
-  EXPECT_EQ(s.context.mirrors.size(), 3U);
+  EXPECT_EQ(s.context.mirrors.all().size(), 3U);
   EXPECT_EQ(s.first.link.mirrors.all(), 3U);
   // Another peer has a share of its own, of which those that exist already are a part.
   s.offer(s.two, {origin(1, 7), origin(2, 12), origin(3, 13)});
-  EXPECT_EQ(s.context.mirrors.size(), 4U);
+  EXPECT_EQ(s.context.mirrors.all().size(), 4U);
   EXPECT_EQ(s.second.link.mirrors.all(), 2U);
-  s.context.remove_candidate(s.mirror(7), {2}, ms(0));
+  s.context.mirrors.remove_candidate(s.mirror(7), {2}, ms(0));
   EXPECT_EQ(s.second.link.mirrors.all(), 1U);
   s.did();
   EXPECT_NE(s.logged.find("no more mirrors for /peer at 10.0.0.1"), std::string::npos);
