@@ -45,7 +45,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
             {[&node] { return node.ros_now(); },
              [this](Action&& action) { return carry_out(std::move(action)); },
              [this] { return network_.has_one_at_most(); },
-             [this](ConnectionId id) { network_.read(id); }, [this] { send(); }}),
+             [this](ConnectionId id) { network_.read_on(id); }, [this] { send(); }}),
       gateway_(node, gateway_options(parts_),
                [this] { boost::asio::post(io_, [this] { on_wake(); }); }),
       parameters_(io_, node, std::move(parts_.config), std::move(parts_.folder),
@@ -57,7 +57,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](ConnectionId id, const Repairs& repairs) {
                   return loop_.next_packet(id, repairs);
                 },
-                [this](ConnectionId id) { loop_.arrived(id); },
+                [this](PacketReceived&& packet) { loop_.arrived(std::move(packet)); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
       status_file_([this](const std::string& problem) { log_later(LogLevel::kWarn, problem); }),

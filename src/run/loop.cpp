@@ -77,10 +77,16 @@ void Loop::handle(Input&& input) {
 }
 
 // One connection has nobody to wait for.
-void Loop::arrived(ConnectionId connection) {
-  if (ports_.alone()) return ports_.read(connection);
-  side_.on_arrival(connection, now());
+void Loop::arrived(PacketReceived&& packet) {
+  if (ports_.alone()) return take(std::move(packet));
+  side_.on_arrival(std::move(packet), now());
   plan_turn();
+}
+
+void Loop::take(PacketReceived&& packet) {
+  const ConnectionId connection = packet.connection;
+  feed(std::move(packet));
+  ports_.read_on(connection);
 }
 
 void Loop::plan_turn() {
@@ -92,9 +98,9 @@ void Loop::look(int times) {
   boost::asio::post(io_, [this, times] {
     if (times > 1) return look(times - 1);
     turn_planned_ = false;
-    const auto next = side_.take_turn(now());
+    auto next = side_.take_turn(now());
     if (!next) return;
-    ports_.read(*next);
+    take(std::move(*next));
     if (side_.packets_wait()) plan_turn();
   });
 }

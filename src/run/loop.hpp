@@ -22,8 +22,8 @@ class Loop {
     std::function<Stamp()> ros_now;
     std::function<bool(Action&&)> carry_out;  // true: it was one for the middleware
     std::function<bool()> alone;             // there is one connection at most, handshakes included
-    std::function<void(ConnectionId)> read;  // feeds the packet that has arrived there
-    std::function<void()> send;              // sends the data of connections (Side::take_ready)
+    std::function<void(ConnectionId)> read_on;  // the next packet may come there
+    std::function<void()> send;  // sends the data of connections (Side::take_ready)
   };
 
   Loop(boost::asio::io_context& io, Side& side, Ports ports)
@@ -38,10 +38,10 @@ class Loop {
   // this step has handled the earlier inputs.
   void feed(Input&& input);
 
-  // Takes note of an arrived packet, which is read when its turn comes (Side::take_turn). The loop
-  // polls the sockets before each packet, so that links with less use come first. The packet of the
-  // only connection is read at once.
-  void arrived(ConnectionId connection);
+  // Feeds the packet when its turn comes (Side::take_turn). The loop polls the sockets before each
+  // packet, so that links with less use come first. The packet of the only connection is fed at
+  // once.
+  void arrived(PacketReceived&& packet);
 
   // The next packet for a connection that can take one; nullopt: none now. Data that waits for the
   // link's rate is pulled again at its time.
@@ -58,6 +58,7 @@ class Loop {
   }
 
  private:
+  void take(PacketReceived&& packet);
   [[nodiscard]] Now at(TimePoint steady) const;
   void begin_step();
   void handle(Input&& input);

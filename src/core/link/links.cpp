@@ -234,9 +234,9 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   if (options_.role == Role::kClient) renewal_.on_open(link);
 }
 
-void Links::on_arrival(ConnectionId connection, const Now& now) {
-  Link* const link = link_of(connection);
-  turns_.wait(connection, link ? link->account->time : of_strangers_, now.steady);
+void Links::on_arrival(PacketReceived packet, const Now& now) {
+  Link* const link = link_of(packet.connection);
+  turns_.wait(std::move(packet), link ? link->account->time : of_strangers_, now.steady);
   if (link) link->connection()->has_come();
 }
 

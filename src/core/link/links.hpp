@@ -52,10 +52,10 @@ class Links {
   // and notes the connections with something to send and the deadlines. True: a connection had
   // failed.
   bool settle(const Now& now);
-  // A packet of this connection has come, and waits until take_turn() gives the connection.
-  void on_arrival(ConnectionId connection, const Now& now);
+  // The packet waits until take_turn() gives it.
+  void on_arrival(PacketReceived packet, const Now& now);
   // The connection whose packet is read next, by PacketReceived; nullopt: no packet waits.
-  std::optional<ConnectionId> take_turn(const Now& now) { return turns_.take(now.steady); }
+  std::optional<PacketReceived> take_turn(const Now& now) { return turns_.take(now.steady); }
   [[nodiscard]] bool packets_wait() const { return !turns_.empty(); }
   // Client: connects when it is time to.
   void dial_if_due(const Now& now);

@@ -1,4 +1,4 @@
-// The order in which packets are read.
+// The order in which packets are handled.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,13 @@
 
 #include "core/base/ids.hpp"
 #include "core/base/time.hpp"
+#include "core/ports/inputs.hpp"
 #include "core/ports/payer.hpp"
 
 namespace connect_bridge {
 
-// Connections whose packets wait to be read, in a queue for each identity. The identity that has
-// used least of the loop's time lately comes first, with one packet of one connection. So an
+// Packets that wait to be handled, in a queue for each identity. The identity that has used least
+// of the loop's time lately comes first, with one packet of one connection. So an
 // identity that uses little waits for at most one step of the others, however many connections or
 // identities they have. A packet waits only for packets of others. A packet that has waited for
 // `patience` comes before those of identities that have used more. The cost hardly grows with the
@@ -25,10 +26,10 @@ class LoopTurns {
  public:
   explicit LoopTurns(Duration patience) : patience_(patience) {}
 
-  // A packet of this connection waits. No other packet of the connection waits here.
-  void wait(ConnectionId connection, const Payer& payer, TimePoint now) {
+  // The packet waits. No other packet of its connection waits here.
+  void wait(PacketReceived packet, const Payer& payer, TimePoint now) {
     Line& line = line_of(payer);
-    line.waiting.push_back({connection, now});
+    line.waiting.push_back({std::move(packet), now});
     if (line.waiting.size() > 1) return;
     line.number = ++last_;
     line.rank = payer->rank();
@@ -39,22 +40,22 @@ class LoopTurns {
     for (auto it = by_rank_.begin(); it != by_rank_.end();) {
       Line& line = *(it++)->second;
       remove(line);
-      std::erase_if(line.waiting, [&](const Waiting& w) { return w.connection == connection; });
+      std::erase_if(line.waiting, [&](const Waiting& w) { return w.packet.connection == connection; });
       if (!line.waiting.empty()) add(line);
     }
   }
-  // The connection whose packet is read now; the packet waits no longer. nullopt: there is none.
-  std::optional<ConnectionId> take(TimePoint now) {
+  // The packet that is handled now. nullopt: there is none.
+  std::optional<PacketReceived> take(TimePoint now) {
     if (empty()) return std::nullopt;
     Line& oldest = *by_time_.begin()->second;
     const bool late = oldest.waiting.front().since + patience_ <= now;
     late_is_next_ = late && !late_is_next_;  // mutant: turns_of_late
     Line& next = late_is_next_ ? oldest : least_used();
     remove(next);
-    const ConnectionId connection = next.waiting.front().connection;
+    PacketReceived packet = std::move(next.waiting.front().packet);
     next.waiting.pop_front();
     if (!next.waiting.empty()) add(next);
-    return connection;
+    return packet;
   }
   // Should work of `other`, waiting since `since`, yield to packets of identities that have used
   // less loop time?
@@ -71,7 +72,7 @@ class LoopTurns {
 
  private:
   struct Waiting {
-    ConnectionId connection;
+    PacketReceived packet;
     TimePoint since;
   };
   static constexpr std::size_t kIdleMax = 256;  // lines in which nothing waits

@@ -44,12 +44,14 @@ class Side final : private LinkUser {
   Side& operator=(const Side&) = delete;
 
   void handle(Input input, const Now& now);
-  // A packet of this connection has come, and waits until take_turn() gives the connection. Then
-  // handle() gets the packet, before the next one of this connection has come.
-  void on_arrival(ConnectionId connection, const Now& now) { links_.on_arrival(connection, now); }
-  // The connection whose packet handle() gets now: its identity has used least of the loop's time.
-  // nullopt: no packet waits.
-  std::optional<ConnectionId> take_turn(const Now& now) { return links_.take_turn(now); }
+  // The packet waits until take_turn() gives it. Then handle() gets it, before the next packet of
+  // its connection comes.
+  void on_arrival(PacketReceived packet, const Now& now) {
+    links_.on_arrival(std::move(packet), now);
+  }
+  // The packet that handle() gets now: its identity has used least of the loop's time. nullopt: no
+  // packet waits.
+  std::optional<PacketReceived> take_turn(const Now& now) { return links_.take_turn(now); }
   [[nodiscard]] bool packets_wait() const { return links_.packets_wait(); }
   // The loop time that the last handle(), next_packet() or action took.
   void spent(Duration cost, TimePoint now) { outputs_.spent(cost, now); }

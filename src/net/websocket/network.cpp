@@ -291,8 +291,8 @@ bool Network::has_one_at_most() const {
   return state_->connections.size() + (state_->listener ? state_->listener->pending() : 0) <= 1;
 }
 
-void Network::read(ConnectionId connection) {
-  if (const auto found = state_->find(connection)) found->deliver();
+void Network::read_on(ConnectionId connection) {
+  if (const auto found = state_->find(connection)) found->go_on();
 }
 
 void Network::send(ConnectionId connection) {

@@ -72,8 +72,8 @@ class Network {
 
   // There is one connection at most, handshakes at the listener included.
   [[nodiscard]] bool has_one_at_most() const;
-  // Delivers the packet that waits there, if one does, then the next one may come.
-  void read(ConnectionId connection);
+  // The packet that has come there was handled: the next one may come.
+  void read_on(ConnectionId connection);
   // There may be something to send on this connection; next_packet is asked for it, now or when
   // there is room again.
   void send(ConnectionId connection);

@@ -11,18 +11,16 @@
 
 namespace connect_bridge {
 
-// The callbacks for the network's results. The io_context calls `input`, and no call of Network
-// does, except that read() delivers its packet. send() calls next_packet. All of Network
-// may be called from inside `input`.
+// The callbacks for the network's results. The io_context calls `input` and `arrived`, and no call
+// of Network does. send() calls next_packet. All of Network may be called from inside `input`.
 struct NetworkEvents {
-  // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
+  // ConnectionOpened, DialFailed, ConnectionClosed; NetworkChanged after a dial.
   std::function<void(Input&&)> input;
   // The next packet to send on a connection, or nullopt when there is none now; with what TCP
   // repairs there.
   std::function<std::optional<Packet>(ConnectionId, const Repairs&)> next_packet;
-  // A packet has come on a connection, and waits for read(); nothing else is read there meanwhile.
-  // May be empty: then it is delivered at once.
-  std::function<void(ConnectionId)> arrived;
+  // A packet has come. Nothing else is read on its connection until read_on().
+  std::function<void(PacketReceived&&)> arrived;
   // May be empty. Attempts of unknown clients are logged at kDebug.
   std::function<void(Log&&)> log;
 };

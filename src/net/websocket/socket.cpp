@@ -57,11 +57,8 @@ void Socket::open() {
   read();
 }
 
-void Socket::deliver() {
-  if (!std::exchange(waits_, false) || state_ != State::kOpen) return;
-  const bool text = socket_->got_text();
-  setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
-  if (state_ == State::kOpen) read_on();
+void Socket::go_on() {
+  if (std::exchange(waits_, false) && state_ == State::kOpen) read_on();
 }
 
 void Socket::allow(std::size_t packet_bytes_max) {
@@ -91,8 +88,7 @@ void Socket::on_read(const ErrorCode& error) {
   if (repair_watch_.misses()) repair_watch_.has_read(tcp_counts_of(native()));
   packet_rate_.take(1, steady_now());
   waits_ = true;
-  if (setup_.events->arrived) return setup_.events->arrived(setup_.opened.connection);
-  deliver();
+  setup_.events->arrived({setup_.opened.connection, socket_->got_text(), received_.take()});
 }
 
 // A frame that is no message costs as much as one.
@@ -218,7 +214,7 @@ void Socket::on_written(const ErrorCode& error) {
   packet_.reset();
   if (state_ != State::kOpen) return;
   // Beast reports the cause to one operation only: the read, which is about to return it. A packet
-  // that waits for its turn is delivered first, and then read on.
+  // that waits for its turn is handled first.
   if (error && (waits_ || (error == asio::error::operation_aborted && reading_)))
     return set_deadline();
   if (error) return fail(error);

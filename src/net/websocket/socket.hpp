@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/flow/rate_limit.hpp"
+#include "core/ports/net_options.hpp"
 #include "net/tcp/admission.hpp"
 #include "net/tcp/congestion_choice.hpp"
 #include "net/tcp/repair_watch.hpp"
@@ -45,8 +46,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   Socket& operator=(const Socket&) = delete;
 
   void open();  // delivers ConnectionOpened, then reads
-  // The packet that waits, if one does; then reads on.
-  void deliver();
+  // The packet that was read has been handled: the socket reads on.
+  void go_on();
   // There may be something to send.
   void send();
   void allow(std::size_t packet_bytes_max);
@@ -110,7 +111,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   ReceiveBuffer received_;
   bool reading_ = false;
   bool held_ = false;   // reading pauses until read_at_: the peer sends too much
-  bool waits_ = false;  // a packet that was read: for deliver()
+  bool waits_ = false;  // a packet that was read, until go_on()
   std::uint64_t received_bytes_ = 0;
   std::uint64_t messages_ = 0;
   Throttle packet_rate_;

@@ -22,15 +22,15 @@ struct Scene {
     costs[connection] = cost;
   }
   void wait(std::uint64_t connection) {
-    turns.wait({static_cast<std::uint32_t>(connection)}, payers.at(connection), now);
+    turns.wait({{static_cast<std::uint32_t>(connection)}, false, {}}, payers.at(connection), now);
   }
   // The connection that had its turn, or 0.
   std::uint64_t step() {
     const auto next = turns.take(now);
     if (!next) return 0;
-    now += costs.at(next->value);
-    payers.at(next->value)->add(costs.at(next->value), now);
-    return next->value;
+    now += costs.at(next->connection.value);
+    payers.at(next->connection.value)->add(costs.at(next->connection.value), now);
+    return next->connection.value;
   }
 };
 

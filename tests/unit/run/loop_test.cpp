@@ -52,9 +52,9 @@ struct LoopScene {
   void give(std::uint32_t connection, const Bytes& packet) {
     loop.feed(PacketReceived{{connection}, false, Payload::copy_of(packet)});
   }
-  void read_one(ConnectionId connection) {
+  // A packet was handled.
+  void read_on(ConnectionId connection) {
     read.push_back(connection.value);
-    give(connection.value, {});
     side.spent(cost, loop.now().steady);
     if (then) std::exchange(then, nullptr)();
     end_with_a_short_step();
@@ -90,16 +90,20 @@ struct LoopScene {
   Loop loop{io,
             side,
             {[] { return Stamp{0}; }, [this](Action&&) { return act(); }, [this] { return alone; },
-             [this](ConnectionId connection) { read_one(connection); }, [] {}}};
+             [this](ConnectionId connection) { read_on(connection); }, [] {}}};
 };
 
 using Order = std::vector<std::uint32_t>;
+
+PacketReceived packet(std::uint32_t connection) {
+  return {{connection}, false, {}};
+}
 
 TEST(Loop, TheOnlyConnectionIsReadAtOnce) {
   LoopScene s;
   s.log_in(1, "busy");
   s.alone = true;
-  s.loop.arrived({1});
+  s.loop.arrived(packet(1));
   EXPECT_EQ(s.read, (Order{1}));
   EXPECT_EQ(s.looks(), -1);
 }
@@ -108,7 +112,7 @@ TEST(Loop, BesideAnotherConnectionAPacketWaitsForALook) {
   LoopScene s;
   s.log_in(1, "busy");
   s.log_in(2, "calm");
-  s.loop.arrived({1});
+  s.loop.arrived(packet(1));
   EXPECT_EQ(s.read, Order{});
   EXPECT_EQ(s.looks(), 1);
   EXPECT_EQ(s.looks(), -1);
@@ -119,10 +123,10 @@ TEST(Loop, WhoHasUsedLessComesFirstAndEachAfterALook) {
   s.log_in(1, "busy");
   s.log_in(2, "calm");
   s.cost = 10ms;
-  s.loop.arrived({1});
+  s.loop.arrived(packet(1));
   EXPECT_EQ(s.looks(), 1);
-  s.loop.arrived({1});
-  s.loop.arrived({2});  // while the loop looks at the sockets
+  s.loop.arrived(packet(1));
+  s.loop.arrived(packet(2));  // while the loop looks at the sockets
   EXPECT_EQ(s.looks(), 1);
   EXPECT_EQ(s.looks(), 1);
   EXPECT_EQ(s.read, (Order{1, 2, 1}));
@@ -138,9 +142,9 @@ TEST(Loop, WhoComesWhileThereIsOneConnectionWaitsForItsStepAlone) {
     s.alone = false;
     s.log_in(2, "calm");
   };
-  s.loop.arrived({1});
-  s.loop.arrived({1});
-  s.loop.arrived({2});
+  s.loop.arrived(packet(1));
+  s.loop.arrived(packet(1));
+  s.loop.arrived(packet(2));
   EXPECT_EQ(s.looks(), 1);
   EXPECT_EQ(s.looks(), 1);
   EXPECT_EQ(s.read, (Order{1, 2, 1}));
@@ -153,7 +157,7 @@ TEST(Loop, AfterALongStepAPacketWaitsForManyLooks) {
   s.slow = true;
   s.loop.feed(StopRequested{});  // it has actions
   ASSERT_GT(s.done, 0);
-  s.loop.arrived({1});
+  s.loop.arrived(packet(1));
   EXPECT_EQ(s.looks(), 8);
 }
 
@@ -169,7 +173,7 @@ TEST(Loop, AStepIsNotLongBecauseOthersComputed) {
       handle(TimePassed{});
       return 0;
     });
-    s.loop.arrived({1});
+    s.loop.arrived(packet(1));
     looks = s.looks();
   }
   EXPECT_EQ(looks, 1);

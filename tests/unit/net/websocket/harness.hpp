@@ -59,9 +59,7 @@ struct Side {
       : network(loop.io,
                 {[this](Input&& input) { on(std::move(input)); },
                  [this](ConnectionId id, const Repairs&) { return next(id); },
-                 [this](ConnectionId id) {
-                   if (reads) network.read(id);
-                 },
+                 [this](PacketReceived&& packet) { take(std::move(packet)); },
                  [this](Log&& log) { logs.push_back(log.text); }},
                 std::move(sockets)) {}
 
@@ -92,21 +90,25 @@ struct Side {
       failures[failed->connection] = failed->why.text;
       causes[failed->connection] = failed->why.cause;
       ++failure_count;
-    } else if (auto* packet = std::get_if<PacketReceived>(&input)) {
-      received_bytes += packet->payload.size();
-      if (echo) send(packet->connection, Packet{packet->text, {packet->payload}});
-      received[packet->connection].push_back(std::move(*packet));
     } else if (auto* closing = std::get_if<ConnectionClosed>(&input)) {
       closed[closing->connection] = {closing->code, closing->reason, closing->cause};
       ++closed_count;
     }
   }
 
+  void take(PacketReceived&& packet) {
+    const ConnectionId id = packet.connection;
+    received_bytes += packet.payload.size();
+    if (echo) send(id, Packet{packet.text, {packet.payload}});
+    received[id].push_back(std::move(packet));
+    if (reads) network.read_on(id);
+  }
+
   [[nodiscard]] std::size_t packets(ConnectionId id) { return received[id].size(); }
   [[nodiscard]] bool is_closed(ConnectionId id) const { return closed.count(id) != 0; }
 
   bool echo = false;
-  bool reads = true;                       // at once
+  bool reads = true;                       // on, behind each packet
   std::size_t packet_bytes_max = 1 << 20;  // 0: the gate stays shut
   std::map<ConnectionId, std::deque<Packet>> out;
   std::vector<ConnectionId> opened;

@@ -111,10 +111,9 @@ TEST(Network, ReadsNothingBehindAPacketThatWaits) {
   pair.client.send(kDial, "hello");
   pair.client.send(kDial, std::string(50'000, 'x'));
   pair.loop.run_for(100ms);
-  EXPECT_EQ(pair.server.packets(pair.accepted()), 0U);
+  EXPECT_EQ(pair.server.packets(pair.accepted()), 1U);
   pair.server.network.allow(pair.accepted(), 50'000);
-  pair.server.reads = true;
-  pair.server.network.read(pair.accepted());
+  pair.server.network.read_on(pair.accepted());
   ASSERT_TRUE(pair.loop.until([&] { return pair.server.packets(pair.accepted()) == 2; }));
 }
 

@@ -16,7 +16,7 @@ TEST(Pull, IsOnlyOfConnectionsThatHaveSomethingToSend) {
   ASSERT_TRUE(pair.loop.until([&] { return pair.server.packets(pair.accepted()) == 1; }));
   EXPECT_GT(pair.client.asked, 0U);
   const auto before = pair.client.asked;
-  for (int i = 0; i < 10; ++i) pair.client.network.read(kDial);
+  for (int i = 0; i < 10; ++i) pair.client.network.read_on(kDial);
   EXPECT_EQ(pair.client.asked, before);
   EXPECT_EQ(pair.server.asked, 0U);
 }
