@@ -53,14 +53,14 @@ class Crowd {
   // The same, all at once: they wait to be read.
   void send_up_at_once() {
     const double began = processor_seconds();
-    for (std::uint32_t i = 0; i < peers_.size(); ++i) side_.on_arrival(connection(i), now_);
+    for (std::uint32_t i = 0; i < peers_.size(); ++i) side_.on_arrival({connection(i), false, {}}, now_);
     seconds_ += processor_seconds() - began;
     for (;;) {
       const double asked = processor_seconds();
       const auto next = side_.take_turn(now_);
       seconds_ += processor_seconds() - asked;
       if (!next) break;
-      const auto i = static_cast<std::uint32_t>(next->value - 1);
+      const auto i = static_cast<std::uint32_t>(next->connection.value - 1);
       if (peers_[i].demand != 0) receive(i, message(peers_[i]));
       side_.spent(std::chrono::microseconds(10), now_.steady);
     }

@@ -178,8 +178,15 @@ void Host::take_turns() {
   if (!side_ || blocked_) return;
   const auto next = side_->take_turn(now());
   if (!next) return;
-  read(*next);
+  read(next->connection);
   plan_turn(cost());
+}
+
+// The packet stays in `unread_`, too, until it has its turn: the end of its connection comes behind
+// it.
+void Host::arrive(ConnectionId id) {
+  const FlatPacket& packet = unread_.at(id).front();
+  side_->on_arrival({id, packet.text, Payload::copy_of(packet.bytes)}, now());
 }
 
 void Host::read(ConnectionId id) {
@@ -195,7 +202,7 @@ void Host::read(ConnectionId id) {
   }
   input(PacketReceived{id, packet.text, counted(std::move(packet.bytes))});
   const auto more = unread_.find(id);
-  if (side_ && more != unread_.end() && !more->second.empty()) side_->on_arrival(id, now());
+  if (side_ && more != unread_.end() && !more->second.empty()) arrive(id);
 }
 
 void Host::drain() {
@@ -234,7 +241,7 @@ void Host::block(Duration how_long) {
     while (side_ && !blocked_) {
       const auto next = side_->take_turn(now());
       if (!next) break;
-      read(*next);
+      read(next->connection);
     }
     if (life != life_) return;
     for (auto each = timers; each != waiting.end(); ++each) input(std::move(*each));
@@ -325,7 +332,7 @@ void Host::on_packet(ConnectionId id, FlatPacket packet) {
   last_packet_ = world_.schedule.now();
   auto& unread = unread_[id];
   unread.push_back(std::move(packet));
-  if (unread.size() == 1) side_->on_arrival(id, now());
+  if (unread.size() == 1) arrive(id);
   plan_turn(0ns);
 }
 

@@ -153,6 +153,7 @@ class Host : public Party {
   };
   void input(Input input);
   // The first of the packets that have come on this connection.
+  void arrive(ConnectionId id);
   void read(ConnectionId id);
   void take_turns();
   void plan_turn(Duration delay);

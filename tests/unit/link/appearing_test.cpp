@@ -135,7 +135,7 @@ TEST(Appearing, PacketsOfWhoHasUsedLessComeFirstForAWhile) {
   auto line = s.line(busy);
   AppearScene::One a(s, line, "a"), b(s, line, "b"), c(s, line, "c"), d(s, line, "d");
   for (AppearScene::One* each : {&a, &b, &c, &d}) each->ask();
-  s.packets.wait({1}, calm, s.now.steady);
+  s.packets.wait({{1}, false, {}}, calm, s.now.steady);
   s.pass(499ms);
   EXPECT_EQ(s.made, (Names{"a", "b"}));
   s.pass(2ms);

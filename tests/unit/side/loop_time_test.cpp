@@ -22,11 +22,11 @@ struct TwoLinks : Script {
     login(2, {}, called("calm"));
     did();
   }
-  void arrive(std::uint32_t connection) { side.on_arrival({connection}, flow_test::now_ms(at)); }
+  void arrive(std::uint32_t connection) { side.on_arrival({{connection}, false, {}}, flow_test::now_ms(at)); }
   void spend(Duration cost) { side.spent(cost, flow_test::now_ms(at).steady); }
   std::uint32_t turn() {
     const auto next = side.take_turn(flow_test::now_ms(at));
-    return next ? next->value : 0;
+    return next ? next->connection.value : 0;
   }
 };
 
