@@ -50,8 +50,14 @@ struct PathPlan {
   std::uint64_t relay_bytes_per_second = 0;
 
   [[nodiscard]] bool has_relay() const { return relay_buffer > 0; }
+  // Bytes on their way to a relay take its room, too: it passes on one buffer for each time of the
+  // way at least.
   [[nodiscard]] std::uint64_t rate() const {
-    return has_relay() ? std::min(bytes_per_second, relay_bytes_per_second) : bytes_per_second;
+    if (!has_relay()) return bytes_per_second;
+    const double way = std::chrono::duration<double>(delay + jitter).count();
+    const double of_buffer = static_cast<double>(relay_buffer) / std::max(way, 1e-6);
+    return std::min({bytes_per_second, relay_bytes_per_second,
+                     static_cast<std::uint64_t>(of_buffer)});
   }
   [[nodiscard]] Duration one_way() const { return delay + relay_delay; }
 };

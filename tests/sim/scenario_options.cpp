@@ -101,7 +101,7 @@ std::vector<Rule> random_rules(Rng& rng) {
     rest.opens[Direction::kExport][OpenedBy::kTopics] = {pattern("/**")};
     rest.opens[Direction::kImport][OpenedBy::kTopics] = {pattern("/**")};
     if (rng.chance(200)) rest.treatment = random_treatment(rng);
-    if (rules.size() % 2 == 0) {  // pictures of cameras
+    if (rng.chance(500)) {  // pictures of cameras
       rest.treatment.compression = {.automatic = true};
       rest.treatment.lossy = Lossy::kAuto;
     }
