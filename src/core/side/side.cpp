@@ -274,10 +274,6 @@ void Side::on_link_lost(Link& link, const Now& now) {
   // First, so that messages published here now do not count as lost with the connection.
   imports_.finish(link, now);
   if (link.life.may_return()) exports_.keep(link, now);
-  LinkStatus last;
-  exports_.add_status(link, last);
-  imports_.add_status(link, last);
-  link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   told_listeners_.on_link_lost(link.id);
   missing_.on_link_lost(link.id);

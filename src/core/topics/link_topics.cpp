@@ -89,7 +89,10 @@ std::optional<Payload> LinkTopics::decompress_at_once(const InMessage& message, 
 }
 
 void LinkTopics::on_link_lost(const Now& now) {
-  for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) it->second.lose(now);
+  for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) {
+    it->second.leave_counts();
+    it->second.lose(now);
+  }
 }
 
 void LinkTopics::on_clock(const Now& now) {

@@ -133,6 +133,7 @@ void LocalTopic::on_link_lost(LinkId link, const Now& now) {
   if (offer == offers_.end()) return;
   // Most links never had the topic open; then nothing changes.
   const bool was_open = offer->second.is_open();
+  offer->second.leave_counts();
   offers_.erase(link);
   if (was_open) update_subscription(now);
 }

@@ -680,6 +680,14 @@ void PeerTopic::add_status(LinkStatus& status) const {
   status.topics.push_back(std::move(s));
 }
 
+void PeerTopic::leave_counts() const {
+  if (published_ + dropped_.total() + waiting_.size() + held_.size() + unjudged_.size() == 0)
+    return;
+  LinkStatus last;
+  add_status(last);
+  link_.keep_counts(std::move(last.topics));
+}
+
 void PeerTopic::add_channel(std::vector<ChannelFacts>& channels) const {
   ChannelFacts facts{InterfaceKind::kTopic, false, key_.first, key_.second, decision_.rule};
   facts.misfit = misfit();

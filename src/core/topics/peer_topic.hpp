@@ -95,6 +95,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
   [[nodiscard]] bool demanded() const { return demanded_; }
   void add_status(LinkStatus& status) const;
+  // The link keeps the counts of the topic, if it has any: the connection is lost.
+  void leave_counts() const;
   void add_channel(std::vector<ChannelFacts>& channels) const;
 
  private:

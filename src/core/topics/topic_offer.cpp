@@ -522,6 +522,15 @@ void TopicOffer::add_status(LinkStatus& status) const {
   status.topics.push_back(std::move(s));
 }
 
+void TopicOffer::leave_counts() const {
+  const ChannelCounts counts = queue_ ? queue_->counts() : ChannelCounts();
+  if (counts.sent + counts.queued + counts.dropped.total() + dropped_.total() + held_.size() == 0)
+    return;
+  LinkStatus last;
+  add_status(last);
+  link_.keep_counts(std::move(last.topics));
+}
+
 void TopicOffer::add_channel(std::vector<ChannelFacts>& channels) const {
   if (!is_open()) return;
   const auto& [name, type] = topic_.key();

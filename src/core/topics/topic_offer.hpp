@@ -149,6 +149,8 @@ class TopicOffer final : public OutgoingChannel {
   // No message waits here or in the link's queue.
   [[nodiscard]] bool drained() const;
   void add_status(LinkStatus& status) const;
+  // The link keeps the counts of the topic, if it has any: the connection is lost.
+  void leave_counts() const;
   void add_channel(std::vector<ChannelFacts>& channels) const;
 
  private:
