@@ -14,6 +14,7 @@
 #include "core/flow/rate_limit.hpp"
 #include "core/link/appearing.hpp"
 #include "core/link/inflation_pace.hpp"
+#include "core/link/proxy_names.hpp"
 #include "core/ports/payer.hpp"
 
 namespace connect_bridge {
@@ -115,6 +116,7 @@ struct Account {
   Budget told_listeners;
   Budget listened;            // topics without a publisher here that its peers subscribe to
   Budget early;               // samples for its peers that wait for the answer to an offer
+  ProxyNames proxy_nodes;     // nodes here that own them
   Appearing::Line mirrors;    // its publishers and services here
   Appearing::Line listeners;  // topics that are subscribed for its peers' listeners
   Pace offences;  // for which its links were closed; it may log in only while this is free

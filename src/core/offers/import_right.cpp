@@ -69,6 +69,18 @@ void decline(const SideView& side, Link& link, const ChannelOffer& offer, const 
                {reason, code});
 }
 
+ProxyNames::Hold take_proxy_node(const SideView& side, const Link& link, const std::string& node) {
+  const std::string name = side.graph_options.owner_of(node, link.names);
+  if (name.empty()) return nullptr;
+  auto hold = link.account->proxy_nodes.take(name);
+  if (!hold)
+    side.outputs.log_once(link.account->told, LogLevel::kWarn,
+                          link.label() + " has endpoints of more than " +
+                              std::to_string(ProxyNames::kMost) +
+                              " nodes: those of further nodes belong to the node of this program");
+  return hold;
+}
+
 void note_import(const SideView& side, const Link& link, const ChannelOffer& offer,
                  const std::string& rule) {
   audit(side.outputs, link, AuditEvent::kChannelOpened,

@@ -39,6 +39,12 @@ struct Import {
 void decline(const SideView& side, Link& link, const ChannelOffer& offer, const std::string& code,
              const std::string& reason);
 
+// The proxy node that owns the mirror of an endpoint of the peer's `node` (a name on the wire).
+// Null: our own node owns it, because no proxies are wanted, the node has no name yet, or the
+// identity has too many of them, which is logged once.
+[[nodiscard]] ProxyNames::Hold take_proxy_node(const SideView& side, const Link& link,
+                                               const std::string& node);
+
 // Writes lines of the audit log: the channel is imported by this rule, or its import ends.
 void note_import(const SideView& side, const Link& link, const ChannelOffer& offer,
                  const std::string& rule);

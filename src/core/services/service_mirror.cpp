@@ -220,10 +220,9 @@ void ServiceMirror::create_mirror(const PeerService& peer_service) {
   type_hash_ = peer_service.type_hash();
   any_definition_ = peer_service.any_definition();
   differs_ = false;
-  imports_.outputs.push(CreateServiceMirror{
-      mirror_, key_.first, key_.second, type_hash_,
-      imports_.graph_options.owner_of(peer_service.offer().node, peer_service.link().names),
-      any_definition_});
+  proxy_node_ = take_proxy_node(imports_, peer_service.link(), peer_service.offer().node);
+  imports_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, type_hash_,
+                                            proxy_node_ ? *proxy_node_ : "", any_definition_});
 }
 
 void ServiceMirror::destroy_mirror(const char* why, const Now& now) {
@@ -238,6 +237,7 @@ void ServiceMirror::forget_mirror() {
   imports_.by_mirror.erase(mirror_);
   mirror_ = {};
   place_.release();
+  proxy_node_.reset();
 }
 
 void ServiceMirror::close(const char* why, const Now& now) {

@@ -146,6 +146,7 @@ class ServiceMirror final : private Appearing::Waiting {
   bool any_definition_ = false;  // the rules allowed any definition when the mirror was made
   bool differs_ = false;         // the mirror has another definition than the peer
   Budget::Hold place_;           // its place among the mirrors of the feeding link's identity
+  ProxyNames::Hold proxy_node_;  // owns the server; null: our own node does
   Claiming claiming_;
   TimePoint attaches_until_{};          // the peer's deadline for its answer to `attach`
   Timers<ServiceMirror*>::Timer look_;  // without a mirror: the next try

@@ -260,12 +260,11 @@ void TopicMirror::create(const Now& now) {
   if (context_.options.matching > Duration::zero() || !first_.empty())
     first_.wait(now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
-  const NameMap& names = candidates_.front().link->names;
+  proxy_node_ = take_proxy_node(context_, *candidates_.front().link, origin_.node);
   Qos qos = qos_;
   qos.depth = depth();
   context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
-                                     context_.graph_options.owner_of(origin_.node, names),
-                                     any_definition_});
+                                     proxy_node_ ? *proxy_node_ : "", any_definition_});
   context_.outputs.follow_up(FollowUp::kClaim);
   warn_incompatible(now);
 }
@@ -287,6 +286,7 @@ void TopicMirror::vanish(bool exists) {
   id_ = {};
   pauses_.cancel();
   kept_.release();
+  proxy_node_.reset();
   unnamed_.cancel();
   context_.outputs.follow_up(FollowUp::kClaim);
 }

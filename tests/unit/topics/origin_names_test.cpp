@@ -94,6 +94,26 @@ TEST(OriginNames, WhicheverLinkTellsTheName) {
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{});
 }
 
+TEST(OriginNames, OfTooManyNodesTheLastOnesAreOurOwn) {
+  WithProxies s;
+  s.join(1);
+  std::vector<std::string> expected;
+  for (std::uint32_t n = 1; n <= ProxyNames::kMost + 2; ++n) {
+    OriginOffer from = origin(1, 11);
+    from.gid.bytes[1] = static_cast<std::uint8_t>(n >> 8);
+    from.gid.bytes[2] = static_cast<std::uint8_t>(n);
+    from.node = "/node" + std::to_string(n);
+    s.say(1, Offer{{channel(n, "/t" + std::to_string(n), {from})}, true});
+    expected.push_back(n <= ProxyNames::kMost ? from.node : "");
+  }
+  std::vector<std::string> nodes;
+  for (int i = 0; i < 50; ++i) {
+    s.pass(1000 + 100 * i);
+    for (auto& node : nodes_of_mirrors(s)) nodes.push_back(std::move(node));
+  }
+  EXPECT_EQ(nodes, expected);
+}
+
 // Origins with the numbers from `first` on, each another publisher.
 std::vector<OriginOffer> numbered(std::uint32_t first, std::uint32_t count) {
   std::vector<OriginOffer> origins;
