@@ -31,15 +31,17 @@ def ctl(folder, *words):
 def folder(tmp_path):
     made = ctl(tmp_path, "token", "anna", "--file", "tokens.yaml")
     assert made.returncode == 0, made.stderr
-    (tmp_path / "anna.token").write_text(made.stdout, encoding="ascii")
-    (tmp_path / "anna.token").chmod(0o600)
+    for name in ("anna.token", "robot7.token"):
+        (tmp_path / name).write_text(made.stdout, encoding="ascii")
+        (tmp_path / name).chmod(0o600)
     certs = ctl(tmp_path, "certs", ".", "--host", "robot01.local")
     assert certs.returncode == 0, certs.stderr
     return tmp_path
 
 
 def test_the_page_has_the_recipes():
-    assert FILES == ["nav2", "moveit", "ros2_control", "gazebo", "fleet", "lte"]
+    rules = ["nav2", "moveit", "ros2_control", "gazebo", "fleet", "lte"]
+    assert FILES == [*rules, "supervision", "mux", "modems", "record"]
     for name in FILES:
         lists = RECIPES[name].names
         assert lists["Never"] and sum(map(len, lists.values())) >= 4, name
