@@ -8,7 +8,7 @@
 namespace connect_bridge::driving {
 namespace {
 
-// Programs such as `ros2 topic pub` repeat once a second.
+// Programs such as `ros2 topic pub` repeat once a second, and a path adds jitter: more than that.
 constexpr Duration kAlone = std::chrono::milliseconds(1500);
 // Best effort may lose a zero.
 constexpr int kZeros = 3;
