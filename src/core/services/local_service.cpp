@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/base/cdr.hpp"
+#include "core/base/hex.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/local_services.hpp"
 
@@ -161,7 +162,7 @@ void LocalService::use_client() {
 void LocalService::release_client() {
   const bool held = std::any_of(service_offers_.begin(), service_offers_.end(),
                                 [](const auto& e) { return e.second.holds_client(); });
-  if (held || !client_ || !own_requests_.empty() || !own_.empty()) return;
+  if (held || !client_ || !to_cancel_.empty() || !own_.empty()) return;
   room_.cancel();
   told_wait_.cancel();
   exports_.outputs.push(DestroyServiceClient{client_});
@@ -235,8 +236,8 @@ void LocalService::note_goal(ServedCall& call, const Payload& request, Invocatio
                       call.offer().line_of_call(AuditEvent::kCall)});
 }
 
-void LocalService::request(Payload request) {
-  own_requests_.push_back(std::move(request));
+void LocalService::cancel(SentGoal goal) {
+  to_cancel_.push_back(std::move(goal));
   use_client();
   send_own();
 }
@@ -244,23 +245,38 @@ void LocalService::request(Payload request) {
 void LocalService::send_own() {
   if (!ready_) return;
   // A server's queue that is full drops requests without a word.
-  while (!own_requests_.empty() && own_.size() < kOwnAtOnce) {
+  while (!to_cancel_.empty() && own_.size() < kOwnAtOnce) {
     const InvocationId invocation = exports_.outputs.new_id<InvocationId>();
-    own_.insert(invocation);
-    exports_.outputs.push(SendRequest{client_, invocation, std::move(own_requests_.front())});
-    own_requests_.pop_front();
+    exports_.outputs.push(SendRequest{client_, invocation, cancel_request(to_cancel_.front().id)});
+    own_.emplace(invocation, std::move(to_cancel_.front()));
+    to_cancel_.pop_front();
   }
 }
 
-bool LocalService::end_own(InvocationId invocation) {
-  if (own_.erase(invocation) == 0) return false;
+std::optional<SentGoal> LocalService::end_own(InvocationId invocation) {
+  auto own = own_.extract(invocation);
+  if (own.empty()) return std::nullopt;
   send_own();
   release_client();
-  return true;
+  return std::move(own.mapped());
+}
+
+void LocalService::on_cancel_answered(const SentGoal& goal, ByteView answer) {
+  if (!accepts_cancel(answer))
+    return exports_.outputs.log(LogLevel::kInfo, "a goal of " + goal.sender.owner + " at " +
+                                                     goal.action +
+                                                     " is not cancelled: it has ended, or its "
+                                                     "server refuses");
+  if (!goal.line) return;
+  Audit line = *goal.line;
+  line.event = AuditEvent::kGoalCancelled;
+  line.code = "link_lost";
+  line.reason = "goal " + to_hex(goal.id);
+  exports_.outputs.push(std::move(line));
 }
 
 void LocalService::forget_own() {
-  own_requests_.clear();
+  to_cancel_.clear();
   own_.clear();
 }
 
@@ -277,7 +293,8 @@ ServedCall* LocalService::take_invocation(InvocationId invocation) {
 }
 
 void LocalService::on(ResponseTaken& response, const Now& now) {
-  if (end_own(response.invocation)) return;
+  if (const auto goal = end_own(response.invocation))
+    return on_cancel_answered(*goal, response.payload.view());
   if (gives_results_ || (!action_.empty() && refuses_goal(response.payload.view())))
     exports_.goals.on_ended(response.invocation);
   // An answer counts even if nobody waits for it: it shows that the server takes its requests.
@@ -288,8 +305,9 @@ void LocalService::on(ResponseTaken& response, const Now& now) {
 }
 
 void LocalService::on(const InvocationFailed& failed, const Now& now) {
-  if (end_own(failed.invocation)) {
-    exports_.outputs.log(LogLevel::kWarn, "a goal is not cancelled: " + failed.reason);
+  if (const auto goal = end_own(failed.invocation)) {
+    exports_.outputs.log(LogLevel::kWarn, "a goal of " + goal->sender.owner + " at " +
+                                              goal->action + " is not cancelled: " + failed.reason);
     return;
   }
   // A failure counts even if nobody waits: the server's queue has room again.

@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <unordered_map>
 
@@ -54,8 +53,9 @@ class LocalService {
   void renew(LinkId link, const Now& now);
   // Hands the request over to the server.
   InvocationId invoke(ServedCall& call, Payload request, const Now& now);
-  // Sends a request of our own, as soon as the server can be called.
-  void request(Payload request);
+  // Asks the server to cancel a goal, as soon as it can be called. This is the service that
+  // cancels.
+  void cancel(SentGoal goal);
   // Drops the answer, if one can still come.
   void drop(InvocationId invocation);
 
@@ -89,8 +89,9 @@ class LocalService {
   void note_goal(ServedCall& call, const Payload& request, InvocationId invocation);
   void send_own();
   void forget_own();
-  // False: the request is not one of our own.
-  [[nodiscard]] bool end_own(InvocationId invocation);
+  // The goal that this request of our own cancels; nullopt: it is a peer's.
+  [[nodiscard]] std::optional<SentGoal> end_own(InvocationId invocation);
+  void on_cancel_answered(const SentGoal& goal, ByteView answer);
 
   LocalServices& exports_;
   std::shared_ptr<const LocalInterface> what_;
@@ -109,9 +110,9 @@ class LocalService {
   Timers<CallDue>::Timer room_;       // calls wait for room in the server's queue
   Timers<CallDue>::Timer told_wait_;  // calls wait: when that is logged
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
-  std::deque<Payload> own_requests_;                           // that wait for the server
+  std::deque<SentGoal> to_cancel_;                             // that wait for the server
   static constexpr std::size_t kOwnAtOnce = 8;
-  std::set<InvocationId> own_;  // that the gateway has
+  std::map<InvocationId, SentGoal> own_;  // requests to cancel that the gateway has
   ServiceOffers service_offers_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "core/base/hex.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -45,7 +44,7 @@ void LocalServices::on_link_lost(LinkId link, const Now& now) {
 }
 
 void LocalServices::on_link_dead(LinkId link, const Now& now) {
-  goals.on_link_lost(link, now.steady);
+  goals.on_link_dead(link, now.steady);
   for (auto& [key, service] : services_) service.on_link_dead(link, now);
   loads.erase(link);
 }
@@ -72,14 +71,7 @@ void LocalServices::cancel(const SentGoal& goal) {
   outputs.log(LogLevel::kInfo, "asks to cancel a goal of " + goal.sender.owner + " at " +
                                    goal.action +
                                    ": its link is lost, and has not come back within cancel_after");
-  if (goal.line) {
-    Audit line = *goal.line;
-    line.event = AuditEvent::kGoalCancelled;
-    line.code = "link_lost";
-    line.reason = "goal " + to_hex(goal.id);
-    outputs.push(std::move(line));
-  }
-  service->second.request(cancel_request(goal.id));
+  service->second.cancel(goal);
 }
 
 void LocalServices::add_status(const Link& link, LinkStatus& status) const {

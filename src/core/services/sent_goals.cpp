@@ -23,6 +23,13 @@ Payload cancel_request(const GoalId& goal) {
   return writer.u32(0).u32(0).take();
 }
 
+bool accepts_cancel(ByteView answer) {
+  CdrReader reader(answer);
+  constexpr std::uint8_t kNone = 0;  // no error
+  const bool is_error = reader.u8() != kNone;
+  return !is_error && reader.u32().value_or(0) > 0;  // the goals that it cancels
+}
+
 void SentGoals::add(SentGoal goal) {
   // A server refuses an id that it has: the goal stays that of who sent it first.
   const auto is_same = [&](const SentGoal& known) {
@@ -36,6 +43,8 @@ void SentGoals::add(SentGoal goal) {
   if (std::count_if(goals_.begin(), goals_.end(), is_of_link) >=
       static_cast<std::ptrdiff_t>(kGoalsMax))
     goals_.erase(std::find_if(goals_.begin(), goals_.end(), is_of_link));
+  if (const auto lost = lost_.find(goal.sender.link); lost != lost_.end())
+    goal.ends = lost->second + goal.cancel_after;
   goals_.push_back(std::move(goal));
   update();
 }
@@ -61,12 +70,19 @@ void SentGoals::on_server_gone(const std::string& action) {
 
 // A loss and the end of the link after it are one.
 void SentGoals::on_link_lost(LinkId link, TimePoint now) {
+  lost_.try_emplace(link, now);
   for (SentGoal& goal : goals_)
     if (goal.sender.link == link && !goal.ends) goal.ends = now + goal.cancel_after;
   update();
 }
 
+void SentGoals::on_link_dead(LinkId link, TimePoint now) {
+  on_link_lost(link, now);
+  lost_.erase(link);
+}
+
 void SentGoals::on_link_open(const GoalSender& peer) {
+  lost_.erase(peer.link);
   for (SentGoal& goal : goals_) {
     if (goal.sender.process != peer.process || goal.sender.identity != peer.identity) continue;
     goal.sender.link = peer.link;

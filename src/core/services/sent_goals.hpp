@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <list>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ using GoalId = std::array<std::uint8_t, 16>;
 [[nodiscard]] std::optional<GoalId> goal_in(ByteView request);
 // A request to cancel this goal: action_msgs/srv/CancelGoal.
 [[nodiscard]] Payload cancel_request(const GoalId& goal);
+// Whether its server cancels the goal: action_msgs/srv/CancelGoal_Response.
+[[nodiscard]] bool accepts_cancel(ByteView answer);
 
 struct GoalSender {
   LinkId link;
@@ -54,6 +57,8 @@ class SentGoals {
   // The server of the action is gone, and its goals with it.
   void on_server_gone(const std::string& action);
   void on_link_lost(LinkId link, TimePoint now);
+  // Its calls have ended: the server gets no goal of it any longer.
+  void on_link_dead(LinkId link, TimePoint now);
   // The process that has sent goals may come back by another link. Another process does not know
   // them, also if it goes on with the link.
   void on_link_open(const GoalSender& peer);
@@ -66,6 +71,7 @@ class SentGoals {
   void update();
 
   std::list<SentGoal> goals_;         // in the order of their requests
+  std::map<LinkId, TimePoint> lost_;  // links whose calls still wait for their turn
   std::optional<TimePoint> first_{};  // the first of their ends
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/cdr.hpp"
 #include "core/services/sent_goals.hpp"
 #include "unit/services/calls_script.hpp"
 #include "unit/side/action.hpp"
@@ -23,6 +24,11 @@ Payload with_id(std::uint8_t n) {
 }
 Payload answer_of(std::uint8_t first) {
   return Payload::adopt(Bytes{0, 1, 0, 0, first, 0, 0, 0});
+}
+
+// Its return code, and the number of goals that it cancels.
+Payload cancels(std::uint8_t code, std::uint32_t goals) {
+  return CdrWriter().u8(code).u32(goals).take();
 }
 
 // The side offers the parts of /fib in the order of their names.
@@ -107,15 +113,34 @@ TEST(SentGoals, AGoalOfALostLinkIsCancelledByItsId) {
   s.noted.clear();
   s.pass(1);
   EXPECT_EQ(s.calls(), "client /fib/_action/cancel_goal\n");
-  EXPECT_EQ(s.noted,
-            "goal_cancelled 1 anna export /fib by rule link_lost: goal "
-            "07070707070707070707070707070707\n");
   EXPECT_THAT(s.logged, HasSubstr("asks to cancel a goal of anna at /fib"));
   s.give(ServiceReady{s.client, true, "hash"});
   EXPECT_EQ(s.calls(), "request of 28\n");
   EXPECT_EQ(s.request[4], 7);
-  s.give(ResponseTaken{s.client, s.last, answer_of(0)});
+  EXPECT_EQ(s.noted, "");
+  s.give(ResponseTaken{s.client, s.last, cancels(0, 1)});
   EXPECT_EQ(s.calls(), "no client\n");
+  EXPECT_EQ(s.noted,
+            "goal_cancelled 1 anna export /fib by rule link_lost: goal "
+            "07070707070707070707070707070707\n");
+}
+
+// It has ended and nobody has asked for its result, or its server goes on.
+TEST(SentGoals, AGoalThatItsServerDoesNotCancelIsNotInTheAuditLog) {
+  for (const Payload& answer : {cancels(0, 0), cancels(1, 0), cancels(3, 0), answer_of(0)}) {
+    Acted s;
+    s.send_goal(1, 7);
+    s.lose(1);
+    s.pass(5000);
+    s.calls();
+    s.noted.clear();
+    s.give(ServiceReady{s.client, true, "hash"});
+    EXPECT_EQ(s.calls(), "request of 28\n");
+    s.give(ResponseTaken{s.client, s.last, answer});
+    EXPECT_EQ(s.calls(), "no client\n");
+    EXPECT_EQ(s.noted, "");
+    EXPECT_THAT(s.logged, HasSubstr("a goal of anna at /fib is not cancelled: it has ended"));
+  }
 }
 
 TEST(SentGoals, AClientThatNobodyAnswersStaysUntilItsServerGoes) {
@@ -209,6 +234,21 @@ TEST(SentGoals, AGoalThatHasEndedIsNotCancelled) {
   goals.on_ended({23});
   goals.on_link_lost({1}, at(0));
   EXPECT_EQ(ids_of(goals.take_due(at(5))), (std::vector<int>{3, 4}));
+}
+
+// Its request waited for its turn at the server.
+TEST(SentGoals, AGoalThatReachesItsServerAfterTheLossEndsWithTheOthers) {
+  SentGoals goals;
+  goals.on_link_lost({1}, at(10));
+  goals.add(goal(1, 1, 11));
+  goals.add(goal(2, 2, 12));
+  EXPECT_EQ(goals.deadline(), at(15));
+  EXPECT_EQ(ids_of(goals.take_due(at(15))), (std::vector<int>{1}));
+  goals.on_link_open(sender(1));
+  goals.add(goal(1, 3, 13));
+  EXPECT_EQ(goals.deadline(), std::nullopt);
+  goals.on_link_dead({1}, at(20));
+  EXPECT_EQ(goals.deadline(), at(25));
 }
 
 TEST(SentGoals, AProcessThatReturnsKeepsItsGoals) {
