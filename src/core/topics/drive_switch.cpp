@@ -78,6 +78,14 @@ bool DriveSwitch::on_request(const RequestTaken& request, LocalTopics& topics, c
     return true;
   }
   const WheelWant want = *data != 0 ? WheelWant::kTake : WheelWant::kLeave;
+  // A robot that gets both wishes within a moment tells the last state alone.
+  std::erase_if(calls_, [&](const Call& call) {
+    if (call.want == want) return false;
+    outputs_.push(SendResponse{
+        service_, call.request,
+        response({.as_wanted = false, .text = "another call has asked for the opposite since"})});
+    return true;
+  });
   for (TopicOffer* const offer : topics.steered()) offer->want_wheel(want);
   calls_.push_back({request.request, want, now.steady + kToldMax});
   answer(topics, now);

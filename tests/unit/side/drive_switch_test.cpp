@@ -93,6 +93,20 @@ TEST(DriveSwitch, ItIsAnsweredWhenTheRobotHasTold) {
   EXPECT_EQ(s.answers(), "8 true: nobody drives /cmd_vel\n");
 }
 
+// Its robot may then tell the last state alone, which says nothing about the first call.
+TEST(DriveSwitch, TheOppositeEndsACallThatWaits) {
+  Operator s;
+  s.call(7, true);
+  EXPECT_EQ(s.answers(), "");
+  s.tell(WheelState::kTaken);
+  s.call(8, false);
+  EXPECT_EQ(s.answers(),
+            "7 false: another call has asked for the opposite since\n"
+            "8 true: another peer drives /cmd_vel\n");
+  s.pass(2000);
+  EXPECT_EQ(s.answers(), "");
+}
+
 TEST(DriveSwitch, ARobotThatTellsNothingIsNamedLater) {
   Operator s;
   s.call(7, true);
