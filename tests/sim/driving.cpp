@@ -212,7 +212,9 @@ void Driving::change_mood(int by) {
   if (plan_.takes && rng_.chance(250)) {
     const auto first = std::find_if(hosts_.begin() + 1, hosts_.end(),
                                     [&](const auto& host) { return host->graph() == by + 1; });
-    (*first)->drive(rng_.chance(600));
+    const bool take = rng_.chance(600);
+    (*first)->drive(take);
+    if (take) ++takes_asked_;
   }
   const auto drawn = rng_.below(10);
   one.mood = drawn < 5 ? Mood::kLean : drawn < 6 ? Mood::kTap : Mood::kRest;
@@ -412,8 +414,9 @@ void Driving::on_audit(const Audit& line) {
     taken_.reset();
   }
   constexpr std::string_view kNamed = "operator";
-  if (line.event == AuditEvent::kWheelTaken && line.code == "taken" &&
-      line.identity.starts_with(kNamed))
+  if (line.event != AuditEvent::kWheelTaken || line.code != "taken") return;
+  ++takes_;
+  if (line.identity.starts_with(kNamed))
     taken_ = Taken{std::stoi(line.identity.substr(kNamed.size())), schedule_.now()};
 }
 

@@ -44,9 +44,11 @@ class Driving final : public SmallWorld, DrivingListener {
 
   // Throws a Violation.
   void run();
-  // Commands that moved the robot; zeros that nobody sent.
+  // Commands that moved the robot; zeros that nobody sent; calls of ~/drive that took a wheel.
   [[nodiscard]] std::uint64_t moved() const { return moved_; }
   [[nodiscard]] std::uint64_t halts() const { return halts_; }
+  [[nodiscard]] std::uint64_t takes() const { return takes_; }
+  [[nodiscard]] std::uint64_t takes_asked() const { return takes_asked_; }
 
  private:
   // One command as its operator published it.
@@ -113,6 +115,7 @@ class Driving final : public SmallWorld, DrivingListener {
   TimePoint cut_{};  // the last time at which a link may have ended
   bool calm_ = false;
   std::uint64_t moved_ = 0, halts_ = 0;
+  std::uint64_t takes_ = 0, takes_asked_ = 0;
   std::uint64_t audited_ = 0;  // commands by the audit log
 };
 

@@ -65,14 +65,18 @@ struct Options {
 
 struct Totals {
   std::atomic<std::uint64_t> next{0}, passed{0}, failed{0}, events{0}, delivered{0}, frames{0};
-  std::atomic<std::uint64_t> moved{0}, halts{0};   // of robots
-  Coverage coverage;                               // under `printing`
-  std::map<std::uint64_t, std::uint64_t> digests;  // by seed, under `printing`
+  std::atomic<std::uint64_t> moved{0}, halts{0};        // of robots
+  std::atomic<std::uint64_t> takes{0}, takes_asked{0};  // by ~/drive
+  Coverage coverage;                                    // under `printing`
+  std::map<std::uint64_t, std::uint64_t> digests;       // by seed, under `printing`
   std::mutex printing;
 };
 
 // A seed takes milliseconds, a day some minutes with sanitizers; one that takes so long hangs.
 constexpr std::chrono::seconds kSeedMax{120}, kDayMax{1800};
+
+// From so many on some of the calls that take a wheel succeed.
+constexpr std::uint64_t kTakesJudged = 100;
 
 thread_local std::uint64_t running_seed = 0;
 const char* running_mode = "";  // the option that makes a seed another world
@@ -171,6 +175,8 @@ std::optional<std::string> run_driving(std::uint64_t seed, bool verbose, Totals&
   }
   totals.moved += driving.moved();
   totals.halts += driving.halts();
+  totals.takes += driving.takes();
+  totals.takes_asked += driving.takes_asked();
   const std::lock_guard lock(totals.printing);
   totals.digests[seed] = driving.digest();
   return found;
@@ -338,9 +344,11 @@ void tell(const Options& options, const Totals& totals,
                static_cast<unsigned long long>(totals.frames.load()),
                static_cast<unsigned long long>(totals.delivered.load()));
   if (options.driving)
-    std::fprintf(out, "%llu commands moved a robot, %llu halts\n",
+    std::fprintf(out, "%llu commands moved a robot, %llu halts, %llu takes of %llu asked for\n",
                  static_cast<unsigned long long>(totals.moved.load()),
-                 static_cast<unsigned long long>(totals.halts.load()));
+                 static_cast<unsigned long long>(totals.halts.load()),
+                 static_cast<unsigned long long>(totals.takes.load()),
+                 static_cast<unsigned long long>(totals.takes_asked.load()));
   if (!options.twins && !options.driving) tell_coverage(out, totals.coverage);
   std::fprintf(out, "%llu passed, %llu failed\n",
                static_cast<unsigned long long>(totals.passed.load()),
@@ -381,5 +389,10 @@ int main(int argc, char** argv) {
   work(options, end, totals);
   for (auto& thread : threads) thread.join();
   tell(options, totals, begin);
+  // A call of ~/drive that never has an effect violates nothing that one seed could show.
+  if (totals.takes_asked > kTakesJudged && totals.takes == 0) {
+    std::fprintf(stderr, "no call of ~/drive has taken a wheel\n");
+    return 1;
+  }
   return totals.failed > 0 ? 1 : 0;
 }
