@@ -80,7 +80,10 @@ int run_status(const StatusQuestion& question) {
         question.where + ": this is no address as 127.0.0.1:9091, and no path of a socket",
         kExitConfiguration);
   }
-  if (all.empty()) return complain("no server or client of this user runs here", kNobodyAnswers);
+  if (all.empty())
+    return complain("no server or client of this user runs here: " + where_sockets_are() +
+                        ". `ctl status FILE` reads a socket that you name",
+                    kNobodyAnswers);
   if ((question.watch || question.json) && all.size() > 1) {
     std::string lines = "there are several, name one of them:\n";
     for (const auto& socket : all) lines += "  ctl status " + socket + "\n";

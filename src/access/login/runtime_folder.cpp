@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <string_view>
 #include <utility>
 
@@ -19,6 +20,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr char kSocketEnd[] = ".status";
+constexpr std::size_t kShownMax = 4;  // of sockets elsewhere
 
 std::vector<std::string> possible_runtime_folders() {
   const std::string user = std::to_string(::geteuid());
@@ -111,6 +113,26 @@ std::vector<std::string> status_sockets(const std::string& run) {
   }
   std::sort(found.begin(), found.end());
   return found;
+}
+
+std::string where_sockets_are(const std::string& bound) {
+  const std::vector<std::string> folders = possible_runtime_folders();
+  std::string looked, elsewhere;
+  for (const std::string& folder : folders) looked += folder + ", ";
+  std::ifstream table(bound);
+  std::size_t count = 0;
+  for (std::string line; std::getline(table, line);) {
+    const std::string file = line.substr(std::min(line.find('/'), line.size()));
+    const std::string folder = file.substr(0, file.rfind('/'));
+    if (!is_status_socket(file) ||
+        std::find(folders.begin(), folders.end(), folder) != folders.end())
+      continue;
+    if (++count <= kShownMax) elsewhere += (count > 1 ? ", " : "") + file;
+  }
+  return "looked in " + looked + "and in those of units below /run" +
+         (count > 0 ? "; elsewhere there " + std::string(count > 1 ? "are " : "is ") + elsewhere +
+                          (count > kShownMax ? ", ..." : "")
+                    : "");
 }
 
 }  // namespace connect_bridge

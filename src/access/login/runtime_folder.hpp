@@ -26,4 +26,9 @@ namespace connect_bridge {
 // sockets that crashed programs have left in the former.
 [[nodiscard]] std::vector<std::string> status_sockets(const std::string& run = "/run");
 
+// For a person whose programs are not found: the folders of status_sockets(), and sockets of
+// programs in others, as the kernel lists those that are bound. A program that was started with
+// another environment has its socket there, or another user's.
+[[nodiscard]] std::string where_sockets_are(const std::string& bound = "/proc/net/unix");
+
 }  // namespace connect_bridge

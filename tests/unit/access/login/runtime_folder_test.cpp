@@ -9,6 +9,7 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "unit/scratch.hpp"
 
@@ -16,7 +17,12 @@ namespace connect_bridge {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::Contains;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
 using testing::UnorderedElementsAre;
 
 // A unit's folder has the unit's name, which the operator chooses.
@@ -47,6 +53,32 @@ TEST(RuntimeFolder, AUnitOfAnotherUserIsNotAsked) {
   };
   EXPECT_EXIT(look(), testing::ExitedWithCode(0), "");
   fs::remove_all(run);
+}
+
+// It was started with another XDG_RUNTIME_DIR, or by another user.
+TEST(RuntimeFolder, SocketsElsewhereAreNamed) {
+  const std::string bound = test::scratch_folder() + "bound";
+  std::ofstream table(bound);
+  const auto socket = [&](const std::string& path) {
+    table << "0000000000000000: 00000002 00000000 00010000 0001 01 4711" << path << "\n";
+  };
+  table << "Num       RefCount Protocol Flags    Type St Inode Path\n";
+  socket("");
+  socket(" /run/systemd/private");
+  socket(" @/abstract.status");
+  table.flush();
+  EXPECT_EQ(where_sockets_are(bound).find("elsewhere"), std::string::npos);
+  socket(" /tmp/connect_bridge-" + std::to_string(::geteuid()) + "/connect_server-3.status");
+  table.flush();
+  EXPECT_THAT(where_sockets_are(bound), AllOf(StartsWith("looked in "), Not(HasSubstr("-3"))));
+  socket(" /home/anna/run/connect_bridge/connect_server-17.status");
+  table.flush();
+  EXPECT_THAT(where_sockets_are(bound),
+              EndsWith("; elsewhere there is /home/anna/run/connect_bridge/"
+                       "connect_server-17.status"));
+  for (int i = 20; i < 30; ++i) socket(" /x/connect_client-" + std::to_string(i) + ".status");
+  table.flush();
+  EXPECT_THAT(where_sockets_are(bound), EndsWith("/x/connect_client-22.status, ..."));
 }
 
 }  // namespace
