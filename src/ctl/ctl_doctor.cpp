@@ -14,14 +14,17 @@
 #include <vector>
 
 #include "access/login/runtime_folder.hpp"
+#include "access/login/token_table.hpp"
 #include "config/syntax.hpp"
 #include "core/ports/url.hpp"
+#include "core/wire/text.hpp"
 #include "ctl/check.hpp"
 #include "ctl/ctl_asked.hpp"
 #include "ctl/ctl_commands.hpp"
 #include "ctl/ctl_programs.hpp"
 #include "ctl/probe.hpp"
 #include "ctl/status_text.hpp"
+#include "net/tcp/system_now.hpp"
 #include "ops/doctor/diagnosis.hpp"
 #include "ops/doctor/host_check.hpp"
 #include "ops/doctor/status_diagnosis.hpp"
@@ -47,6 +50,7 @@ struct DoctorOrder {
 
 constexpr auto kPatienceOfDoctor = std::chrono::seconds(15);
 constexpr int kSomethingWrong = 1;
+constexpr std::size_t kNameBytes = 100;
 constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
                                       "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
 
@@ -153,6 +157,18 @@ void add_absent(std::vector<Found>& to, const std::vector<std::string>& addresse
       add_found(to, {diagnose(failure)}, subject);
 }
 
+// Something else listens where the status is to be: the program does not start.
+std::vector<Found> look_at_status_port(const StatusOptions& status) {
+  if (status.address.empty()) return {};
+  ListenOptions listen;
+  listen.addresses = {status.address};
+  listen.port = status.port;
+  const Failure failure = why_not_listening(listen);
+  const std::string where = host_and_port(status.address, status.port);
+  if (!failure || Asked(where, "/healthz").problem().empty()) return {};
+  return {diagnose(failure)};
+}
+
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
@@ -171,6 +187,7 @@ std::vector<Found> look_at_file(const DoctorOrder& order) {
       add_found(found, {std::move(port)}, order.what);
     }
   }
+  add_found(found, look_at_status_port(config.status), order.what);
   const bool dials =
       judged.given.role == Role::kClient && judged.given.problems.empty() && !order.offline;
   if (dials)
@@ -201,13 +218,40 @@ struct Looked {
   std::vector<Found> found;
 };
 
+// Of a server, relative to the folder of the program.
+std::vector<std::string> expired_in(const std::string& token_file) {
+  TokenTable table;
+  std::vector<std::string> problems, warnings;
+  table.read(content_of(token_file), token_file, 0, problems, warnings);
+  std::vector<std::string> names;
+  if (problems.empty())
+    for (const auto& ended : table.ending(0, system_now()))
+      names.push_back(to_text(ended.identity, kNameBytes));
+  return names;
+}
+
+SideFacts facts_of(const Config& config) {
+  const auto& rules = config.policy.rules();
+  const auto exports = [](const Rule& rule) {
+    const auto& opened = rule.opens[Direction::kExport].values;
+    return std::any_of(opened.begin(), opened.end(), [](const auto& of) { return !of.empty(); });
+  };
+  SideFacts facts{std::any_of(rules.begin(), rules.end(), exports),
+                  config.limits.bytes_per_second_max};
+  if (config.role == Role::kServer && !config.auth.token_file.empty())
+    facts.expired = expired_in(config.auth.token_file);
+  return facts;
+}
+
 // The program has read its files, and what became wrong with them since then shows here.
 bool may_have_come_later(Cause cause) {
   return cause == Cause::kFileMissing || cause == Cause::kFileDistrusted ||
          cause == Cause::kFileReadable;
 }
 
-std::vector<Found> look_at_files(const std::string& socket, const std::string& role) {
+// Its parameters are those of its files, and of its command line, which is not read here.
+std::vector<Found> look_at_files(const std::string& socket, const std::string& role,
+                                 SideFacts& facts) {
   const Program program(socket);
   std::vector<Found> found;
   std::error_code failed;
@@ -220,6 +264,7 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
     for (const std::vector<Failure>& all : {judged.given.problems, judged.hints})
       for (const Failure& failure : all)
         if (may_have_come_later(failure.cause)) add_found(found, {diagnose(failure)}, file);
+    if (judged.config) facts = facts_of(*judged.config);
   }
   std::filesystem::current_path(here, failed);
   return found;
@@ -244,16 +289,21 @@ Looked look_at_side(const std::string& where) {
   const Json status = read_status(asked.rest());
   looked.role = text_in(status, "role");
   if (looked.role.empty()) looked.role = "unknown";
-  looked.found = diagnose_status(status);
   looked.facts.node = text_in(status, "node");
   looked.facts.process = process_of(where);
   ProcessFacts side;
-  if (looked.role == "relay" || where.find('/') == std::string::npos || !facts_of(where, side))
+  if (looked.role == "relay" || where.find('/') == std::string::npos || !facts_of(where, side)) {
+    looked.found = diagnose_status(status);
     return looked;
+  }
   looked.facts.domain =
       side.variables.contains("ROS_DOMAIN_ID") ? side.variables["ROS_DOMAIN_ID"] : "0";
+  looked.facts.brings = brought_topics(status);
+  SideFacts facts;
+  const std::vector<Found> of_files = look_at_files(where, looked.role, facts);
+  looked.found = diagnose_status(status, facts);
   if (!carries_data(status)) add_found(looked.found, diagnose_processes(side, this_process()));
-  add_found(looked.found, look_at_files(where, looked.role));
+  add_found(looked.found, of_files);
   add_absent(looked.found, hosts_of(part_of(status, "listens")));
   return looked;
 }
@@ -277,7 +327,7 @@ std::vector<Found> look_at_what_runs() {
     if (looked.role != "relay") programs.push_back(looked.facts);
     add_found(found, std::move(looked.found));
   }
-  if (sockets.empty()) found.push_back({"nobody_runs", {}, {}});
+  if (sockets.empty()) found.push_back({"nobody_runs", {}, where_sockets_are()});
   add_found(found, diagnose_programs(programs));
   MachineFacts machine = this_machine();
   machine.loses = std::any_of(found.begin(), found.end(), is_of_path);

@@ -17,7 +17,9 @@ import time
 import pytest
 from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
+from calls import Caller, EchoServer
 from graph import until
 from harness.domains import free_port
 from harness.programs import build_dir, ros_parameters
@@ -234,12 +236,22 @@ RULES = {
         "rules": ["drive", "look"],
         "rule": {
             "drive": {"import_topics": ["/cmd_vel"], "types": ["geometry_msgs/msg/Twist"]},
-            "look": {"export_topics": ["/t/**"], "deny": ["/t/secret"]},
+            "look": {
+                "export_topics": ["/t/**"],
+                "export_services": ["/s/**"],
+                "deny": ["/t/secret"],
+            },
         },
     },
     "client": {
         "rules": ["all"],
-        "rule": {"all": {"import_topics": ["/**"], "export_topics": ["/cmd_vel"]}},
+        "rule": {
+            "all": {
+                "import_topics": ["/**"],
+                "import_services": ["/**"],
+                "export_topics": ["/cmd_vel"],
+            }
+        },
     },
 }
 
@@ -277,6 +289,24 @@ def test_what_does_not_cross_is_found_at_the_side_that_wants_it(pair):
     server = side_ids(pair, "server")
     assert ("no_rule", "/robot/own") in server
     assert " not forwarded to " in pair.client.text()
+
+
+def test_a_service_that_is_called_by_another_type(pair, make_graph):
+    """Its mirror has the name: the caller waits for a server that never comes."""
+    EchoServer(pair.robot, "/s/echo")
+    Caller(pair.operator, "/s/echo").wait_ready()
+    Caller(make_graph(pair.operator.domain), "/s/echo", SetBool)
+    wanted = ("other_type", "/s/echo")
+    until(lambda: wanted in side_ids(pair, "client"), "the finding", timeout=40)
+
+
+def test_a_port_of_the_status_that_is_taken(tmp_path, fake):
+    port = fake(http("404 Not Found"))
+    status = {"status": {"listen": f"127.0.0.1:{port}"}}
+    rules = {"rules": ["a"], "rule": {"a": {"export_topics": ["/t"]}}}
+    client = {"url": "wss://robot", "auth": {"token": TOKEN}}
+    file = parameters(tmp_path, {**client, **rules, **status})
+    assert "port_taken" in ids(file, "--offline")
 
 
 def test_a_shell_in_another_domain(pair):

@@ -108,7 +108,7 @@ def test_another_key_at_the_address_is_refused(world):
     )
     invitation_of(other)
     client = world.run("client", "operator", line)
-    client.wait_for("this is not the server of the invitation: .* which is not in tls.pin")
+    client.wait_for("this is not the server of the invitation .* which is not in tls.pin")
     assert client.process.wait(10) == 2
     assert not list(world.home("operator").rglob("params.yaml"))
 

@@ -120,9 +120,11 @@ void Dialing::on_tls(const ErrorCode& error) {
   const Failure other_key = pin_failure(tls, options_.tls.pins);
   if (other_key)  // mutant: pin
     return fail({other_key.cause,
-                 (options_.tls.pins_by_invitation ? "this is not the server of the invitation: "
-                                                  : "TLS: ") +
-                     other_key.text});
+                 options_.tls.pins_by_invitation
+                     ? "this is not the server of the invitation (copy it whole, or let 'server "
+                       "--pair' make another): " +
+                           other_key.text
+                     : "TLS: " + other_key.text});
   upgrade();
 }
 

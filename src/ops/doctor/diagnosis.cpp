@@ -68,14 +68,35 @@ std::vector<Found> diagnose_config(const Config& config) {
   return found;
 }
 
+namespace {
+
+// Robots may share a graph of transforms and diagnostics, with frames and names of their own.
+bool is_shared_by_robots(const std::string& topic) {
+  return topic == "/tf" || topic == "/tf_static" || topic == "/diagnostics" || topic == "/rosout";
+}
+
+void compare_programs(const ProgramFacts& one, const ProgramFacts& other,
+                      std::vector<Found>& found) {
+  if (one.node.empty() || one.domain != other.domain) return;
+  if (one.node == other.node) {
+    found.push_back({"same_name", to_text(one.node, kSeenBytes),
+                     fmt::format("processes {} and {}", one.process, other.process)});
+    return;
+  }
+  for (const std::string& topic : one.brings)
+    if (other.brings.contains(topic) && !is_shared_by_robots(topic))
+      found.push_back({"names_collide", topic,
+                       to_text(one.node, kSeenBytes) + " and " + to_text(other.node, kSeenBytes)});
+}
+
+}  // namespace
+
 std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs) {
   std::vector<Found> found;
   for (auto one = programs.begin(); one != programs.end(); ++one)
     for (auto other = std::next(one); other != programs.end(); ++other)
-      if (!one->node.empty() && one->node == other->node && one->domain == other->domain)
-        found.push_back({"same_name", to_text(one->node, kSeenBytes),
-                         fmt::format("processes {} and {}", one->process, other->process)});
-  return found;
+      compare_programs(*one, *other, found);
+  return gathered(found);
 }
 
 std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFacts& shell) {
@@ -90,13 +111,12 @@ std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFac
   };
   compare("domain_differs", "ROS_DOMAIN_ID", "0");
   compare("rmw_differs", "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
-  compare("discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET");
+  constexpr char kRange[] = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+  if (value_of(side, kRange, "") == "OFF" || value_of(shell, kRange, "") == "OFF")
+    found.push_back({"discovery_range", kRange, "OFF: nobody is found"});
+  else
+    compare("discovery_range", kRange, "SUBNET");
   compare("discovery_range", "ROS_LOCALHOST_ONLY", "0");
-  for (const auto* process : {&side, &shell})
-    if (value_of(*process, "ROS_AUTOMATIC_DISCOVERY_RANGE", "") == "OFF") {
-      found.push_back({"discovery_range", "ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF: nobody is found"});
-      break;
-    }
   if (side.user != shell.user)
     found.push_back({"user_differs", {}, fmt::format("{} there, {} here", side.user, shell.user)});
   return found;

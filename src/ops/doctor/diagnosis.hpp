@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,7 @@ struct ProgramFacts {
   std::string node;
   std::string domain;
   int process = 0;
+  std::set<std::string> brings = {};  // topics, into the graph of its domain
 };
 [[nodiscard]] std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs);
 

@@ -60,7 +60,8 @@ constexpr Finding kFindings[] = {
     {"certificate_ends_soon", kHint, "the certificate in use ends soon",
      "renew it; a running side takes the new files by itself"},
     {"certificate_foreign", kFault, "the server's certificate is of an authority unknown here",
-     "set `tls.ca` to the authority's file, or `tls.pin`"},
+     "`tls.ca` names the file of the authority that signed it: copy the server's again (ca.crt of "
+     "`ctl certs`), or set `tls.pin`"},
     {"certificate_name", kFault, "the server's certificate is for another name",
      "dial a name that is in it, or set `tls.pin`"},
     {"certificate_pin", kFault, "the server has another key than the one that is pinned",
@@ -172,7 +173,8 @@ constexpr Finding kFindings[] = {
 
     // ---- a running side
     {"nobody_runs", kFault, "no server or client of this user runs here",
-     "start it; of another user or machine, give the address of its status"},
+     "start it; if it runs as another user, or with another XDG_RUNTIME_DIR, name its socket as "
+     "that user: `ctl doctor FILE`, `ctl status FILE`"},
     {"program_silent", kFault, "a program runs here and does not answer",
      "it is stopped (kill -CONT), or hangs: look at its log, else end it and start it again"},
     {"not_linked", kFault, "the client has no link", "see the other findings, and the log"},
@@ -180,6 +182,14 @@ constexpr Finding kFindings[] = {
      "start a client (two servers do not link); `ctl doctor FILE` there says what is in its way"},
     {"same_name", kHint, "two programs here have one node name in one domain",
      "give one of them another name (--ros-args -r __node:=NAME), or end the one that is too many"},
+    {"names_collide", kHint,
+     "two programs here bring topics of the same name into one graph: with two robots, what they "
+     "say is mixed",
+     "give each robot a `prefix`; two ways to one robot need no change"},
+    {"identity_twice", kFault,
+     "two peers with one identity and one node name are linked: two robots with one token, or one "
+     "whose program runs twice",
+     "give each robot a token of its own (`ctl token`), or end the program that is too many"},
     {"one_graph", kFault,
      "both ends of the link are in one ROS graph, so the nodes see each other without the bridge "
      "and nothing crosses",
@@ -197,18 +207,23 @@ constexpr Finding kFindings[] = {
      "tunnel here, needs no change. One end must run a client: two servers do not link"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "look at the server's log; make a token for who is to come (`ctl token`)"},
+    {"token_expired", kHint,
+     "somebody comes with a wrong login, and this identity's token has expired",
+     "make another one (`ctl token`), and give it to the client"},
     {"no_rule", kHint, "no rule of this side allows a name that a node here uses",
-     "add the name to a rule of this side"},
+     "add the name to a rule of this side, below the key of its direction and kind: export_topics, "
+     "import_topics, export_services, export_actions ..."},
     {"other_peer", kHint, "a rule of this side allows it, and not to this peer",
      "add the peer's identity or group to the rule, or log in as another one"},
     {"denied", kHint, "a rule of this side denies it", "change `deny` of this rule"},
     {"rule_type", kFault, "the rule of this side is for another type",
      "use the type of the rule (Twist is not TwistStamped), or change `types`"},
     {"not_taken", kFault, "the rules of the peer do not let it in, for this login or this type",
-     "change the rules at the other side"},
+     "change the rules at the other side, or its `remap`"},
     {"not_given", kFault, "the rules of the peer do not let it out, for this login or this type",
-     "change the rules at the other side (`parameters` names the nodes whose parameters cross); or "
-     "is the name here in the wrong namespace?"},
+     "change the rules at the other side: topics, services and actions have keys of their own, and "
+     "`parameters` names the nodes whose parameters cross. Or is the name here in the wrong "
+     "namespace?"},
     {"other_type", kFault, "it has another type at the other side",
      "use the same type at both sides"},
     {"outside_prefix", kHint,
@@ -257,6 +272,8 @@ constexpr Finding kFindings[] = {
      "raise `max_message_size` at both sides"},
     {"link_too_thin", kFault, "more is published than the link carries",
      "`max_rate` or `keep: newest` in the rule, a smaller picture, or `compression`"},
+    {"own_limit", kFault, "more is published than `bytes_per_second` of this side lets out",
+     "raise it, if the path may carry more; else `max_rate`, a smaller picture or `compression`"},
     {"path_loses", kFault, "the path loses packets, and much is sent again",
      "look at the radio, cable or tunnel; `congestion_control: bbr` carries more on such a path"},
     {"drops_memory", kFault, "a peer's share of `memory_max` is used up",
@@ -269,8 +286,27 @@ constexpr Finding kFindings[] = {
      "suspended?"},
     {"calls_wait", kHint, "calls have had no answer yet",
      "look at the node that serves it; a server may need its time"},
+    {"calls_refused", kFault, "calls are refused, or fail at the other side",
+     "the logs of both sides say why: a limit (`calls_max`, `max_message_size`), or a record that "
+     "`audit.required` wants"},
     {"service_silent", kFault, "a server does not answer calls",
      "look at the node that serves it; `call_timeout` in the rule is the time that it has"},
+    {"another_drives", kHint,
+     "another peer drives the robot by this topic, and commands are dropped",
+     "let that driver stop, or take the wheel: service ~/drive of the operator's side "
+     "(docs/driving.md)"},
+    {"let_go_first", kHint, "the robot was halted, and its driver has not let go since",
+     "centre the stick or release the key; where that comes back, commands come more seldom than "
+     "`halt_after`, or the path stalls: raise it"},
+    {"connections_forgotten", kFault,
+     "each connection falls silent at the same age: something on the path forgets it (NAT, "
+     "firewall, VPN)",
+     "let it keep TCP connections longer, or use another path; the bridge is never idle"},
+    {"connections_ended", kFault,
+     "the other end, or something on the path, ends the connection again and again",
+     "is the program there killed, or started again and again (its log, systemctl status)? Else "
+     "look "
+     "at proxies and firewalls between both ends"},
     {"link_breaks", kFault, "the link breaks again and again",
      "look at the network between both ends; a larger `dead_after` bridges silences. Ask `ctl "
      "doctor` at the other end, too"},
@@ -361,7 +397,8 @@ std::vector<Found> sorted(std::vector<Found> found) {
 }
 
 std::string report_text(const std::vector<Found>& found) {
-  if (found.empty()) return "nothing is wrong, as far as can be seen from here\n";
+  if (found.empty())
+    return "nothing is wrong, as far as can be seen from here; the other end may see more\n";
   std::string text;
   for (const Found& one : sorted(found)) {
     const Finding* finding = finding_of(one.id);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -23,7 +24,11 @@ constexpr double kClockApartMs = 100;  // tf2 fails from about here on
 constexpr double kOpenSeconds = 10;    // until something may be expected of a link
 constexpr std::size_t kBreaks = 3;     // in this time
 constexpr double kBreaksSeconds = 600;
-constexpr double kShortBreak = 1;  // s
+constexpr double kShortBreak = 1;     // s
+constexpr double kLargeBytes = 1000;  // a message that needs a large packet
+constexpr double kCrawls = 5000;      // bytes/s; a path on which large packets get through has more
+constexpr double kSameAge = 1.25;     // the oldest of connections of one age, by the youngest
+constexpr double kLimitShare = 0.4;   // of a limit: it is what slows down
 constexpr double kDroppedShare = 0.05;
 constexpr double kStarvedShare = 0.95;   // of what a rule's rate keeps, on purpose as it seems
 constexpr double kSegments = 100;        // less says nothing about a path
@@ -75,6 +80,7 @@ std::string_view finding_at_relay(Cause cause) {
 
 class Doctor {
  public:
+  explicit Doctor(const SideFacts& facts) : facts_(facts) {}
   void side(const Json& status);
   void relay(const Json& status);
   std::vector<Found> take();
@@ -89,13 +95,17 @@ class Doctor {
   void resources(const Json& status);
   void link(const Json& link);
   void path(const Json& link, const std::string& who);
-  void breaks(const Json& link, const std::string& who);
+  // Whether it breaks again and again.
+  bool breaks(const Json& link, const std::string& who);
+  void identities(const Json& links);
+  [[nodiscard]] bool is_missed(const Json& name) const;
   void missing(const Json& link);
   void topic(const Json& link, const Json& topic);
   void service(const Json& service);
   void silent_topics(const Json& link);
   void thin(const Json& link);
 
+  const SideFacts facts_;
   bool is_client_ = false;
   bool is_robot_ = true;
   bool carries_ = false;  // something crosses, or has
@@ -126,18 +136,20 @@ bool is_exported(const Json& of) {
   return text_in(of, "direction") == "export";
 }
 
-// Most of what a robot publishes is not to be elsewhere, and RViz has tools that nobody uses.
-bool is_missed(const Json& name, bool is_robot) {
-  if (!is_exported(name)) return true;
+// Most of what a robot publishes is not to be elsewhere, and RViz has tools that nobody uses. A
+// robot also listens to much that nobody is to send: while anything crosses, its rules are as they
+// are meant.
+bool Doctor::is_missed(const Json& name) const {
   const std::string waits = text_in(name, "waits"), reason = text_in(name, "reason");
-  const bool is_rule =
-      reason == "no_rule" || reason == "denied" || reason == "other_peer" || reason == "not_taken";
-  return !is_rule || waits == "peer" || (waits == "sender" && !is_robot);
+  const bool is_rule_here = reason == "no_rule" || reason == "denied" || reason == "other_peer";
+  if (!is_exported(name)) return !is_rule_here || !is_robot_ || !carries_;
+  const bool is_rule = is_rule_here || reason == "not_taken";
+  return !is_rule || waits == "peer" || (waits == "sender" && !is_robot_);
 }
 
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
-    if (!is_missed(name, is_robot_)) continue;
+    if (!is_missed(name)) continue;
     const auto finding = finding_of_missing(text_in(name, "reason"), text_in(name, "code"));
     add(finding, text_in(name, "name"), text_in(name, "text"),
         !is_exported(name) || text_in(name, "waits") == "peer");
@@ -159,6 +171,10 @@ void Doctor::topic(const Json& link, const Json& topic) {
   if (many("rate", kStarvedShare)) add("drops_rate", name, counted("rate"));
   if (many("too_large", kDroppedShare)) add("drops_too_large", name, counted("too_large"), true);
   if (many("memory", kDroppedShare)) add("drops_memory", name, counted("memory"), true);
+  if (many("wheel", kDroppedShare)) add("another_drives", name, counted("wheel"));
+  const std::string wheel = text_in(topic, "wheel");
+  if (is_exported(topic) && messages > 0 && wheel == "taken") add("another_drives", name);
+  if (is_exported(topic) && messages > 0 && wheel == "halted") add("let_go_first", name);
   if (const double ahead = number_in(topic, "ahead_ms"); ahead > 0)
     add("publisher_ahead", name, fmt::format("by {:.1f} s", ahead / 1e3), true);
   if (!many("max_age", kDroppedShare)) return;
@@ -173,13 +189,21 @@ void Doctor::topic(const Json& link, const Json& topic) {
 void Doctor::service(const Json& service) {
   const std::string name = text_in(service, "service");
   const double late = lately_in(service, "timed_out");
+  const double refused = number_in(service, "refused");
   const bool is_of_action = name.find("/_action/") != std::string::npos;
   if (late > 0 && lately_in(service, "answered") == 0)
     add("service_silent", name, fmt::format("{:.0f} calls timed out, none was answered", late),
         true);
+  else if (refused > 0 && number_in(service, "answered") == 0)
+    add("calls_refused", name, fmt::format("{:.0f} calls, none was answered", refused), true);
   else if (!is_of_action && number_in(service, "pending") > 0 &&
            number_in(service, "answered") == 0)
-    add("calls_wait", name, fmt::format("{:.0f} calls", number_in(service, "pending")), true);
+    add("calls_wait", name,
+        fmt::format("{:.0f} calls", number_in(service, "pending")) +
+            (number_in(service, "waiting") > 0
+                 ? fmt::format(", of which {:.0f} wait for a place", number_in(service, "waiting"))
+                 : ""),
+        true);
 }
 
 // Topics on which nothing happens. Some topics carry little, and links that nobody uses now are
@@ -219,17 +243,48 @@ void Doctor::thin(const Json& link) {
   }
   const double rate = number_in(link, "rate_bytes_per_second");
   const double seconds = std::min(kShortestLately, number_in(link, "open_seconds"));
-  if (!heaviest || (published > 0 && rate * seconds > published * kAmple)) return;
+  if (!heaviest) return;
+  const auto limit = static_cast<double>(facts_.bytes_per_second);
+  const double sent = lately_in(*heaviest, "wire_bytes");
+  if (limit > 0 && (sent >= kLimitShare * limit * seconds || rate > limit))
+    return add("own_limit", text_in(*heaviest, "topic"), fmt::format("{:.0f} bytes/s", limit),
+               true);
+  if (published > 0 && rate * seconds > published * kAmple) return;
   add("link_too_thin", text_in(*heaviest, "topic"),
       fmt::format("it is the heaviest: {:.1f} MB; the path carries {:.0f} kB/s",
                   lately_in(*heaviest, "wire_bytes") / 1e6, rate / 1e3),
       true);
 }
 
+// Whether it seems that small packets cross and large ones do not: a topic of large messages
+// crawls, or brings nothing.
+bool misses_large(const Json& link) {
+  const bool crawls = number_in(link, "rate_bytes_per_second") < kCrawls;
+  for (const Json& topic : part_of(link, "topics")) {
+    if (!is_set(topic, "demanded")) continue;
+    const double messages = number_in(topic, "messages");
+    const bool waits = messages == 0 && number_in(topic, "origins") > 0;
+    if (waits && (!is_exported(topic) || number_in(topic, "queued") > 0)) return true;
+    if (is_exported(topic) && crawls && messages > 0 &&
+        number_in(topic, "wire_bytes") >= kLargeBytes * messages)
+      return true;
+  }
+  return false;
+}
+
+// Connections that had the same age when they broke: something on the path counts.
+bool are_of_one_age(const std::vector<double>& ages) {
+  if (ages.size() + 1 < kBreaks) return false;
+  const auto [youngest, oldest] = std::minmax_element(ages.begin(), ages.end());
+  return *youngest > 0 && *oldest <= kSameAge * *youngest;
+}
+
 // Breaks of the last ten minutes. Where large packets vanish, the silence ends as soon as a new
 // connection begins with small ones; the peer may notice it first, and replaces its connection.
-void Doctor::breaks(const Json& link, const std::string& who) {
-  std::size_t lost = 0, silent = 0, replaced = 0, short_ones = 0;
+bool Doctor::breaks(const Json& link, const std::string& who) {
+  std::size_t lost = 0, silent = 0, replaced = 0, short_ones = 0, ended = 0;
+  std::vector<double> ages;
+  std::optional<double> began;
   std::string last;
   for (const Json& one : part_of(link, "breaks")) {
     const auto since = moment_in(one, "lost");
@@ -237,14 +292,27 @@ void Doctor::breaks(const Json& link, const std::string& who) {
     if (!since || !now_ || *now_ - *since > kBreaksSeconds) continue;
     if (code == "going_away" || code == "normal") continue;
     ++(code == "replaced" ? replaced : code == "silent" ? silent : lost);
+    if (code == "connection_lost") ++ended;
+    if (began) ages.push_back(*since - *began);
+    began = moment_in(one, "back");
     const bool ended_at_once = one.contains("seconds") && number_in(one, "seconds") < kShortBreak;
     if (ended_at_once && code != "connection_lost") ++short_ones;
     if (code != "replaced") last = text_in(one, "reason");
   }
-  const std::size_t breaks = lost + silent + (silent > 0 ? replaced : 0);
-  if (breaks < kBreaks) return;
-  add(silent > 0 && 2 * short_ones > breaks ? "large_packets_vanish" : "link_breaks", who,
-      fmt::format("{} breaks in 10 min, the last: {}", breaks, last), true);
+  const std::size_t all = lost + silent + replaced;
+  const bool vanish = silent + replaced > 0 && 2 * short_ones > all && misses_large(link);
+  // A robot that changes its network replaces connections, too.
+  const std::size_t breaks = silent > 0 || vanish ? all : lost;
+  if (breaks < kBreaks) return false;
+  const std::string_view id = vanish ? "large_packets_vanish"
+                              : 2 * silent > breaks && are_of_one_age(ages)
+                                  ? "connections_forgotten"
+                              : 2 * ended > breaks ? "connections_ended"
+                                                   : "link_breaks";
+  add(id, who,
+      fmt::format("{} breaks in 10 min", breaks) + (last.empty() ? "" : ", the last: " + last),
+      true);
+  return true;
 }
 
 void Doctor::path(const Json& link, const std::string& who) {
@@ -269,14 +337,14 @@ void Doctor::path(const Json& link, const std::string& who) {
 void Doctor::link(const Json& link) {
   const std::string who =
       fmt::format("link {:.0f} to {}", number_in(link, "link"), text_in(link, "node"));
-  breaks(link, who);
+  const bool is_broken = breaks(link, who);
   if (!is_set(link, "open")) return;
   if (is_set(link, "same_graph")) return add("one_graph", who, {}, true);
   if (is_set(link, "two_of_a_kind"))
     add("robot_word", who, is_robot_ ? "both are the robot" : "none is the robot", true);
   path(link, who);
   missing(link);
-  thin(link);
+  if (!is_broken) thin(link);  // a path that breaks carries less than it could
   bool exports = false;
   for (const Json& one : part_of(link, "topics")) {
     topic(link, one);
@@ -289,7 +357,7 @@ void Doctor::link(const Json& link) {
   for (const Json& name : part_of(link, "missing")) exports = exports || is_exported(name);
   silent_topics(link);
   // Who only looks has nothing to give.
-  if (!exports && is_robot_ && number_in(link, "open_seconds") >= kOpenSeconds)
+  if (!exports && is_robot_ && facts_.may_export && number_in(link, "open_seconds") >= kOpenSeconds)
     add("nothing_here", who);
 }
 
@@ -358,6 +426,19 @@ void Doctor::resources(const Json& status) {
     add("certificate_ends_soon", {}, "on " + until);
 }
 
+// Robots that come to an operator have identities of their own: two with one name are one robot's
+// copy.
+void Doctor::identities(const Json& links) {
+  if (is_client_ || is_robot_) return;
+  std::map<std::pair<std::string, std::string>, std::size_t> count;
+  for (const Json& link : links)
+    if (is_set(link, "open") && !text_in(link, "identity").empty())
+      ++count[{text_in(link, "identity"), text_in(link, "node")}];
+  for (const auto& [who, links_of] : count)
+    if (links_of > 1)
+      add("identity_twice", who.first, fmt::format("{} links of {}", links_of, who.second), true);
+}
+
 void Doctor::side(const Json& status) {
   is_client_ = text_in(status, "role") == "client";
   is_robot_ = status.contains("is_robot") ? is_set(status, "is_robot") : !is_client_;
@@ -373,8 +454,12 @@ void Doctor::side(const Json& status) {
   const double wrong = status.contains("lately")
                            ? number_in(part_of(status, "lately"), "wrong_logins")
                            : number_in(part_of(status, "strangers"), "wrong_logins");
-  if (!is_client_ && wrong > 0) add("wrong_logins", {}, fmt::format("{:.0f} times", wrong));
+  if (!is_client_ && wrong > 0) {
+    add("wrong_logins", {}, fmt::format("{:.0f} times", wrong));
+    for (const std::string& name : facts_.expired) add("token_expired", name);
+  }
   resources(status);
+  identities(links);
   for (const Json& one : links) link(one);
 }
 
@@ -389,10 +474,19 @@ void Doctor::relay(const Json& status) {
 
 }  // namespace
 
-std::vector<Found> diagnose_status(const Json& status) {
-  Doctor doctor;
+std::vector<Found> diagnose_status(const Json& status, const SideFacts& facts) {
+  Doctor doctor(facts);
   text_in(status, "role") == "relay" ? doctor.relay(status) : doctor.side(status);
   return doctor.take();
+}
+
+std::set<std::string> brought_topics(const Json& status) {
+  std::set<std::string> names;
+  for (const Json& link : part_of(status, "links"))
+    for (const Json& topic : part_of(link, "topics"))
+      if (!is_exported(topic) && lately_in(topic, "messages") > 0)
+        names.insert(text_in(topic, "topic"));
+  return names;
 }
 
 bool carries_data(const Json& status) {

@@ -235,7 +235,7 @@ std::vector<CalledService> read_called(const Node& node, const std::vector<Servi
                                        const std::function<void()>& between) {
   std::set<std::string> names;
   for (const ServiceState& service : served) names.insert(service.name);
-  for (const auto& [name, count] : node.own().servers()) names.insert(name);
+  const auto mirrors = node.own().servers();
   const std::string own = node.facts().full_name + "/";
   std::vector<CalledService> called;
   std::size_t asked = 0;
@@ -244,6 +244,8 @@ std::vector<CalledService> read_called(const Node& node, const std::vector<Servi
   for (std::size_t i = 0; i < found.size() && asked < kUnservedMax; ++i) {
     const std::string name = found.name(i);
     if (names.contains(name) || name.starts_with(own)) continue;
+    // A mirror of this side serves it; a caller may use another type.
+    if (mirrors.contains(name) && found.types(i).size() < 2) continue;
     ++asked;
     between();
     if (!is_called(node, name)) continue;

@@ -46,7 +46,8 @@ std::optional<std::vector<ServiceState>> read_services(
     const std::function<void()>& between = [] {});
 
 // Services that somebody else has a client of and nobody serves: neither `served`, which lists all
-// services of others, nor this process. At most some hundred. `between` is called before each long
+// services of others, nor this process; and services of this process that have several types. At
+// most some hundred. `between` is called before each long
 // question. Empty if the middleware fails.
 std::vector<CalledService> read_called(const Node& node, const std::vector<ServiceState>& served,
                                        const std::function<void()>& between);

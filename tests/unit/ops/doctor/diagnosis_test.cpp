@@ -20,6 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing::UnorderedElementsAre;
 
 std::vector<std::string> ids_of(const std::vector<Found>& found) {
   std::vector<std::string> ids;
@@ -174,10 +175,11 @@ std::string missing_for(const std::string& reason, const std::string& text = "",
 }
 
 // Three breaks within ten minutes, and one of yesterday.
-std::string broken(const std::string& code, double seconds) {
+std::string broken(const std::string& code, double seconds, bool is_regular = false) {
   Json link = {{"breaks", Json::array({{{"lost", "2026-01-30T11:00:00Z"}, {"code", code}}})}};
-  for (const char* lost : {"11:52:00", "11:56:00", "11:59:00"})
-    link["breaks"].push_back({{"lost", "2026-01-31T" + std::string(lost) + "Z"},
+  for (const std::string lost : {"11:52:00", is_regular ? "11:55:30" : "11:56:00", "11:59:00"})
+    link["breaks"].push_back({{"lost", "2026-01-31T" + lost + "Z"},
+                              {"back", "2026-01-31T" + lost + ".2Z"},
                               {"code", code},
                               {"seconds", seconds},
                               {"reason", "it"}});
@@ -193,6 +195,29 @@ std::string relay_fails(const std::string& code) {
   Json status = Json::parse(link_with("{}"));
   status["relays"] = {
       {{"relay", "wss://r@relay"}, {"connected", false}, {"last_failure_code", code}}};
+  return status.dump();
+}
+
+std::string at_operator(const std::string& text) {
+  Json status = Json::parse(text);
+  status["is_robot"] = false;
+  return status.dump();
+}
+// Its camera's pictures wait, and hardly any bytes get through.
+std::string crawling(const std::string& text) {
+  Json status = Json::parse(text);
+  status["links"][0]["topics"].push_back({{"topic", "/camera"},
+                                          {"direction", "export"},
+                                          {"demanded", true},
+                                          {"messages", 5},
+                                          {"wire_bytes", 500'000}});
+  return status.dump();
+}
+// At an operator: the other one's node has this name.
+std::string two_robots(const std::string& node) {
+  Json status = Json::parse(at_operator(link_with(R"({"node": "/robot7", "identity": "r7"})")));
+  status["links"].push_back(status["links"][0]);
+  status["links"][1]["node"] = node;
   return status.dump();
 }
 
@@ -234,9 +259,9 @@ INSTANTIATE_TEST_SUITE_P(
                    R"({"certificate_valid_until": "2026-01-31T11:59:00.000Z"})"},
         StatusCase{"certificate_ends_soon",
                    R"({"certificate_valid_until": "2026-02-03T00:00:00.000Z"})"},
-        StatusCase{"no_rule", missing_for("no_rule")},
-        StatusCase{"other_peer", missing_for("other_peer")},
-        StatusCase{"denied", missing_for("denied")},
+        StatusCase{"no_rule", at_operator(missing_for("no_rule"))},
+        StatusCase{"other_peer", at_operator(missing_for("other_peer"))},
+        StatusCase{"denied", at_operator(missing_for("denied"))},
         StatusCase{"rule_type", missing_for("rule_type")},
         StatusCase{"not_taken", missing_for("not_taken")},
         StatusCase{"not_given", missing_for("not_given")},
@@ -262,8 +287,18 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"link_too_thin", topic_with(R"({"dropped": {"newer_available": 50}})")},
         StatusCase{"path_full", link_with(R"({"path_queue_ms": 2000})")},
         StatusCase{"link_breaks", broken("silent", 5)},
-        StatusCase{"link_breaks", broken("connection_lost", 0.1)},
-        StatusCase{"large_packets_vanish", broken("silent", 0.2)},
+        StatusCase{"link_breaks", broken("silent", 0.2)},
+        StatusCase{"link_breaks", broken("address_gone", 0.1)},
+        StatusCase{"connections_ended", broken("connection_lost", 0.1)},
+        StatusCase{"connections_forgotten", broken("silent", 0.2, true)},
+        StatusCase{"large_packets_vanish", crawling(broken("silent", 0.2, true))},
+        StatusCase{"large_packets_vanish", crawling(broken("replaced", 0.2))},
+        StatusCase{"another_drives", topic_with(R"({"wheel": "taken"})")},
+        StatusCase{"another_drives", topic_with(R"({"direction": "import",
+                                        "dropped": {"wheel": 50}})")},
+        StatusCase{"let_go_first", topic_with(R"({"wheel": "halted"})")},
+        StatusCase{"calls_refused", service_with(R"({"calls": 4, "refused": 4})")},
+        StatusCase{"identity_twice", two_robots("/robot7")},
         StatusCase{"one_graph", link_with(R"({"same_graph": true})")},
         StatusCase{"robot_word", link_with(R"({"two_of_a_kind": true})")},
         StatusCase{"clocks_apart",
@@ -288,7 +323,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(DoctorStatus, ASideThatIsWellHasNoFinding) {
   EXPECT_THAT(ids_of(diagnose_status(status_of(link_with("{}")))), IsEmpty());
-  EXPECT_EQ(report_text({}), "nothing is wrong, as far as can be seen from here\n");
+  EXPECT_EQ(report_text({}),
+            "nothing is wrong, as far as can be seen from here; the other end may see more\n");
   EXPECT_FALSE(has_fault({}));
 }
 
@@ -405,6 +441,62 @@ TEST(DoctorStatus, ABreakNowAndThenIsUsual) {
   EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty()) << "a robot that changes its network";
 }
 
+// A path that breaks carries less than it could.
+TEST(DoctorStatus, ABrokenLinkIsNotCalledThin) {
+  Json status = status_of(broken("silent", 5));
+  status["links"][0]["topics"][0]["dropped"] = {{"newer_available", 50}};
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("link_breaks"));
+}
+
+// Somebody set it, and no path is looked for.
+TEST(DoctorStatus, ALimitOfThisSideIsNamed) {
+  const Json status = status_of(topic_with(R"({"wire_bytes": 50000,
+                                               "dropped": {"newer_available": 50}})"));
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("link_too_thin"));
+  EXPECT_THAT(ids_of(diagnose_status(status, {true, 1000})), ElementsAre("own_limit"));
+  EXPECT_THAT(ids_of(diagnose_status(status, {true, 1'000'000})), ElementsAre("link_too_thin"));
+}
+
+// It is to be driven, and gives nothing.
+TEST(DoctorStatus, WhoseRulesExportNothingLacksNothing) {
+  const Json status = status_of(link_with(R"({"topics": []})"));
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("nothing_here"));
+  EXPECT_THAT(ids_of(diagnose_status(status, {false, 0})), IsEmpty());
+}
+
+// A robot listens to much that only some peers, or none, may send.
+TEST(DoctorStatus, ARobotThatWorksKeepsItsRules) {
+  for (const char* reason : {"no_rule", "other_peer", "denied"}) {
+    Json status = status_of(missing_for(reason));
+    EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty()) << reason;
+    status["links"][0]["topics"] = Json::array();
+    EXPECT_THAT(ids_of(diagnose_status(status)), Contains(reason)) << "nothing crosses";
+  }
+}
+
+// Two people, or two machines of one; and a robot with two modems has two nodes.
+TEST(DoctorStatus, LinksOfOneIdentityAreUsual) {
+  EXPECT_THAT(ids_of(diagnose_status(status_of(two_robots("/modem_b")))), IsEmpty());
+  Json status = status_of(two_robots("/robot7"));
+  status["is_robot"] = true;
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
+}
+
+TEST(DoctorStatus, AnExpiredTokenExplainsWrongLogins) {
+  SideFacts facts;
+  facts.expired = {"anna"};
+  const Json wrong = status_of(R"({"listens": ["10.0.0.5:9090"], "lately": {"wrong_logins": 2}})");
+  EXPECT_THAT(ids_of(diagnose_status(wrong, facts)),
+              UnorderedElementsAre("nobody_linked", "wrong_logins", "token_expired"));
+  EXPECT_THAT(ids_of(diagnose_status(status_of(link_with("{}")), facts)), IsEmpty());
+}
+
+// Another peer drives, and nobody here wants to.
+TEST(DoctorStatus, AnOperatorWhoRestsIsNotTakenFrom) {
+  const Json status = status_of(topic_with(R"({"wheel": "taken", "messages": 0})"));
+  EXPECT_THAT(ids_of(diagnose_status(status)), Not(Contains("another_drives")));
+}
+
 // Both graphs are one: nothing else about the link means anything.
 TEST(DoctorStatus, OneGraphIsSaidAsWhatItIs) {
   Json status = status_of(missing_for("not_taken"));
@@ -469,6 +561,7 @@ TEST(DoctorProcesses, WhatKeepsNodesAndBridgeApart) {
   EXPECT_THAT(ids_of(diagnose_processes({{{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}, 1000},
                                         {{{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}, 1000})),
               ElementsAre("discovery_range"));
+  EXPECT_THAT(differs("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"), ElementsAre("discovery_range"));
   EXPECT_THAT(ids_of(diagnose_processes({{}, 0}, plain)), ElementsAre("user_differs"));
 }
 
@@ -493,6 +586,19 @@ TEST(DoctorProcesses, TwoProgramsOfOneNameInOneDomain) {
               ElementsAre("same_name"));
   EXPECT_THAT(diagnose_programs({{"/a", "0", 1}, {"/a", "7", 2}, {"", "", 3}, {"", "", 4}}),
               IsEmpty());
+}
+
+TEST(DoctorProcesses, TwoRobotsWithoutAPrefixAreMixed) {
+  const auto brings = [](const char* of_a, const char* of_b, const char* domain_of_b = "0") {
+    return diagnose_programs({{"/a", "0", 1, {of_a}}, {"/b", domain_of_b, 2, {of_b}}});
+  };
+  EXPECT_THAT(brings("/scan", "/scan"), ElementsAre(Found{"names_collide", "/scan", "/a and /b"}));
+  EXPECT_THAT(brings("/robot1/scan", "/robot2/scan"), IsEmpty());
+  EXPECT_THAT(brings("/scan", "/scan", "7"), IsEmpty());
+  EXPECT_THAT(brings("/tf", "/tf"), IsEmpty()) << "robots with frames of their own";
+  const Json status = status_of(topic_with(R"({"direction": "import"})"));
+  EXPECT_THAT(brought_topics(status), ElementsAre("/t"));
+  EXPECT_THAT(brought_topics(status_of(link_with("{}"))), IsEmpty());
 }
 
 TEST(DoctorMachine, SharedMemoryAndBbr) {
