@@ -42,6 +42,7 @@ class Explainer {
     tell_matches(denied);
     if (!denied && !decided_) tell_nearest();
     if (decided_ && !denied) tell_peer();
+    if (decided_ && !denied) tell_lossy();
     if (question_.what == OpenedBy::kParameters && !denied && decided_) tell_denied_services();
     const bool allowed = decided_ && !denied;
     std::string head = fmt::format("{}, {}: {}\n", direction_text(), question_.name,
@@ -142,6 +143,7 @@ class Explainer {
         line(fmt::format("{} by {}, if its type is one of {}",
                          denied ? "would be allowed" : "allowed", at, shown_list(rule.types)));
         decided_ = open_types_ = true;
+        deciding_ = &rule;
         verdict_ = "allowed for some types (--type tells which)";
       } else {
         line(fmt::format("{}{} by {}", denied ? "would be allowed" : "allowed",
@@ -149,6 +151,7 @@ class Explainer {
         decided_ = true;
         open_types_ = false;
         verdict_ = "allowed";
+        deciding_ = &rule;
       }
     }
   }
@@ -213,12 +216,41 @@ class Explainer {
                      by_default));
   }
 
+  // Images and clouds may lose something on a thin link, and a person has to know how to forbid it.
+  void tell_lossy() {
+    const std::string& type = question_.type;
+    const bool concerned =
+        question_.what == OpenedBy::kTopics && (type.empty() || has_planes(type) || is_cloud(type));
+    if (!concerned) return;
+    const auto key = [&](std::string_view pair) {
+      return config_.default_rules ? fmt::format("\"{}\" in a rule", pair)
+                                   : fmt::format("\"rule.{}.{}\"", deciding_->name, pair);
+    };
+    if (const std::string_view exact = exact_by(deciding_->treatment); !exact.empty())
+      return line(fmt::format("every message is exact by {}", key(exact)));
+    line(fmt::format("not exact where the link would carry too few exact ones ({}); {} forbids it",
+                     type.empty()     ? "an Image as video, a PointCloud2 rounded"
+                     : is_cloud(type) ? "rounded points"
+                                      : "video",
+                     key("lossy: never")));
+  }
+
+  // What makes all messages exact; empty: nothing. The importer's `keep` and `compression` do not.
+  [[nodiscard]] std::string_view exact_by(const Treatment& treatment) const {
+    if (treatment.lossy == Lossy::kNever) return "lossy: never";
+    if (treatment.resume == true) return "resume: true";
+    if (direction_ == Direction::kImport) return {};
+    if (treatment.keep == Keep::kAll) return "keep: all";
+    return treatment.compression.automatic ? "" : "compression";
+  }
+
   const Config& config_;
   const RightQuestion& question_;
   const Direction direction_;
   const std::string key_;
   const PolicyTrace trace_;  // points into config_.policy
   bool decided_ = false;
+  const Rule* deciding_ = nullptr;
   bool open_types_ = false;  // allowed so far for some types only
   std::string verdict_;
   std::string body_;

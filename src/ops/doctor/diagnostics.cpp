@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
+#include <utility>
 
 #include "core/base/cdr.hpp"
 #include "ops/doctor/diagnosis.hpp"
 #include "ops/doctor/worth_telling.hpp"
+#include "ops/status/status_fields.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -99,6 +102,23 @@ void add_wheel(Diagnostic& to, const LinkStatus& link) {
     to.values.emplace_back("last_command_ms", fmt::format("{:.1f}", *driven->latency_ms));
 }
 
+// Without the names of topics: that of an identity may be among their parts.
+void add_lossy(Diagnostic& to, const LinkStatus& link) {
+  std::set<std::string> forms;
+  std::size_t topics = 0;
+  for (const TopicStatus& topic : link.topics) {
+    std::string form = words_of(topic.sent_as);
+    if (form.empty()) continue;
+    ++topics;
+    forms.insert(std::move(form));
+  }
+  if (topics == 0) return;
+  const std::string words = fmt::format("{}", fmt::join(forms, "; "));
+  to.add(Level::kOk, fmt::format("{} topic{} not exact", topics, topics == 1 ? "" : "s"));
+  to.values.emplace_back("topics_not_exact", std::to_string(topics));
+  to.values.emplace_back("not_exact", words);
+}
+
 Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, Stamp now) {
   const std::string place = std::to_string(picture.places.of(link));
   Diagnostic made{Level::kOk, named_at(picture, "link " + place), {}, {}};
@@ -121,6 +141,7 @@ Diagnostic of_link(const StatusPicture& picture, const LinkStatus& link, Stamp n
              fmt::format("{} topic{} {}: the link carries less than is published", overloaded,
                          overloaded == 1 ? "" : "s", name_of(StateWord::kOverloaded)));
   if (link.open) add_wheel(made, link);
+  if (link.open) add_lossy(made, link);
   if (made.message.empty()) made.message = name_of(state_of(link));
   return made;
 }

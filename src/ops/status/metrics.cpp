@@ -119,10 +119,9 @@ void Metrics::add_channel(const LinkStatus& link, std::span<const StatusField<Of
       const std::string metric{series.name};
       if (series.kind == Series::Kind::kCounter)
         return add(link, own + what, metric, labels + what, value.get<std::uint64_t>());
-      // Ages of several links have no sum.
       const double number = in_metric_units(field, value);
       double& shown = now_[metric].try_emplace(labels + what, 0).first->second;
-      shown = field.unit == Unit::kMilliseconds ? std::max(shown, number) : shown + number;
+      shown = series.kind == Series::Kind::kMost ? std::max(shown, number) : shown + number;
     });
   }
 }

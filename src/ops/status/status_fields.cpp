@@ -55,6 +55,9 @@ constexpr Series counter(std::string_view name, std::string_view help,
 constexpr Series gauge(std::string_view name, std::string_view help) {
   return {Series::Kind::kGauge, name, help, {}};
 }
+constexpr Series most(std::string_view name, std::string_view help) {
+  return {Series::Kind::kMost, name, help, {}};
+}
 
 // ---- the side
 
@@ -400,11 +403,25 @@ OrderedJson sent_as(const TopicStatus& topic) {
 }
 
 // The quantiser's scale is 28 to 52 (core/video).
-OrderedJson sent_as_quality(const TopicStatus& topic) {
-  const SentAs& form = topic.sent_as;
-  if (form.quantiser == 0) return {};
+std::string quality_of(const SentAs& form) {
   const std::string word = form.quantiser <= 36 ? "good" : form.quantiser <= 45 ? "fair" : "poor";
   return form.half ? word + ", half size" : word;
+}
+
+OrderedJson sent_as_quality(const TopicStatus& topic) {
+  return topic.sent_as.quantiser == 0 ? OrderedJson() : OrderedJson(quality_of(topic.sent_as));
+}
+
+// An importer is not told why; its peer has one reason to send what is not exact.
+OrderedJson sent_as_because(const TopicStatus& topic) {
+  const SentAs& form = topic.sent_as;
+  if (!form.because.empty()) return form.because;
+  return form.is_exact() ? OrderedJson() : OrderedJson("the link would carry too few exact ones");
+}
+
+OrderedJson not_exact(const TopicStatus& topic) {
+  const std::string words = words_of(topic.sent_as);
+  return words.empty() ? OrderedJson() : OrderedJson(words);
 }
 
 OrderedJson overload(const TopicStatus& topic) {
@@ -499,7 +516,7 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
        return t.sent_as.step_um > 0 ? OrderedJson(t.sent_as.step_um / 1e6) : OrderedJson();
      },
      "its points are rounded to multiples of so many metres; absent: it is exact",
-     {},
+     most("topic_rounded_to_metres", "Points of the last cloud are rounded to multiples of this"),
      {"rounded to"}},
     {"sent_as_quality",
      Unit::kNone,
@@ -507,14 +524,24 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      "how good its video is: `good`, `fair` or `poor`, and whether it has `half size`",
      {},
      {"quality"}},
+    {"sent_as_quantiser", Unit::kNone,
+     [](const TopicStatus& t) {
+       return t.sent_as.quantiser == 0 ? OrderedJson() : OrderedJson(t.sent_as.quantiser);
+     },
+     "the same as a number: 28 is the best, 52 the worst",
+     most("topic_picture_quantiser",
+          "Quantiser of the last picture that was sent or came as video: 28 is the best, 52 the "
+          "worst")},
     {"sent_as_because",
      Unit::kNone,
-     [](const TopicStatus& t) {
-       return t.sent_as.because.empty() ? OrderedJson() : OrderedJson(t.sent_as.because);
-     },
-     "export: why it is not exact, or lacks points; an import does not show the latter",
+     sent_as_because,
+     "why it is not exact, or lacks points; an import does not show the latter",
      {},
      {"not exact because"}},
+    {"not_exact", Unit::kNone, not_exact,
+     "the form of the last message in words, unless it is exact; the page and `ctl status` mark "
+     "the "
+     "topic with `~`"},
     {"rule", Unit::kNone, if_any<&TopicStatus::rule>, "the rule here that allows it", {}, {"rule"}},
     {"misfit",
      Unit::kNone,
@@ -527,9 +554,9 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      [](const TopicStatus& t) { return t.latency_ms ? OrderedJson(*t.latency_ms) : OrderedJson(); },
      "of the last message: its age at its publication here (import), its wait before it was sent "
      "(export)",
-     gauge("topic_age_seconds",
-           "Age of the last message at its publication here, the most of all "
-           "links"),
+     most("topic_age_seconds",
+          "Age of the last message at its publication here, the most of all "
+          "links"),
      {"age", As::kText, In::kWide}},
     {"wheel", Unit::kNone, [](const TopicStatus& t) { return wheel_word(t.wheel); },
      "of a topic that drives the robot: who steers"},
@@ -704,6 +731,12 @@ std::string table(std::string_view before, std::span<const StatusField<Of>> fiel
 }
 
 }  // namespace
+
+std::string words_of(const SentAs& form) {
+  if (form.quantiser > 0) return "video, " + quality_of(form);
+  if (form.step_um > 0) return fmt::format("points rounded to {} mm", form.step_um / 1e3);
+  return form.because.empty() ? "" : "points left out";
+}
 
 std::span<const StatusField<StatusPicture>> side_fields() {
   return kSideFields;

@@ -21,7 +21,8 @@ enum class Names : std::uint8_t { kShown, kHidden };
 
 // The series of a field in the metrics. Milliseconds become seconds.
 struct Series {
-  enum class Kind : std::uint8_t { kNone, kCounter, kGauge };
+  // A gauge of topics and services is the sum of all links; kMost: their most.
+  enum class Kind : std::uint8_t { kNone, kCounter, kGauge, kMost };
   Kind kind = Kind::kNone;
   std::string_view name{};
   std::string_view help{};   // the first field with this name has it
@@ -66,6 +67,9 @@ struct StatusField {
 [[nodiscard]] std::span<const StatusField<TopicStatus>> topic_fields();
 [[nodiscard]] std::span<const StatusField<ServiceStatus>> service_fields();
 [[nodiscard]] std::span<const StatusField<MissingName>> missing_fields();
+
+// The form of a message that is not exact, as "video, fair"; empty: it is exact.
+[[nodiscard]] std::string words_of(const SentAs& form);
 
 // The columns of topics, services and missing names, for the page's script.
 [[nodiscard]] OrderedJson page_columns();

@@ -22,6 +22,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kCellBytes = 200;
+constexpr const char* kNotExact = "~ ";  // before the state of a topic
 
 std::string shown_bytes(double n) {
   for (const char* unit : {"B", "kB", "MB"}) {
@@ -119,6 +120,7 @@ ScreenTable::Cell cell_of(const FieldColumn& of, const Json& item, const Growth&
       const std::string state = text_in(item, name), declined = text_in(item, "declined");
       std::string shown = state;
       std::replace(shown.begin(), shown.end(), '_', ' ');
+      if (item.contains("not_exact")) shown = kNotExact + shown;
       return {declined.empty() ? shown : shown + ": " + declined, tone_of(state)};
     }
     case Column::As::kGrowth: {
@@ -344,7 +346,7 @@ std::string link_lines(const Json& link, const Json& old, const Json& now, doubl
   return text + wrapped(fmt::format("{}", fmt::join(facts, ", ")), 2, size.columns);
 }
 
-// Problems that a person has to do something about.
+// Problems that a person has to do something about, and topics that are not exact.
 std::string problem_lines(const Json& now, const ScreenSize& size) {
   std::string lines;
   const auto add = [&](const std::string& text, Tone tone) {
@@ -365,18 +367,26 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
       add(fmt::format("no connection to the relay {}: {}", text_in(relay, "relay"),
                       text_in(relay, "last_failure")),
           Tone::kBad);
-  std::vector<std::string> overloaded;
+  std::vector<std::string> overloaded, lossy;
   for (const Json& link : part_of(now, "links"))
-    for (const Json& topic : part_of(link, "topics"))
-      if (text_in(topic, "state") == name_of(StateWord::kOverloaded))
-        overloaded.push_back(row_name(text_in(topic, "topic")));
-  constexpr std::size_t kNamed = 5;
-  const std::size_t more = overloaded.size() - std::min(overloaded.size(), kNamed);
-  overloaded.resize(overloaded.size() - more);
-  if (!overloaded.empty())
-    add(fmt::format("overload: the link carries less than is published on {}{}",
-                    fmt::join(overloaded, ", "), more > 0 ? fmt::format(" and {} more", more) : ""),
-        Tone::kWarn);
+    for (const Json& topic : part_of(link, "topics")) {
+      const std::string name = row_name(text_in(topic, "topic"));
+      if (text_in(topic, "state") == name_of(StateWord::kOverloaded)) overloaded.push_back(name);
+      if (const auto form = text_in(topic, "not_exact"); !form.empty())
+        lossy.push_back(name + " (" + form + ")");
+    }
+  const auto add_named = [&](std::string_view before, std::vector<std::string> names, Tone tone) {
+    constexpr std::size_t kNamed = 5;
+    if (names.empty()) return;
+    const std::size_t more = names.size() - std::min(names.size(), kNamed);
+    names.resize(names.size() - more);
+    add(fmt::format("{} {}{}", before, fmt::join(names, ", "),
+                    more > 0 ? fmt::format(" and {} more", more) : ""),
+        tone);
+  };
+  add_named("overload: the link carries less than is published on", std::move(overloaded),
+            Tone::kWarn);
+  add_named(std::string(kNotExact) + "not exact:", std::move(lossy), Tone::kPlain);
   return lines;
 }
 

@@ -205,5 +205,33 @@ TEST(ExplainRight, SaysWhatThePolicyDoes) {
         }
 }
 
+// A person whose program measures in pictures has to find the key.
+TEST(ExplainRight, WhichRuleForbidsThatPicturesLoseSomething) {
+  constexpr char kLossy[] = R"(
+rules: [measured, kept, seen]
+rule:
+  measured: {export_topics: [/measured], lossy: never}
+  kept: {export_topics: [/kept], import_topics: [/kept], keep: all}
+  seen: {export_topics: ["/**"]}
+)";
+  const auto answer = [&](const char* name, const char* type,
+                          Direction direction = Direction::kExport) {
+    auto question = topic(name, direction);
+    question.type = type;
+    return explain_right(config_of(yaml(kLossy), Role::kServer), question).text;
+  };
+  constexpr char kImage[] = "sensor_msgs/msg/Image";
+  EXPECT_THAT(answer("/measured", kImage),
+              HasSubstr("  every message is exact by \"rule.measured.lossy: never\"\n"));
+  EXPECT_THAT(answer("/kept", kImage), HasSubstr("exact by \"rule.kept.keep: all\"\n"));
+  EXPECT_THAT(answer("/kept", kImage, Direction::kImport), Not(HasSubstr("exact by")));
+  EXPECT_THAT(answer("/camera", kImage),
+              HasSubstr("  not exact where the link would carry too few exact ones (video); "
+                        "\"rule.seen.lossy: never\" forbids it\n"));
+  EXPECT_THAT(answer("/points", "sensor_msgs/msg/PointCloud2"), HasSubstr("(rounded points)"));
+  EXPECT_THAT(answer("/any", ""), HasSubstr("(an Image as video, a PointCloud2 rounded)"));
+  EXPECT_THAT(answer("/text", "std_msgs/msg/String"), Not(HasSubstr("exact")));
+}
+
 }  // namespace
 }  // namespace connect_bridge

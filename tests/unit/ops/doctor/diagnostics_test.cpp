@@ -130,6 +130,24 @@ TEST(Diagnostics, AnOverloadARefusedFileAndALostRelayAreWorthALook) {
   EXPECT_THAT(told(now)[0].message, HasSubstr("no connection to the relay"));
 }
 
+// Nothing is wrong, and no program may take such messages for exact ones.
+TEST(Diagnostics, WhatIsNotExactIsSaid) {
+  StatusPicture now = picture({7});
+  auto& topics = now.side.links[0].topics;
+  topics.resize(3);
+  topics[0].topic = "/of_anna/image";
+  topics[0].sent_as = {Codec::kPictureBase, 0, 40};
+  topics[1].sent_as = {Codec::kCloud, 5000};
+  topics[2].sent_as = {Codec::kPlanes};
+  const Diagnostic link = told(now)[1];
+  EXPECT_EQ(link.level, Level::kOk);
+  EXPECT_EQ(link.message, "2 topics not exact");
+  EXPECT_THAT(link.values, Contains(Pair("not_exact", "points rounded to 5 mm; video, fair")));
+  EXPECT_THAT(link.values, Contains(Pair("topics_not_exact", "2")));
+  topics.erase(topics.begin(), topics.begin() + 2);
+  EXPECT_EQ(told(now)[1].message, "open");
+}
+
 TEST(Diagnostics, AClientWithoutALinkSaysWhy) {
   StatusPicture now = picture({}, Role::kClient);
   now.side.last_failure = {Cause::kPortClosed, "wss://robot.example:9090/: refused"};

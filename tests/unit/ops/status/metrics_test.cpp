@@ -114,6 +114,22 @@ TEST(Metrics, GaugesOfSeveralLinks) {
                               "how=\"timed_out\"} 2\n")));
 }
 
+// A sum of two qualities would be none.
+TEST(Metrics, TheWorstOfWhatIsNotExact) {
+  StatusPicture two = picture({{7, {topic("/a", 1)}}, {8, {topic("/a", 1)}}});
+  two.side.links[0].topics[0].sent_as = {Codec::kPictureBase, 0, 30};
+  two.side.links[1].topics[0].sent_as = {Codec::kPictureBase, 0, 40};
+  two.side.links[0].topics.push_back(topic("/points", 1));
+  two.side.links[0].topics[1].sent_as = {Codec::kCloud, 5000};
+  Metrics metrics;
+  metrics.count(two, kNow);
+  EXPECT_THAT(
+      metrics.text(true),
+      AllOf(HasSubstr("topic_picture_quantiser{direction=\"import\",topic=\"/a\"} 40\n"),
+            HasSubstr("topic_rounded_to_metres{direction=\"import\",topic=\"/points\"} 0.005\n"),
+            Not(HasSubstr("topic_rounded_to_metres{direction=\"import\",topic=\"/a\""))));
+}
+
 TEST(Metrics, APlaceServesAgain) {
   Metrics metrics;
   StatusPicture now = picture({{7, {}}, {8, {}}});

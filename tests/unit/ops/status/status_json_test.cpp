@@ -151,10 +151,10 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "state": "declined", "published": 8, "messages": 3, "bytes": 30, "wire_bytes": 20,
-       "queued": 1,
-       "dropped": {"rate": 4},
+       "queued": 1, "dropped": {"rate": 4},
        "keep": "all", "keep_because": "an event", "sent_as": "cloud", "sent_as_step": 0.005,
-       "sent_as_because": "the link is thin", "rule": "look", "declined": "no such type",
+       "sent_as_because": "the link is thin", "not_exact": "points rounded to 5 mm",
+       "rule": "look", "declined": "no such type",
        "declined_code": "type_unknown",
        "overload": "more than the link carries: one of 3.0 is sent"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
@@ -199,6 +199,27 @@ TEST(StatusJson, OneWordForWhatATopicDoes) {
   EXPECT_EQ(name_of(state_of(service)), "ready");
   LinkStatus link;
   EXPECT_EQ(name_of(state_of(link)), "lost");
+}
+
+// An importer is not told the reason, and there is one only.
+TEST(StatusJson, TheFormOfAMessageInWords) {
+  const auto shown = [](SentAs form) {
+    TopicStatus topic;
+    topic.sent_as = form;
+    Status status;
+    status.links.resize(1);
+    status.links[0].topics = {topic};
+    return Json::parse(to_json({status, {}})).at("links").at(0).at("topics").at(0);
+  };
+  const Json video = shown({Codec::kPictureBase, 0, 50, true});
+  EXPECT_EQ(video.at("not_exact"), "video, poor, half size");
+  EXPECT_EQ(video.at("sent_as_quantiser"), 50);
+  EXPECT_EQ(video.at("sent_as_because"), "the link would carry too few exact ones");
+  EXPECT_EQ(shown({Codec::kPictureBase, 0, 36}).at("not_exact"), "video, good");
+  EXPECT_EQ(shown({Codec::kCloud, 0, 0, false, "thinned"}).at("not_exact"), "points left out");
+  const Json exact = shown({Codec::kPlanes});
+  for (const char* member : {"not_exact", "sent_as_because", "sent_as_quantiser"})
+    EXPECT_FALSE(exact.contains(member)) << member;
 }
 
 // Nine of ten pictures are replaced: the tenth is not all of it.

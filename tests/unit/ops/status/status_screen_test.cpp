@@ -72,6 +72,15 @@ TEST(StatusScreen, AnOverloadIsShown) {
   EXPECT_THAT(status_screen(now, before, {100, 0, true}), HasSubstr("\x1b[33moverloaded\x1b[0m"));
 }
 
+TEST(StatusScreen, WhatIsNotExactIsMarked) {
+  Json now = status(1, 0);
+  EXPECT_THAT(status_screen(now, nullptr, {100}), Not(HasSubstr("~")));
+  now["links"][0]["topics"][0]["not_exact"] = "video, fair";
+  const std::string screen = status_screen(now, nullptr, {100});
+  EXPECT_THAT(screen, AllOf(HasSubstr("~ not exact: /scan (video, fair)\n"),
+                            testing::ContainsRegex("/scan .* ~ flows\n")));
+}
+
 // A terminal has 80 columns; a name and a reason are whole all the same.
 TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
   Json now =
