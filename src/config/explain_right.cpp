@@ -10,6 +10,7 @@
 #include "config/key_search.hpp"
 #include "config/rule_reader.hpp"
 #include "config/rule_rows.hpp"
+#include "core/video/picture.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -219,8 +220,8 @@ class Explainer {
   // Images and clouds may lose something on a thin link, and a person has to know how to forbid it.
   void tell_lossy() {
     const std::string& type = question_.type;
-    const bool concerned =
-        question_.what == OpenedBy::kTopics && (type.empty() || has_planes(type) || is_cloud(type));
+    const bool concerned = question_.what == OpenedBy::kTopics &&
+                           (type.empty() || video::has_pictures(type) || is_cloud(type));
     if (!concerned) return;
     const auto key = [&](std::string_view pair) {
       return config_.default_rules ? fmt::format("\"{}\" in a rule", pair)
@@ -229,7 +230,7 @@ class Explainer {
     if (const std::string_view exact = exact_by(deciding_->treatment); !exact.empty())
       return line(fmt::format("every message is exact by {}", key(exact)));
     line(fmt::format("not exact where the link would carry too few exact ones ({}); {} forbids it",
-                     type.empty()     ? "an Image as video, a PointCloud2 rounded"
+                     type.empty()     ? "a picture as video, a PointCloud2 rounded"
                      : is_cloud(type) ? "rounded points"
                                       : "video",
                      key("lossy: never")));

@@ -80,9 +80,9 @@ void add_rule_treatment(Rows& rows) {
   add({.key = "lossy",
        .help = "`never`: every message arrives bit for bit. `auto`: where the link would carry "
                "fewer than five exact ones a second, and fewer than half of those published, "
-               "points of a cloud are rounded, and an Image is sent as video. `never` at either "
-               "end forbids it. Unset: `auto`, but an Image only if its node also publishes "
-               "`camera_info` beside it."},
+               "points of a cloud are rounded, and an Image or a JPEG is sent as video. `never` "
+               "at either end forbids it. Unset: `auto`, but a picture only if its node also "
+               "publishes `camera_info` beside it."},
       [](Rule& r) { return &r.treatment.lossy; });
   add("max_error", {0.0001, 1}, "m",
       "How far a point may move where `lossy` allows it. The bridge rounds to the finest of 1, 2, "

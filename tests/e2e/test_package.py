@@ -89,7 +89,8 @@ def test_the_bill_names_what_is_linked_and_what_is_compiled_in(tmp_path):
     bill = json.loads((tmp_path / "sbom.json").read_text(encoding="utf-8"))
     assert bill["bomFormat"] == "CycloneDX" and bill["specVersion"] == "1.5"
     versions = {each["name"]: each.get("version") for each in bill["components"]}
-    for linked in ("libssl3", "libzstd1", "libvpx", "ros-", "libboost", "nlohmann-json3-dev"):
+    for linked in ("libssl3", "libzstd1", "libvpx", "libturbojpeg", "ros-", "libboost",
+                   "nlohmann-json3-dev"):
         found = [version for name, version in versions.items() if name.startswith(linked)]
         assert found and all(found), linked
 

@@ -1,12 +1,13 @@
 """A camera on a link that carries few of its exact pictures: video, and all else as it was."""
 
+import ctypes
 import math
 import random
 import statistics
 import threading
 
 import pytest
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from graph import until
 
@@ -42,6 +43,51 @@ def image(number):
     return made
 
 
+class Jpegs:
+    """JPEGs by the library that the bridge uses, too."""
+
+    def __init__(self):
+        self._library = ctypes.CDLL("libturbojpeg.so.0")
+        for call in ("tjInitCompress", "tjInitDecompress"):
+            getattr(self._library, call).restype = ctypes.c_void_p
+        self._library.tjFree.argtypes = [ctypes.c_void_p]
+        self._writer = ctypes.c_void_p(self._library.tjInitCompress())
+        self._reader = ctypes.c_void_p(self._library.tjInitDecompress())
+
+    def write(self, rgb):
+        half, quality = 2, 95
+        made, size = ctypes.c_void_p(), ctypes.c_ulong()
+        failed = self._library.tjCompress2(
+            self._writer, rgb, WIDTH, STEP, HEIGHT, 0, ctypes.byref(made), ctypes.byref(size),
+            half, quality, 0)
+        assert not failed
+        jpeg = ctypes.string_at(made, size.value)
+        self._library.tjFree(made)
+        return jpeg
+
+    def read(self, jpeg):
+        width, height, sampling = ctypes.c_int(), ctypes.c_int(), ctypes.c_int()
+        size = ctypes.c_ulong(len(jpeg))
+        failed = self._library.tjDecompressHeader2(
+            self._reader, jpeg, size, ctypes.byref(width), ctypes.byref(height),
+            ctypes.byref(sampling))
+        assert not failed and (width.value, height.value) == (WIDTH, HEIGHT)
+        rgb = ctypes.create_string_buffer(HEIGHT * STEP)
+        assert not self._library.tjDecompress2(
+            self._reader, jpeg, size, rgb, WIDTH, STEP, HEIGHT, 0, 0)
+        return rgb.raw
+
+
+JPEGS = Jpegs()
+
+
+def compressed(number):
+    made = CompressedImage(format="rgb8; jpeg compressed bgr8")
+    made.header = image(number).header
+    made.data.frombytes(JPEGS.write(PICTURES[number % len(PICTURES)]))
+    return made
+
+
 def info(number):
     made = CameraInfo(height=HEIGHT, width=WIDTH, distortion_model="plumb_bob")
     made.header = image(number).header
@@ -71,9 +117,11 @@ def ssim(one, other):
 class Camera:
     """A node that publishes until it is closed."""
 
-    def __init__(self, graph):
+    def __init__(self, graph, topic="/camera/image_raw", made=image):
         node = graph.node("camera")
-        self._pictures = graph.publisher(Image, "/camera/image_raw", node=node)
+        self._made = made
+        kind = CompressedImage if made is compressed else Image
+        self._pictures = graph.publisher(kind, topic, node=node)
         self._infos = graph.publisher(CameraInfo, "/camera/camera_info", node=node)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._film, daemon=True)
@@ -83,7 +131,7 @@ class Camera:
         number = 0
         while not self._ended.wait(1 / PER_SECOND):
             number += 1
-            self._pictures.publish(image(number))
+            self._pictures.publish(self._made(number))
             self._infos.publish(info(number))
 
     def close(self):
@@ -91,19 +139,18 @@ class Camera:
         self._thread.join()
 
 
-def capped(make_pair, never=None):
+def capped(make_pair, never=None, cap=CAP):
     names = ["/camera/**"]
     rules = {"server": {"export_topics": names}, "client": {"import_topics": names}}
     if never:
         rules[never]["lossy"] = "never"
     made = {side: {"rules": ["all"], "rule": {"all": rule}} for side, rule in rules.items()}
-    made["server"]["link.bytes_per_second"] = CAP
+    made["server"]["link.bytes_per_second"] = cap
     return make_pair(**made)
 
 
-def sent_as(pair):
-    sides = (pair.server, pair.client)
-    return [(side.topic("/camera/image_raw") or {}).get("sent_as") for side in sides]
+def sent_as(pair, topic="/camera/image_raw"):
+    return [(side.topic(topic) or {}).get("sent_as") for side in (pair.server, pair.client)]
 
 
 def number_of(message):
@@ -122,6 +169,9 @@ def test_a_camera_on_a_thin_link_is_video(make_pair):
     camera = Camera(pair.robot)
     try:
         until(lambda: sent_as(pair) == ["vp8", "vp8"], lambda: f"video: {sent_as(pair)}")
+        for side in (pair.server, pair.client):
+            topic = side.topic("/camera/image_raw")
+            assert topic["not_exact"].startswith("video, ") and topic["sent_as_because"]
         images.clear()
         infos.clear()
         images.wait(30)
@@ -137,6 +187,32 @@ def test_a_camera_on_a_thin_link_is_video(make_pair):
     stamps = [number_of(message) for message in came]
     assert stamps == sorted(set(stamps))
     assert [number_of(message) for message in infos.messages][-len(stamps) + 1 :] == stamps[1:]
+
+
+def test_jpegs_on_a_thin_link_are_video_and_jpegs_again(make_pair):
+    pair = capped(make_pair, cap=CAP // 2)  # an exact one has 6 kB
+    topic = "/camera/image_raw/compressed"
+    images = pair.operator.collector(CompressedImage, topic)
+    infos = pair.operator.collector(CameraInfo, "/camera/camera_info")
+    camera = Camera(pair.robot, topic, compressed)
+    try:
+        until(lambda: sent_as(pair, topic) == ["vp8", "vp8"],
+              lambda: f"video: {sent_as(pair, topic)}")
+        images.clear()
+        infos.clear()
+        images.wait(30)
+    finally:
+        camera.close()
+    until(lambda: infos.messages and infos.messages[-1].header == images.messages[-1].header,
+          "the last CameraInfo")
+    came = list(images.messages)
+    stamps = [number_of(message) for message in came]
+    assert stamps == sorted(set(stamps))
+    assert [number_of(message) for message in infos.messages][-len(stamps) + 1 :] == stamps[1:]
+    shown = JPEGS.read(bytes(came[-1].data))
+    assert ssim(shown, PICTURES[stamps[-1] % len(PICTURES)]) > 0.8
+    for message in came:
+        assert without_data(message) == without_data(compressed(number_of(message)))
 
 
 @pytest.mark.parametrize("end", ["server", "client"])

@@ -13,7 +13,7 @@ mkdir -p "$1"
 folder=$(cd "$1" && pwd)
 seeds=$2
 sysroot=$folder/sysroot
-libraries=(libboost1.74-dev nlohmann-json3-dev libcli11-dev googletest libssl-dev libssl3 libfmt-dev libfmt9 liblz4-dev liblz4-1 libzstd-dev libzstd1 libvpx-dev libvpx7 libyaml-cpp-dev libyaml-cpp0.7
+libraries=(libboost1.74-dev nlohmann-json3-dev libcli11-dev googletest libssl-dev libssl3 libfmt-dev libfmt9 liblz4-dev liblz4-1 libzstd-dev libzstd1 libvpx-dev libvpx7 libturbojpeg0-dev libturbojpeg0 libyaml-cpp-dev libyaml-cpp0.7
   libgtest-dev libgmock-dev libc6 libstdc++6 libgcc-s1)
 
 if ! stamp_is_fresh "$sysroot/stamp" "${libraries[*]}"; then

@@ -12,7 +12,7 @@ packages=(
   make cmake ninja-build ccache g++ patchelf                    # build
   libboost-dev libssl-dev nlohmann-json3-dev libfmt-dev         # the programs
   liblz4-dev libzstd-dev libyaml-cpp-dev libcli11-dev
-  libvpx-dev pkg-config
+  libvpx-dev libturbojpeg0-dev pkg-config
   python3-venv python3-dev                                      # the prefix and the type support of its messages
 )
 if ! ros_is_sourced; then
@@ -20,7 +20,7 @@ if ! ros_is_sourced; then
 fi
 if [ "$what" = all ]; then
   packages+=(
-    libgtest-dev libgmock-dev libturbojpeg0-dev zsh fish        # tests
+    libgtest-dev libgmock-dev zsh fish                          # tests
     clang clang-format libclang-rt-14-dev                       # second compiler, sanitizers, libFuzzer, format
   )
 fi

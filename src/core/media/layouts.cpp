@@ -32,6 +32,11 @@ std::optional<ImageLayout> read_image(CdrReader& reader, ByteView raw) {
                      *encoding, *big_endian != 0, {place_of(reader.rest(), raw), *bytes}};
 }
 
+// A CompressedImage up to the length of its data: its header and its format.
+bool read_compressed(CdrReader& reader) {
+  return read_header(reader) && reader.string();
+}
+
 bool read_field(CdrReader& reader, CloudField& field) {
   const auto name = reader.string();
   const auto offset = reader.u32();
@@ -83,6 +88,21 @@ std::optional<ImageLayout> image_layout_of_prefix(ByteView prefix) {
   const auto image = read_image(reader, prefix);
   if (!image || !reader.rest().empty()) return std::nullopt;
   return image;
+}
+
+std::optional<DataPlace> compressed_data(ByteView raw) {
+  CdrReader reader(raw);
+  if (!read_compressed(reader)) return std::nullopt;
+  const auto data = reader.octets();
+  if (!data || reader.rest().size() > kRestMax) return std::nullopt;
+  return DataPlace{place_of(*data, raw), static_cast<std::uint32_t>(data->size())};
+}
+
+bool is_compressed_prefix(ByteView prefix) {
+  CdrReader reader(prefix);
+  constexpr std::size_t kLengthBytes = 4;
+  return read_compressed(reader) && reader.rest().size() < kLengthBytes &&
+         (prefix.size() - kCdrHeaderBytes) % kLengthBytes == 0;
 }
 
 std::optional<CloudLayout> cloud_layout(ByteView raw) {

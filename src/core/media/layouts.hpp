@@ -1,5 +1,6 @@
-// The layouts of sensor_msgs Image and PointCloud2 in a serialized sample (little-endian CDR).
-// Nothing is allocated for a sample that does not agree with itself up to its last byte.
+// The layouts of sensor_msgs Image, CompressedImage and PointCloud2 in a serialized sample
+// (little-endian CDR). Nothing is allocated for a sample that does not agree with itself up to its
+// last byte.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +32,11 @@ struct ImageLayout {
 [[nodiscard]] std::optional<ImageLayout> image_layout(ByteView raw);
 // The same of the sample's beginning alone: it ends where the data begin.
 [[nodiscard]] std::optional<ImageLayout> image_layout_of_prefix(ByteView prefix);
+
+// The data of a CompressedImage; nullopt: the sample is none.
+[[nodiscard]] std::optional<DataPlace> compressed_data(ByteView raw);
+// The beginning of one: it ends where the length of the data lies.
+[[nodiscard]] bool is_compressed_prefix(ByteView prefix);
 
 struct CloudField {
   std::string_view name;

@@ -31,7 +31,7 @@ PeerTopic::PeerTopic(LinkTopics& peer, TopicKey key, const ChannelOffer& offer, 
       type_hash_(offer.type_hash),
       action_type_(offer.action_type),
       decision_(std::move(decision)),
-      decodes_{.vp8 = has_planes(key_.second) && context_.options.pictures,
+      decodes_{.vp8 = video::has_pictures(key_.second) && context_.options.pictures,
                .cloud = is_cloud(key_.second),
                .planes = has_planes(key_.second)},
       offers_resume_(offer.resume),
@@ -371,7 +371,8 @@ Result<Nothing> PeerTopic::note_form(const InMessage& message) {
   if (is_vp8(message.codec)) {
     const auto facts = video::facts_of(message.body.view());
     if (!facts || facts->raw_bytes != message.raw_bytes ||
-        facts->base != (message.codec == Codec::kPictureBase))
+        facts->base != (message.codec == Codec::kPictureBase) ||
+        facts->jpeg == has_planes(key_.second))
       return malformed("the head of a picture is damaged");
     if (!lossy_)  // mutant: lossy_never_picture
       return malformed("a message is not exact, and its demand asks for exact ones");

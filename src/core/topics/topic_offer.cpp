@@ -278,8 +278,12 @@ TopicOffer::Rate TopicOffer::channel_rate(const Now& now) const {
 
 bool TopicOffer::has_camera_info(const OutSample& sample) const {
   const std::string& image = topic_.key().first;
-  const TopicState* const infos = context_.graph.find(
-      {image.substr(0, image.rfind('/')) + "/camera_info", "sensor_msgs/msg/CameraInfo"});
+  std::string base = image.substr(0, image.rfind('/'));
+  // A form of image_transport (/camera/image_raw/compressed) is one level deeper.
+  if (company_namespace(image, Company::kLarge) != company_namespace(image, Company::kFollows))
+    base.resize(base.rfind('/'));
+  const TopicState* const infos =
+      context_.graph.find({base + "/camera_info", "sensor_msgs/msg/CameraInfo"});
   return infos && sample.node != 0 &&
          std::any_of(infos->publishers.begin(), infos->publishers.end(),
                      [&](const Endpoint& publisher) {
@@ -288,10 +292,12 @@ bool TopicOffer::has_camera_info(const OutSample& sample) const {
 }
 
 bool TopicOffer::may_be_picture(const OutSample& sample) const {
-  return context_.options.pictures && demand_.decodes.vp8 && may_lose() && !is_latched() &&
-         pictures_.takes(sample.subject.origin()) &&
-         (treatment().lossy == Lossy::kAuto || has_camera_info(sample)) &&
-         video::is_picture(sample.raw.view());
+  const bool may = context_.options.pictures && demand_.decodes.vp8 && may_lose() &&
+                   !is_latched() && pictures_.takes(sample.subject.origin()) &&
+                   (treatment().lossy == Lossy::kAuto || has_camera_info(sample));
+  if (!may) return false;
+  const std::uint64_t bytes = video::picture_bytes(type(), sample.raw.view());
+  return bytes > 0 && bytes <= link_.peer_message_bytes_max();  // more than those of a JPEG
 }
 
 bool TopicOffer::has_one_origin() const {

@@ -186,7 +186,9 @@ Compression TopicOffers::automatic_way(const TopicOffer& offer, double rate) con
 bool TopicOffers::becomes_picture(TopicOffer& offer, const OutSample& sample, const Now& now) {
   PictureStream& pictures = offer.pictures();
   const OriginId origin = sample.subject.origin();
-  if (!context_.jobs.is_large(sample.raw.size()) || !offer.may_be_picture(sample)) {
+  const bool has_columns = has_planes(offer.type());  // a JPEG has none, and is small already
+  const bool is_small = has_columns && !context_.jobs.is_large(sample.raw.size());
+  if (is_small || !offer.may_be_picture(sample)) {
     pictures.forget(origin, DropReason::kNewerAvailable);
     return false;
   }
@@ -195,7 +197,8 @@ bool TopicOffers::becomes_picture(TopicOffer& offer, const OutSample& sample, co
   const auto rate = own > 0 ? TopicOffer::Rate{own, true} : offer.channel_rate(now);
   const auto planes = streams_.find({Codec::kPlanes, 1, true});
   const CompressionGain gain = planes != streams_.end() ? planes->second.gain : CompressionGain();
-  const double exact_bytes = gain.ratio() * static_cast<double>(sample.raw.size());
+  const double ratio = has_columns ? gain.ratio() : 1;
+  const double exact_bytes = ratio * static_cast<double>(sample.raw.size());
   pictures.fit().came(now.steady);
   const bool exact = pictures.fit().judge(rate.rate / exact_bytes, rate.is_shown, now.steady);
   if (exact && !was_exact) pictures.clear(DropReason::kNewerAvailable);

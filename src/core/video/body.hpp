@@ -14,9 +14,10 @@ struct PictureBody {
   bool base = false;
   bool half = false;
   std::uint8_t quantiser = 0;
-  ByteView prefix;  // the sample up to its data
+  ByteView prefix;  // the sample up to its data, of a JPEG up to their length
   ByteView frame;
   Shape shape;
+  // The bytes of the sample, of a JPEG the most that it may have.
   [[nodiscard]] std::size_t raw_bytes() const { return prefix.size() + shape.data_bytes(); }
 };
 
@@ -25,10 +26,11 @@ struct PictureBody {
 [[nodiscard]] Bytes write_body(const PictureBody& body);
 
 inline constexpr std::size_t kBodyHeadBytes = 8;
+inline constexpr std::size_t kJpegSizeBytes = 4;  // behind it, for a JPEG
 inline constexpr std::uint8_t kQuantiserMax = 63;
 
-// The sample of an Image that may be a picture, without what a middleware pads it with. nullopt for
-// others.
+// The sample of an Image that may be a picture, or of a CompressedImage with a JPEG, without what a
+// middleware pads it with. nullopt for others.
 struct PictureSample {
   ByteView prefix;
   ByteView data;

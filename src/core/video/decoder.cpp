@@ -4,7 +4,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/byte_order.hpp"
 #include "core/video/body.hpp"
+#include "core/video/jpeg.hpp"
 #include "core/video/vp8.hpp"
 #include "core/video/yuv.hpp"
 
@@ -14,6 +16,7 @@ struct PictureDecoder::Stream {
   std::optional<Vp8Decoder> vp8;  // none: a base must come
   Size size;
   Yuv enlarged;
+  JpegWriter jpeg;
 
   std::optional<Bytes> decode(const PictureBody& body) {
     const Size coded = body.shape.coded(body.half);
@@ -26,9 +29,22 @@ struct PictureDecoder::Stream {
       enlarge(*picture, body.shape, enlarged);
       picture = enlarged.view();
     }
+    if (body.shape.is_jpeg()) return compressed(body, *picture);
     Bytes raw(body.raw_bytes());
     std::copy(body.prefix.begin(), body.prefix.end(), raw.begin());
     from_yuv(*picture, body.shape, raw.data() + body.prefix.size());
+    return raw;
+  }
+
+  std::optional<Bytes> compressed(const PictureBody& body, const YuvView& picture) {
+    const ByteView written = jpeg.write(picture, body.shape.is_grey_jpeg());
+    constexpr std::size_t kLengthBytes = 4;
+    if (written.empty() || kLengthBytes + written.size() > body.shape.data_bytes())
+      return std::nullopt;
+    Bytes raw(body.prefix.begin(), body.prefix.end());
+    raw.reserve(raw.size() + kLengthBytes + written.size());
+    put_le(static_cast<std::uint32_t>(written.size()), raw);
+    raw.insert(raw.end(), written.begin(), written.end());
     return raw;
   }
 };

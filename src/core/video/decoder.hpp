@@ -17,9 +17,9 @@ class PictureDecoder {
   PictureDecoder(PictureDecoder&&) noexcept;
   PictureDecoder& operator=(PictureDecoder&&) noexcept;
 
-  // Exactly `raw_bytes` bytes, or kMalformed. After a failure, deltas are malformed up to the next
-  // base. The caller has checked `raw_bytes` against its limit; libvpx sees nothing of a body that
-  // does not agree with it.
+  // Exactly `raw_bytes` bytes, for a JPEG at most so many, or kMalformed. After a failure, deltas
+  // are malformed up to the next base. The caller has checked `raw_bytes` against its limit; libvpx
+  // sees nothing of a body that does not agree with it.
   Result<Bytes> decode(ByteView body, std::size_t raw_bytes);
 
  private:

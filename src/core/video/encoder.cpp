@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "core/video/body.hpp"
+#include "core/video/jpeg.hpp"
 #include "core/video/quantiser.hpp"
 #include "core/video/vp8.hpp"
 #include "core/video/yuv.hpp"
@@ -60,6 +61,7 @@ struct PictureEncoder::Stream {
   Difference difference;
   int tight = 0;
   int roomy = 0;
+  JpegReader jpeg;
   Yuv whole;
   Yuv halved;
 
@@ -86,8 +88,13 @@ struct PictureEncoder::Stream {
     tight = roomy = 0;
   }
 
-  YuvView convert(const PictureSample& sample) {
-    to_yuv(sample.data.data(), sample.shape, whole);
+  // nullopt: the JPEG cannot be decoded.
+  std::optional<YuvView> convert(const PictureSample& sample) {
+    if (sample.shape.is_jpeg()) {
+      if (!jpeg.read(sample.data, sample.shape, whole)) return std::nullopt;
+    } else {
+      to_yuv(sample.data.data(), sample.shape, whole);
+    }
     if (!half) return whole.view();
     halve(whole.view(), sample.shape, halved);
     return halved.view();
@@ -101,12 +108,13 @@ std::optional<Bytes> PictureEncoder::Stream::encode(const PictureSample& sample,
   if (!shape || !same(*shape, sample.shape)) begin(sample.shape);
   const auto around = static_cast<double>(kBodyHeadBytes + sample.prefix.size());
   choose_size(wish.bytes_max - around);
-  const YuvView picture = convert(sample);
+  const auto picture = convert(sample);
+  if (!picture) return std::nullopt;
   const bool base = wish.base || !vp8;
-  if (!vp8) vp8.emplace(picture.size);
-  const double differs = difference.to_last(picture);
+  if (!vp8) vp8.emplace(picture->size);
+  const double differs = difference.to_last(*picture);
   const std::uint8_t quantiser = control.quantiser(base, wish.bytes - around, differs);
-  const ByteView frame = vp8->encode(picture, quantiser, base);
+  const ByteView frame = vp8->encode(*picture, quantiser, base);
   if (frame.empty()) return std::nullopt;
   control.made(base, quantiser, static_cast<double>(frame.size()), differs);
   return write_body({base, half, quantiser, sample.prefix, frame, sample.shape});

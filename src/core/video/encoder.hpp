@@ -26,7 +26,7 @@ class PictureEncoder {
 
   // The picture is a base where the wish asks for one, at the beginning, after a failure, and where
   // size, encoding or half size change. nullopt: the sample is no picture (its alpha is not opaque,
-  // for example), or libvpx failed.
+  // for example), or a codec failed.
   [[nodiscard]] std::optional<Bytes> encode(ByteView raw, const PictureWish& wish);
 
  private:

@@ -76,4 +76,15 @@ std::optional<Shape> shape_of(const media::ImageLayout& image) {
   return std::nullopt;
 }
 
+std::optional<Shape> shape_of_jpeg(Size size, bool is_grey, std::size_t prefix_bytes) {
+  // Two bytes for each pixel: noise takes less than one and a half at the quality that is written.
+  constexpr std::size_t kPixelBytes = 2;
+  if (!within(size.width) || !within(size.height)) return std::nullopt;
+  const auto place = static_cast<std::uint8_t>(kNamed.size() + (is_grey ? 1 : 0));
+  const std::uint8_t channels = is_grey ? 1 : 3;
+  const Shape shape{place, Arrangement::kJpeg, channels, false, size, kPixelBytes * size.width};
+  if (prefix_bytes + shape.data_bytes() > kSampleBytesMax) return std::nullopt;
+  return shape;
+}
+
 }  // namespace connect_bridge::video

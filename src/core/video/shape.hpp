@@ -17,6 +17,7 @@ enum class Arrangement : std::uint8_t {
   kUyvy,        // 4:2:2
   kHalfChroma,  // rows of luma, then half as many rows of u and v side by side
   kFullChroma,  // rows of luma, then twice as many bytes of u and v
+  kJpeg,        // a JPEG has them; `step` and the bytes of data are the most it may take
 };
 
 struct Size {
@@ -38,11 +39,16 @@ struct Shape {
   [[nodiscard]] std::size_t rows() const;
   [[nodiscard]] std::size_t data_bytes() const { return rows() * step; }
   [[nodiscard]] bool has_alpha() const { return channels == 4; }
+  [[nodiscard]] bool is_jpeg() const { return arrangement == Arrangement::kJpeg; }
+  [[nodiscard]] bool is_grey_jpeg() const { return is_jpeg() && channels == 1; }
   // The size of the VP8 frame.
   [[nodiscard]] Size coded(bool half) const;
 };
 // nullopt: no encoding of pictures, out of bounds, or the data disagree with the size.
 [[nodiscard]] std::optional<Shape> shape_of(const media::ImageLayout& image);
+
+// The same of a JPEG behind `prefix_bytes` of its sample; a grey one has luma alone.
+[[nodiscard]] std::optional<Shape> shape_of_jpeg(Size size, bool is_grey, std::size_t prefix_bytes);
 
 // Out of these bounds, samples are no pictures.
 inline constexpr std::uint32_t kSideMin = 32;

@@ -371,6 +371,7 @@ void to_yuv(const std::uint8_t* data, const Shape& shape, Yuv& to) {
     case Arrangement::kUyvy: return packed_to_yuv(data, shape, 1, to);
     case Arrangement::kHalfChroma: return half_chroma_to_yuv(data, shape, to);
     case Arrangement::kFullChroma: return full_chroma_to_yuv(data, shape, to);
+    case Arrangement::kJpeg: return;  // JpegReader has written them
   }
 }
 
@@ -390,6 +391,7 @@ void from_yuv(const YuvView& from, const Shape& shape, std::uint8_t* data) {
     case Arrangement::kUyvy: return packed_from_yuv(from, shape, 1, data);
     case Arrangement::kHalfChroma: return half_chroma_from_yuv(from, shape, data);
     case Arrangement::kFullChroma: return full_chroma_from_yuv(from, shape, data);
+    case Arrangement::kJpeg: return;  // JpegWriter reads them
   }
 }
 

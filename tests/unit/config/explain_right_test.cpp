@@ -228,8 +228,9 @@ rule:
   EXPECT_THAT(answer("/camera", kImage),
               HasSubstr("  not exact where the link would carry too few exact ones (video); "
                         "\"rule.seen.lossy: never\" forbids it\n"));
+  EXPECT_THAT(answer("/camera", "sensor_msgs/msg/CompressedImage"), HasSubstr("(video)"));
   EXPECT_THAT(answer("/points", "sensor_msgs/msg/PointCloud2"), HasSubstr("(rounded points)"));
-  EXPECT_THAT(answer("/any", ""), HasSubstr("(an Image as video, a PointCloud2 rounded)"));
+  EXPECT_THAT(answer("/any", ""), HasSubstr("(a picture as video, a PointCloud2 rounded)"));
   EXPECT_THAT(answer("/text", "std_msgs/msg/String"), Not(HasSubstr("exact")));
 }
 

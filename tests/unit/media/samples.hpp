@@ -1,4 +1,4 @@
-// Samples of sensor_msgs Image and PointCloud2 as a publisher serializes them.
+// Samples of sensor_msgs Image, CompressedImage and PointCloud2 as a publisher serializes them.
 #pragma once
 
 #include <bit>
@@ -54,6 +54,31 @@ inline Bytes image_sample(const TestImage& image) {
   out.u32(12).u32(34).text("camera").u32(image.height).u32(image.width).text(image.encoding);
   out.u8(image.big_endian ? 1 : 0).u32(image.step).octets(image.data);
   return out.bytes;
+}
+
+inline Bytes compressed_sample(ByteView data, std::string_view format) {
+  return SampleWriter().u32(12).u32(34).text("camera").text(format).octets(data).bytes;
+}
+
+struct TestJpeg {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint8_t components = 3;
+  std::uint8_t frame = 0xc0;  // the marker of its frame
+  std::uint8_t bits = 8;
+};
+
+// A JPEG up to the end of its frame's head, with a comment before that.
+inline Bytes jpeg_beginning(const TestJpeg& jpeg) {
+  Bytes out{0xff, 0xd8, 0xff, 0xfe, 0, 4, 'h', 'i', 0xff, jpeg.frame, 0};
+  out.push_back(static_cast<std::uint8_t>(8 + 3 * jpeg.components));
+  out.push_back(jpeg.bits);
+  for (const std::uint32_t side : {jpeg.height, jpeg.width})
+    for (const std::uint32_t part : {side >> 8U, side & 0xffU})
+      out.push_back(static_cast<std::uint8_t>(part));
+  out.push_back(jpeg.components);
+  out.resize(out.size() + std::size_t{3} * jpeg.components);
+  return out;
 }
 
 struct TestField {

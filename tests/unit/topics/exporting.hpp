@@ -9,8 +9,9 @@ namespace connect_bridge::topics_test {
 // From 1000 bytes on a worker compresses. Peers are declared before it: at its end it takes back
 // what it has offered them.
 struct Exporting : Actions {
-  explicit Exporting(std::vector<Rule> rules = {everything()}, const std::string& type = kType)
-      : subject{context, {"/a", type}} {
+  explicit Exporting(std::vector<Rule> rules = {everything()}, const std::string& type = kType,
+                     const std::string& name = "/a")
+      : subject{context, {name, type}} {
     policy = Policy(std::move(rules));
   }
 

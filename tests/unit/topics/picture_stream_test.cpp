@@ -26,6 +26,22 @@ Bytes image(std::string_view encoding = "mono8") {
   return media::image_sample({200, 200, encoding, 200, false, Bytes(40'000)});
 }
 
+// A JPEG as large as the image, which nobody decodes here.
+Bytes jpeg(std::string_view format = "jpeg") {
+  Bytes data = media::jpeg_beginning({200, 200});
+  data.resize(40'000);
+  return media::compressed_sample(data, format);
+}
+
+struct Form {
+  std::string topic = "/a";
+  std::string type = kPicture;
+  Bytes (*sample)(std::string_view) = [](std::string_view encoding) { return image(encoding); };
+  std::string info = "/camera_info";
+};
+const Form kJpegs{"/camera/raw/compressed", "sensor_msgs/msg/CompressedImage",
+                  [](std::string_view) { return jpeg(); }, "/camera/camera_info"};
+
 // The head of a VP8 frame, and as many bytes behind it.
 Bytes body_of(ByteView raw, bool base, std::size_t frame_bytes) {
   const auto sample = video::read_sample(raw);
@@ -42,6 +58,7 @@ Bytes body_of(ByteView raw, bool base, std::size_t frame_bytes) {
   body.quantiser = 40;
   body.prefix = sample->prefix;
   body.frame = frame;
+  body.shape = sample->shape;
   return video::write_body(body);
 }
 
@@ -49,18 +66,19 @@ ChannelDemand wish(bool lossy = true, Decodes decodes = kVp8) {
   return {.channel = {1}, .number = 1, .decodes = decodes, .lossy = lossy};
 }
 
-// A link that demands the images of /a.
+// A link that demands the images of a topic.
 struct Camera {
   explicit Camera(const Rule& rule = camera_rule(), const ChannelDemand& demand = wish(),
                   const Qos& qos = side_test::qos(10), bool with_info = false,
-                  const std::shared_ptr<Account>& account = std::make_shared<Account>())
-      : peer(1, account), s({rule}, kPicture) {
+                  const std::shared_ptr<Account>& account = std::make_shared<Account>(),
+                  const Form& of = {})
+      : form(of), peer(1, account), s({rule}, of.type, of.topic) {
     s.options.pictures = true;
-    Topic state = topic("/a").pub(1, qos);
-    state.type = kPicture;
+    Topic state = topic(of.topic).pub(1, qos);
+    state.type = of.type;
     std::vector<Topic> topics{state};
     if (with_info) {
-      Topic info = topic("/camera_info").pub(1, qos);
+      Topic info = topic(of.info).pub(1, qos);
       info.type = "sensor_msgs/msg/CameraInfo";
       topics.push_back(info);
     }
@@ -73,10 +91,13 @@ struct Camera {
     s.did();
   }
   void publish(std::string_view encoding = "mono8", std::uint32_t origin = 1) {
-    OutSample taken{
-        OriginId{origin}, flow_test::at_ms(now), ++number, Payload::adopt(image(encoding)), {}};
+    OutSample taken{OriginId{origin},
+                    flow_test::at_ms(now),
+                    ++number,
+                    Payload::adopt(form.sample(encoding)),
+                    {}};
     taken.taken = ms(now).steady;
-    taken.node = company_node(node_of(s.graph.find({"/a", kPicture})->publishers.front()));
+    taken.node = company_node(node_of(s.graph.find({form.topic, form.type})->publishers.front()));
     subject.send(taken, TopicOffer::Age::kNew, ms(now));
   }
   // So many bytes leave and are acknowledged.
@@ -104,7 +125,7 @@ struct Camera {
   }
   // The worker is done. What follows.
   std::string finish(bool base, std::size_t frame_bytes = 1'000) {
-    s.finish(Payload::adopt(body_of(image(), base, frame_bytes)), now);
+    s.finish(Payload::adopt(body_of(form.sample("mono8"), base, frame_bytes)), now);
     return s.did();
   }
   [[nodiscard]] TopicStatus status() const {
@@ -113,6 +134,7 @@ struct Camera {
     return link.topics.at(0);
   }
 
+  Form form;
   OneLink peer;
   Exporting s;
   TopicOffers subject{s.context, {s.context.timers, &s.subject}};
@@ -156,6 +178,62 @@ TEST(PictureStream, WithoutARuleOnlyBesideACameraInfoOfTheNode) {
   unset.treatment.lossy.reset();
   EXPECT_EQ(Camera(unset).overload(), "");
   EXPECT_EQ(Camera(unset, wish(), side_test::qos(10), true).overload(), "encode 1 base\n");
+}
+
+Camera camera_of_jpegs(bool with_info) {
+  Rule unset = camera_rule();
+  unset.treatment.lossy.reset();
+  return Camera(unset, wish(), side_test::qos(10), with_info, std::make_shared<Account>(), kJpegs);
+}
+
+// Its CameraInfo is beside the topic that it is a form of.
+TEST(PictureStream, AJpegIsAPictureBesideItsCameraInfo) {
+  EXPECT_EQ(camera_of_jpegs(false).overload(), "");
+  Camera camera = camera_of_jpegs(true);
+  EXPECT_EQ(camera.overload(), "encode 1 base\n");
+  camera.finish(true);
+  EXPECT_EQ(camera.status().sent_as.codec, Codec::kPictureBase);
+  EXPECT_EQ(camera.status().queued, 1U);
+}
+
+TEST(PictureStream, AJpegStaysExactWhileItFits) {
+  Camera camera = camera_of_jpegs(true);
+  for (int i = 0; i < 100; ++i) {
+    camera.publish();
+    const std::string did = camera.s.did();
+    ASSERT_EQ(did.find("encode"), std::string::npos) << i;
+    if (did.find("compress") != std::string::npos) camera.s.finish(std::nullopt, camera.now);
+    for (int part = 0; part < 5; ++part) {
+      camera.now += 10;
+      camera.carry(20'000);
+    }
+  }
+  EXPECT_EQ(camera.status().messages, 100U);
+  EXPECT_EQ(camera.status().sent_as.codec, Codec::kNone);
+}
+
+// A picture of a JPEG counts with more bytes than the JPEG: a peer with a limit between them would
+// close the link.
+TEST(PictureStream, AJpegStaysExactWhereThePeersLimitIsBelowItsPicture) {
+  for (const bool fits : {false, true}) {
+    Camera camera(camera_rule(), wish(), side_test::qos(10), true, std::make_shared<Account>(),
+                  kJpegs);
+    const auto bytes = video::picture_bytes(kJpegs.type, jpeg());
+    ASSERT_GT(bytes, jpeg().size());
+    camera.peer.link.connection()->set_peer_message_bytes_max(
+        static_cast<std::uint32_t>(fits ? bytes : bytes - 1));
+    EXPECT_EQ(camera.overload(), fits ? "encode 1 base\n" : "");
+  }
+}
+
+// A peer would close the link for it.
+TEST(PictureStream, ASampleOfAnotherTypeIsNoPicture) {
+  Form odd = kJpegs;
+  odd.sample = [](std::string_view encoding) { return image(encoding); };
+  EXPECT_EQ(
+      Camera(camera_rule(), wish(), side_test::qos(10), true, std::make_shared<Account>(), odd)
+          .overload(),
+      "");
 }
 
 TEST(PictureStream, LabelsStayExact) {
@@ -298,6 +376,19 @@ TEST(Pictures, AreDecodedInOrderAndPublished) {
   s.peer.add_status(status);
   EXPECT_EQ(status.topics.at(0).sent_as.codec, Codec::kPictureBase);
   EXPECT_NE(s.logged.find("as video"), std::string::npos);
+}
+
+// Whoever subscribes to one type would get a message of the other.
+TEST(Pictures, OneOfAnotherTypeEndsTheLink) {
+  ReceivingPictures s;
+  const Bytes body = body_of(jpeg(), true, 100);
+  InMessage odd = s.message("", 1);
+  odd.codec = Codec::kPictureBase;
+  odd.raw_bytes = static_cast<std::uint32_t>(video::facts_of(body)->raw_bytes);
+  odd.body = Payload::adopt(Bytes(body));
+  const auto refused = s.channel_1().on_message(std::move(odd), ms(0));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, CloseCode::kMalformed);
 }
 
 TEST(Pictures, ADamagedOneEndsTheLink) {
