@@ -49,7 +49,7 @@ CAMERAS = {
     "rule": {
         "command": PRIORITIES["rule"]["command"],
         "one_packet": {"export_topics": ["/wan/ideal_*"], "keep": "newest", "compression": "none"},
-        "never": {"export_topics": ["/never/**"], "lossy": "never"},
+        "never": {"export_topics": ["/never/**", "/exact_jpeg/**"], "lossy": "never"},
         "rest": {"export_topics": ["/wan/**", "/camera/**", "/large/**", "/jpeg/**"]},
     },
 }

@@ -110,6 +110,7 @@ def pictures(bed, effort):
     camera = Camera(bed)
     rows = [*steady(bed, camera, seconds), falling(bed, camera, seconds)]
     rows += [*beside_commands(bed, camera, seconds), *followed(bed, camera, effort)]
+    rows += compressed(bed, seconds)
     return [*rows, *costs(bed, camera, seconds), *exact(bed, seconds)]
 
 
@@ -122,6 +123,19 @@ def steady(bed, camera, seconds):
         row.judge("pictures a second", seen.per_second, ">=", 25)
         row.judge("age p50, ms", seen.ms(50), "<=", 90).judge("p99", seen.ms(99), "<=", 140)
         row.judge("SSIM", row.told["ssim"], ">=", least)
+        rows.append(row.judge("with CameraInfo", row.told["paired"], ">=", 1))
+    return rows
+
+
+def compressed(bed, seconds):
+    """JPEGs become video, and JPEGs again."""
+    jpegs, rows = Camera(bed, "name=/jpeg", "form=jpeg"), []
+    for megabits in (1, 2):
+        bed.wan.set(**THIN, up=megabits * 1e6)
+        seen = Seen(bed, jpegs, seconds)
+        row = seen.row(f"a camera of JPEGs (q 80) on {megabits} Mbit/s")
+        row.judge("pictures a second", seen.per_second, ">=", 25)
+        row.judge("age p50, ms", seen.ms(50), "<=", 90).judge("p99", seen.ms(99), "<=", 140)
         rows.append(row.judge("with CameraInfo", row.told["paired"], ">=", 1))
     return rows
 
@@ -235,7 +249,9 @@ def rivals(bed, effort):
     seconds, rows = effort["seconds_of_pictures"], []
     cameras = {
         "bridge": lambda: Camera(bed),
-        "CompressedImage q 80 by the bridge": lambda: Camera(bed, "name=/jpeg", "form=jpeg"),
+        "CompressedImage q 80, exact, by the bridge": lambda: Camera(
+            bed, "name=/exact_jpeg", "form=jpeg"
+        ),
         "exact by the bridge": lambda: Camera(bed, "name=/never"),
         "WebRTC by aiortc": lambda: Call(bed),
     }
