@@ -21,9 +21,9 @@ class Loop {
   struct Ports {
     std::function<Stamp()> ros_now;
     std::function<bool(Action&&)> carry_out;  // true: it was one for the middleware
-    std::function<bool()> alone;             // there is one connection at most, handshakes included
+    std::function<bool()> alone;  // there is one connection at most, handshakes included
     std::function<void(ConnectionId)> read_on;  // the next packet may come there
-    std::function<void()> send;  // sends the data of connections (Side::take_ready)
+    std::function<void()> send;                 // sends the data of connections (Side::take_ready)
   };
 
   Loop(boost::asio::io_context& io, Side& side, Ports ports)

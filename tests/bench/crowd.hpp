@@ -53,7 +53,8 @@ class Crowd {
   // The same, all at once: they wait to be read.
   void send_up_at_once() {
     const double began = processor_seconds();
-    for (std::uint32_t i = 0; i < peers_.size(); ++i) side_.on_arrival({connection(i), false, {}}, now_);
+    for (std::uint32_t i = 0; i < peers_.size(); ++i)
+      side_.on_arrival({connection(i), false, {}}, now_);
     seconds_ += processor_seconds() - began;
     for (;;) {
       const double asked = processor_seconds();

@@ -56,8 +56,8 @@ struct PathPlan {
     if (!has_relay()) return bytes_per_second;
     const double way = std::chrono::duration<double>(delay + jitter).count();
     const double of_buffer = static_cast<double>(relay_buffer) / std::max(way, 1e-6);
-    return std::min({bytes_per_second, relay_bytes_per_second,
-                     static_cast<std::uint64_t>(of_buffer)});
+    return std::min(
+        {bytes_per_second, relay_bytes_per_second, static_cast<std::uint64_t>(of_buffer)});
   }
   [[nodiscard]] Duration one_way() const { return delay + relay_delay; }
 };

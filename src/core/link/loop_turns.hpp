@@ -40,7 +40,8 @@ class LoopTurns {
     for (auto it = by_rank_.begin(); it != by_rank_.end();) {
       Line& line = *(it++)->second;
       remove(line);
-      std::erase_if(line.waiting, [&](const Waiting& w) { return w.packet.connection == connection; });
+      std::erase_if(line.waiting,
+                    [&](const Waiting& w) { return w.packet.connection == connection; });
       if (!line.waiting.empty()) add(line);
     }
   }

@@ -32,8 +32,8 @@ struct ImportContext : SideView {
   // Nodes here, or at a peer whose /clock is imported, use simulated time.
   [[nodiscard]] bool has_simulated_time() const {
     const TopicState* const here = graph.find({"/clock", kClockType});
-    return options.clock_publish_period > Duration::zero() ||
-           (here && !here->publishers.empty()) || mirrors.has_type(kClockType);
+    return options.clock_publish_period > Duration::zero() || (here && !here->publishers.empty()) ||
+           mirrors.has_type(kClockType);
   }
 };
 

@@ -162,7 +162,8 @@ void PeerTopic::on_withdraw(const Withdraw& why, const Now& now) {
 }
 
 void PeerTopic::leave_mirrors(const Now& now) {
-  for (const auto& [id, mirror] : take_all()) context_.mirrors.remove_candidate(*mirror, link_.id, now);
+  for (const auto& [id, mirror] : take_all())
+    context_.mirrors.remove_candidate(*mirror, link_.id, now);
 }
 
 void PeerTopic::finish(const Now& now) {
@@ -215,8 +216,7 @@ void PeerTopic::update_demand(const Now& now) {
   ++context_.judged;
   if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
   // Once: mirrors that were made again keep nothing.
-  if (!on && !listened && std::exchange(may_keep_, false))
-    may_keep_ = !forget_kept(now);
+  if (!on && !listened && std::exchange(may_keep_, false)) may_keep_ = !forget_kept(now);
 }
 
 // Not for an action: its goals have ids, so its old status misleads nobody, and its services follow

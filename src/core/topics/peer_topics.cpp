@@ -33,7 +33,8 @@ void PeerTopics::on_link_dead(const Link& link, const Now& now) {
 
 void PeerTopics::forget_orphans(const Link& link, const Now& now) {
   for (TopicMirror* const mirror : context_.mirrors.of(link))
-    if (!mirror->candidate(link.id)->offered) context_.mirrors.remove_candidate(*mirror, link.id, now);
+    if (!mirror->candidate(link.id)->offered)
+      context_.mirrors.remove_candidate(*mirror, link.id, now);
 }
 
 void PeerTopics::on_graph(const Now& now, const GraphDifference& difference) {

@@ -119,8 +119,7 @@ void TopicMirror::remove_candidate(LinkId link, const Now& now) {
   if (candidates_.empty()) {
     if (!id_) give_up_claim();
     const TimePoint lingers = now.steady + kMirrorLinger;
-    ends_ = timers().set(std::max(lingers, context_.wheels.needs(*this).value_or(lingers)),
-                                this);
+    ends_ = timers().set(std::max(lingers, context_.wheels.needs(*this).value_or(lingers)), this);
     return;
   }
   const bool taken_over = refresh(now);
@@ -358,8 +357,7 @@ void TopicMirror::warn_incompatible(const Now& now) {
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
   for (const auto& line : found.lines) tell_once(LogLevel::kWarn, line);
-  if (found.unnamed && !unnamed_)
-    unnamed_ = timers().set(now.steady + kSubscriberNaming, this);
+  if (found.unnamed && !unnamed_) unnamed_ = timers().set(now.steady + kSubscriberNaming, this);
   if (!patient) unnamed_.cancel();
 }
 

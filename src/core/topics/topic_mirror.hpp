@@ -215,7 +215,7 @@ class TopicMirror final : private Appearing::Waiting {
   Timer naming_;    // until then no publisher is made unless the origin's node has a name
   Timer unnamed_;   // then subscribers without a name are logged as incompatible, too
   Timer retries_;   // until then no publisher is made, after a failure
-  ProxyNames::Hold proxy_node_;  // owns the publisher; null: our own node does
+  ProxyNames::Hold proxy_node_;     // owns the publisher; null: our own node does
   std::uint64_t last_number_ = 0;   // of the last message that was published, or waits to be
   std::uint64_t before_first_ = 0;  // last_number_ before the first message that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest sample that was published

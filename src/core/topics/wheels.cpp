@@ -22,9 +22,8 @@ std::vector<Gid> origins_of(const ImportContext& context, const TopicKey& key,
                             const std::string& driver) {
   std::vector<Gid> found;
   for (const auto& [origin, mirror] : context.mirrors.of(key))
-    if (std::ranges::any_of(mirror.candidates(), [&](const MirrorCandidate& c) {
-          return driver_of(*c.link) == driver;
-        }))
+    if (std::ranges::any_of(mirror.candidates(),
+                            [&](const MirrorCandidate& c) { return driver_of(*c.link) == driver; }))
       found.push_back(origin.second);
   return found;
 }

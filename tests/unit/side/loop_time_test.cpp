@@ -22,7 +22,9 @@ struct TwoLinks : Script {
     login(2, {}, called("calm"));
     did();
   }
-  void arrive(std::uint32_t connection) { side.on_arrival({{connection}, false, {}}, flow_test::now_ms(at)); }
+  void arrive(std::uint32_t connection) {
+    side.on_arrival({{connection}, false, {}}, flow_test::now_ms(at));
+  }
   void spend(Duration cost) { side.spent(cost, flow_test::now_ms(at).steady); }
   std::uint32_t turn() {
     const auto next = side.take_turn(flow_test::now_ms(at));

@@ -35,7 +35,8 @@ struct Importing : Actions {
   }
   // Every deadline up to this moment.
   void pass_to(std::int64_t at) {
-    while (const auto due = context.mirrors.timers().take_due(ms(at).steady)) (*due)->on_time(ms(at));
+    while (const auto due = context.mirrors.timers().take_due(ms(at).steady))
+      (*due)->on_time(ms(at));
   }
 
   TopicOptions options;

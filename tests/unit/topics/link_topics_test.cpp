@@ -260,7 +260,8 @@ TEST(LinkTopics, AnOriginThatWasLeftOutGetsThePlaceOfOneThatEnds) {
   s.did();
   s.peer.try_left_out(ms(2000));
   EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\n");
-  EXPECT_TRUE(s.context.mirrors.all().contains(MirrorKey{{"/a", kType}, gid(9)}));  // 8 is not offered any longer
+  EXPECT_TRUE(s.context.mirrors.all().contains(
+      MirrorKey{{"/a", kType}, gid(9)}));  // 8 is not offered any longer
   s.context.looks_again_at.reset();
   s.peer.try_left_out(ms(3000));
   EXPECT_FALSE(s.context.looks_again_at);
