@@ -27,9 +27,10 @@ std::vector<std::string> possible_runtime_folders() {
   std::vector<std::string> folders;
   if (const char* const given = std::getenv("RUNTIME_DIRECTORY"); given && *given)
     folders.push_back(std::string{given}.substr(0, std::string_view{given}.find(':')));
-  if (const char* const given = std::getenv("XDG_RUNTIME_DIR"); given && *given)
+  const std::string usual = "/run/user/" + user;
+  if (const char* const given = std::getenv("XDG_RUNTIME_DIR"); given && *given && usual != given)
     folders.push_back(std::string{given} + "/connect_bridge");
-  folders.push_back("/run/user/" + user + "/connect_bridge");
+  folders.push_back(usual + "/connect_bridge");
   folders.push_back("/tmp/connect_bridge-" + user);
   return folders;
 }

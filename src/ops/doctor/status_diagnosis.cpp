@@ -28,7 +28,7 @@ constexpr double kShortBreak = 1;     // s
 constexpr double kLargeBytes = 1000;  // a message that needs a large packet
 constexpr double kCrawls = 5000;      // bytes/s; a path on which large packets get through has more
 constexpr double kSameAge = 1.25;     // the oldest of connections of one age, by the youngest
-constexpr double kLimitShare = 0.4;   // of a limit: it is what slows down
+constexpr double kLimitShare = 0.8;   // of a limit: it is what slows down
 constexpr double kDroppedShare = 0.05;
 constexpr double kStarvedShare = 0.95;   // of what a rule's rate keeps, on purpose as it seems
 constexpr double kSegments = 100;        // less says nothing about a path
@@ -244,9 +244,9 @@ void Doctor::thin(const Json& link) {
   const double rate = number_in(link, "rate_bytes_per_second");
   const double seconds = std::min(kShortestLately, number_in(link, "open_seconds"));
   if (!heaviest) return;
+  // A path that carries less than the limit is known to.
   const auto limit = static_cast<double>(facts_.bytes_per_second);
-  const double sent = lately_in(*heaviest, "wire_bytes");
-  if (limit > 0 && (sent >= kLimitShare * limit * seconds || rate > limit))
+  if (limit > 0 && (rate == 0 || rate >= kLimitShare * limit))
     return add("own_limit", text_in(*heaviest, "topic"), fmt::format("{:.0f} bytes/s", limit),
                true);
   if (published > 0 && rate * seconds > published * kAmple) return;
@@ -346,9 +346,12 @@ void Doctor::link(const Json& link) {
   missing(link);
   if (!is_broken) thin(link);  // a path that breaks carries less than it could
   bool exports = false;
+  bool is_heard =
+      false;  // a node here subscribes to what the peer sends: this graph is the right one
   for (const Json& one : part_of(link, "topics")) {
     topic(link, one);
     exports = exports || is_exported(one);
+    is_heard = is_heard || (!is_exported(one) && is_set(one, "demanded"));
   }
   for (const Json& one : part_of(link, "services")) {
     service(one);
@@ -357,7 +360,8 @@ void Doctor::link(const Json& link) {
   for (const Json& name : part_of(link, "missing")) exports = exports || is_exported(name);
   silent_topics(link);
   // Who only looks has nothing to give.
-  if (!exports && is_robot_ && facts_.may_export && number_in(link, "open_seconds") >= kOpenSeconds)
+  if (!exports && !is_heard && is_robot_ && facts_.may_export &&
+      number_in(link, "open_seconds") >= kOpenSeconds)
     add("nothing_here", who);
 }
 

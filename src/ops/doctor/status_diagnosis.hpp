@@ -1,4 +1,5 @@
 // From the status of a running program to causes: for `ctl doctor`. Pure functions of values.
+// One unit: the conditions, of a side, its links and what crosses them, share the side's facts.
 #pragma once
 
 #include <cstdint>

@@ -450,11 +450,12 @@ TEST(DoctorStatus, ABrokenLinkIsNotCalledThin) {
 
 // Somebody set it, and no path is looked for.
 TEST(DoctorStatus, ALimitOfThisSideIsNamed) {
-  const Json status = status_of(topic_with(R"({"wire_bytes": 50000,
-                                               "dropped": {"newer_available": 50}})"));
+  Json status = status_of(topic_with(R"({"dropped": {"newer_available": 50}})"));
   EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("link_too_thin"));
   EXPECT_THAT(ids_of(diagnose_status(status, {true, 1000})), ElementsAre("own_limit"));
   EXPECT_THAT(ids_of(diagnose_status(status, {true, 1'000'000})), ElementsAre("link_too_thin"));
+  status["links"][0]["rate_bytes_per_second"] = 0;  // nothing says that it is the path
+  EXPECT_THAT(ids_of(diagnose_status(status, {true, 1'000'000})), ElementsAre("own_limit"));
 }
 
 // It is to be driven, and gives nothing.
@@ -462,6 +463,8 @@ TEST(DoctorStatus, WhoseRulesExportNothingLacksNothing) {
   const Json status = status_of(link_with(R"({"topics": []})"));
   EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("nothing_here"));
   EXPECT_THAT(ids_of(diagnose_status(status, {false, 0})), IsEmpty());
+  const Json driven = status_of(topic_with(R"({"direction": "import"})"));
+  EXPECT_THAT(ids_of(diagnose_status(driven)), IsEmpty()) << "its graph is the right one";
 }
 
 // A robot listens to much that only some peers, or none, may send.
