@@ -179,8 +179,12 @@ int measure_steps() {
     }
     tell(name.c_str(), shortest, open ? "goes on" : "ends the link");
   }
-  bench::LoadedSide ends(kOffered, kExported, kListeners);
-  tell("the link's end", ends.seconds_to_end(), "over");
+  double shortest = 1e9;  // of three: the first touches memory for the first time
+  for (int i = 0; i < 3; ++i) {
+    bench::LoadedSide ends(kOffered, kExported, kListeners);
+    shortest = std::min(shortest, ends.seconds_to_end());
+  }
+  tell("the link's end", shortest, "over");
   return all_short ? 0 : 1;
 }
 
