@@ -41,7 +41,8 @@ std::optional<Ending> LinkOffer::review(bool used) {
   }
   if (is_open() && !used && is_declined() && *declined_under_ != link_.accepts.lists())
     return offered_again();
-  if (terms_ == Terms::kFixed && !(right.decision.treatment == treatment())) return offered_again();
+  if (terms_ == Terms::kFixed && !may_follow(treatment(), right.decision.treatment))
+    return offered_again();  // mutant: followed_terms
   decision_ = std::move(right.decision);
   return std::nullopt;
 }

@@ -20,7 +20,7 @@ class LinkOffer {
  public:
   // The effect of a review that brings other terms of the rules.
   enum class Terms : std::uint8_t {
-    kFixed,    // the interface is offered again under the new terms
+    kFixed,    // the interface is offered again, unless may_follow()
     kFollowed  // the new terms apply from the review on
   };
 

@@ -178,6 +178,29 @@ KeepDecision keep_of(const Treatment& treatment, std::string_view type, const To
   return {Keep::kAll, "reliable, and not known to be a state"};
 }
 
+// ---- changed rules
+
+bool may_follow(Treatment before, const Treatment& after) {
+  before.with_large = after.with_large;
+  before.max_rate = after.max_rate;
+  before.bytes_per_second_max = after.bytes_per_second_max;
+  before.max_age = after.max_age;
+  before.queue_bytes_max = after.queue_bytes_max;
+  before.lossy = after.lossy;
+  before.max_error = after.max_error;
+  before.grid = after.grid;
+  // Keys of imports and of services.
+  before.wheel = after.wheel;
+  before.halt_after = after.halt_after;
+  before.let_go = after.let_go;
+  before.calls_max = after.calls_max;
+  before.server_queue = after.server_queue;
+  before.call_timeout = after.call_timeout;
+  before.cancel_after = after.cancel_after;
+  before.allow_type_mismatch = after.allow_type_mismatch;
+  return before == after;
+}
+
 // ---- what belongs together
 
 Company company_of(std::string_view topic, std::string_view type, const Treatment& treatment) {

@@ -86,6 +86,10 @@ struct Treatment {
   bool operator==(const Treatment&) const = default;
 };
 
+// Whether an offer under `before` stays where the rules now say `after`: they differ only in keys
+// that the exporter follows from the next message on, or that concern imports.
+[[nodiscard]] bool may_follow(Treatment before, const Treatment& after);
+
 // ---- priority, and what comes late
 
 // A topic's priority where a rule gives none: /clock and what steers (Twist, Joy, AckermannDrive)

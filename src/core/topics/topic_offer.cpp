@@ -64,9 +64,20 @@ std::set<OriginId> TopicOffer::withheld() const {
 }
 
 std::optional<Ending> TopicOffer::review() {
+  const Treatment before = treatment();
   if (auto why = offer_.review(demanded())) return why;
+  if (treatment() != before) follow(before);
   const bool same = withheld() == withheld_ && is_hash_of(type_hash_, topic_.type_hash());
   return same ? std::nullopt : std::optional(LinkOffer::offered_again());
+}
+
+void TopicOffer::follow(const Treatment& before) {
+  const Treatment& after = treatment();
+  if (after.max_rate != before.max_rate ||
+      after.bytes_per_second_max != before.bytes_per_second_max)
+    rates_ = RateLimits(after.max_rate, after.bytes_per_second_max);
+  resume_ = resume_ && may_resume();
+  configure_queue();
 }
 
 std::optional<ChannelOffer> TopicOffer::open() {

@@ -35,7 +35,8 @@ class TopicOffer final : public OutgoingChannel {
 
   // Opens a channel for the topic, if the peer may have it.
   [[nodiscard]] std::optional<ChannelOffer> open();
-  // Called when rules, `accepts`, actions or the type's definition have changed. Returns why the
+  // Called when rules, `accepts`, actions or the type's definition have changed. Applies keys that
+  // need no other offer. Returns why the
   // offer ends, and the caller withdraws it; nullopt: the offer stays.
   [[nodiscard]] std::optional<Ending> review();
   // Ends the channel and sends `withdraw`.
@@ -178,6 +179,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void send_change(const OriginsChanged& change);
   void configure_queue();
+  // The rules have other keys than `before`, and the offer stays.
+  void follow(const Treatment& before);
   // May the message, made for an earlier demand, answer this one?
   [[nodiscard]] bool is_answer(const OutMessage& message) const;
   void tell_late();

@@ -79,13 +79,25 @@ TEST(LinkOffer, ItsOwnerDecidesWhetherNewTermsAreFollowed) {
   for (const auto terms : {LinkOffer::Terms::kFixed, LinkOffer::Terms::kFollowed}) {
     Offered s(everything(), terms);
     ASSERT_TRUE(s.open());
-    Rule slower = everything();
-    slower.treatment.max_rate = 1;
-    s.policy = Policy({slower});
+    Rule deeper = everything();
+    deeper.treatment.qos.depth = 7;
+    s.policy = Policy({deeper});
     const bool follows = terms == LinkOffer::Terms::kFollowed;
     EXPECT_EQ(s.review(true), follows ? "" : "it is to be offered again");
-    EXPECT_EQ(s.subject.treatment().max_rate, follows ? 1 : 0);
+    EXPECT_EQ(s.subject.treatment().qos.depth.value_or(0), follows ? 7U : 0U);
   }
+}
+
+TEST(LinkOffer, KeysThatAreNotOfferedAreFollowed) {
+  Offered s(everything(), LinkOffer::Terms::kFixed);
+  ASSERT_TRUE(s.open());
+  Rule slower = everything();
+  slower.treatment.max_rate = 1;
+  slower.treatment.max_age = std::chrono::seconds(1);
+  slower.treatment.lossy = Lossy::kNever;
+  s.policy = Policy({slower});
+  EXPECT_EQ(s.review(true), "");
+  EXPECT_EQ(s.subject.treatment().max_rate, 1);
 }
 
 TEST(LinkOffer, WhatWasDeclinedIsOfferedAgainUnderAnotherList) {

@@ -72,6 +72,25 @@ TEST(TopicOffer, NewRulesOrAcceptsMakeItStale) {
   EXPECT_EQ(s.peer.link.outgoing({1}), nullptr);
 }
 
+// Nothing else is interrupted, and what waits stays.
+TEST(TopicOffer, AChangedRateOrAgeIsFollowed) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand({{1}, 1}, ms(0));
+  s.peer.said();
+  auto slower = everything();
+  slower.treatment.max_rate = 1;
+  slower.treatment.max_age = std::chrono::seconds(1);
+  s.policy = Policy({slower});
+  EXPECT_FALSE(s.offer.review());
+  EXPECT_EQ(s.peer.said(), "");
+  EXPECT_TRUE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(10)));
+  EXPECT_FALSE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(20)));
+  s.policy = Policy({everything()});
+  EXPECT_FALSE(s.offer.review());
+  EXPECT_TRUE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(30)));
+}
+
 // The peer has mirrors of the type that it was offered.
 TEST(TopicOffer, WithAnotherDefinitionOfItsTypeItIsOfferedAgain) {
   Offering s;
