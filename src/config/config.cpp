@@ -86,7 +86,8 @@ class ConfigMaker {
   }
 
   void check_listen() {
-    if (config_.listen.told_by != ToldBy::kXForwardedFor && config_.listen.trusted_proxies.empty())
+    if (config_.listen.named_by != NamedBy::kXForwardedFor &&
+        config_.listen.trusted_proxies.empty())
       add("listen.proxy_header", "", "listen.trusted_proxies too, else it has no effect");
     read_relay();
     const std::string& address = config_.listen_address;

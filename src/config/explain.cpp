@@ -47,7 +47,7 @@ std::string listen_text(const Config& config) {
   if (!listen.trusted_proxies.empty()) {
     proxies =
         fmt::format("; {} gives the client's address by {}", joined(listen.trusted_proxies, "or"),
-                    word_of(syntax::kToldByWords, listen.told_by));
+                    word_of(syntax::kNamedByWords, listen.named_by));
     if (listen.proxies_only) proxies += "; only these may connect";
   }
   return fmt::format("listens: on {}, {}, {}; {}{}", where, port, tls, reach, proxies);

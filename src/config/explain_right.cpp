@@ -159,7 +159,7 @@ class Explainer {
 
   // Shows rules that match the name elsewhere, and the most similar pattern, if nothing matches.
   void tell_nearest() {
-    bool told = false;
+    bool explained = false;
     for (const Rule& rule : config_.policy.rules()) {
       for (const OpenedBy what : kKindsOfRules) {
         for (const Direction direction : {Direction::kExport, Direction::kImport}) {
@@ -172,13 +172,13 @@ class Explainer {
           line(fmt::format("{} matches the name, but is for {}",
                            where(rule, right_key(direction, what), *found),
                            what == question_.what ? "the other direction" : "another kind"));
-          told = true;
+          explained = true;
         }
       }
     }
     const auto [rule, pattern] = nearest();
     if (pattern != nullptr) line(fmt::format("the nearest is {}", where(*rule, key_, *pattern)));
-    if (!told && body_.empty()) line(fmt::format("no rule in use has {}", key_));
+    if (!explained && body_.empty()) line(fmt::format("no rule in use has {}", key_));
   }
 
   [[nodiscard]] std::pair<const Rule*, const Pattern*> nearest() const {

@@ -29,7 +29,7 @@ constexpr const auto& words_of() {
   if constexpr (std::is_same_v<T, Durability>) return kDurabilityWords;
   if constexpr (std::is_same_v<T, Keep>) return kKeepWords;
   if constexpr (std::is_same_v<T, Lossy>) return kLossyWords;
-  if constexpr (std::is_same_v<T, ToldBy>) return syntax::kToldByWords;
+  if constexpr (std::is_same_v<T, NamedBy>) return syntax::kNamedByWords;
   if constexpr (std::is_same_v<T, LogLevel>) return syntax::kLogLevelWords;
   if constexpr (std::is_same_v<T, Role>) return syntax::kRoleWords;
 }

@@ -28,7 +28,7 @@ void add_listen(Rows& rows) {
        .fallback = "x_forwarded_for",
        .help = "How these proxies report it: in the header X-Forwarded-For, or by the PROXY "
                "protocol (1 or 2), with which each of their connections must then begin."},
-      [](Config& c) { return &c.listen.told_by; });
+      [](Config& c) { return &c.listen.named_by; });
   add({.key = "listen.relay.url",
        .syntax = check_relay_url,
        .help = "Relay through which clients reach this server too, with this robot's name: "

@@ -29,7 +29,7 @@ ParameterMap keys_of(const Config& config, const std::string& rule) {
   return keys;
 }
 
-std::string told(const std::vector<std::string>& names, const char* what) {
+std::string list_of(const std::vector<std::string>& names, const char* what) {
   if (names.empty()) return {};
   const auto first = std::span(names).first(std::min(names.size(), kNamesTold));
   return fmt::format(", {} {} ({}{})", names.size(), what, fmt::join(first, ", "),
@@ -56,8 +56,8 @@ RuleChanges rule_changes(const Config& before, const Config& after) {
 
 std::string to_text(const RuleChanges& changes) {
   if (changes.none()) return "none changed";
-  std::string text = told(changes.added, "added") + told(changes.changed, "changed") +
-                     told(changes.removed, "removed");
+  std::string text = list_of(changes.added, "added") + list_of(changes.changed, "changed") +
+                     list_of(changes.removed, "removed");
   if (changes.reordered) text += ", in another order";
   return text.substr(2);
 }

@@ -19,9 +19,9 @@
 
 namespace connect_bridge::syntax {
 
-inline constexpr auto kToldByWords = std::to_array<Word<ToldBy>>({
-    {ToldBy::kXForwardedFor, "x_forwarded_for"},
-    {ToldBy::kProxyProtocol, "proxy_protocol"},
+inline constexpr auto kNamedByWords = std::to_array<Word<NamedBy>>({
+    {NamedBy::kXForwardedFor, "x_forwarded_for"},
+    {NamedBy::kProxyProtocol, "proxy_protocol"},
 });
 
 inline constexpr auto kRoleWords = std::to_array<Word<Role>>({

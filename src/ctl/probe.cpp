@@ -59,7 +59,11 @@ Probe::Probe(BridgeParts parts, Options options)
           io_,
           {[this](Input&& input) { handle(std::move(input)); },
            [this](ConnectionId id, const Repairs& repairs) { return next_packet(id, repairs); },
-           {},
+           [this](PacketReceived&& packet) {
+             const ConnectionId connection = packet.connection;
+             handle(std::move(packet));
+             network_.read_on(connection);
+           },
            {}},
           parts_.sockets),
       timer_(io_),

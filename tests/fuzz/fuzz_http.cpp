@@ -99,7 +99,11 @@ class World {
   Network network_{io_,
                    {[this](Input&& input) { on(std::move(input)); },
                     [](ConnectionId, const Repairs&) { return std::nullopt; },
-                    {},
+                    [this](PacketReceived&& packet) {
+                      const ConnectionId connection = packet.connection;
+                      on(std::move(packet));
+                      network_.read_on(connection);
+                    },
                     [](Log&&) {}}};
 };
 

@@ -109,7 +109,7 @@ MUTANTS = [
     Mutant("export_right", "export right skipped", value("std::optional<Decision>(Decision{})")),
     Mutant("import_right", "import right skipped", value("std::optional<Decision>(Decision{})")),
     Mutant("answers_forbidden", "who asks learns what it may not have", never),
-    Mutant("told_listeners", "listeners are told to whoever", value("true")),
+    Mutant("reported_listeners", "listeners are told to whoever", value("true")),
     Mutant("rules_withdraw", "changed rules do not withdraw", always),
     Mutant("reviewed_links", "a topic is subscribed for a link whose right has just ended", never),
     Mutant("kept_right", "what the rules forbid is kept", gone),

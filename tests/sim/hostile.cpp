@@ -232,7 +232,7 @@ std::string Hostile::offer(std::uint32_t channel, const std::string& name) {
 }
 
 std::string Hostile::listener(std::uint32_t number, const std::string& name) {
-  ListenerTold told;
+  ListenerReport told;
   told.listener = {number};
   told.name = name;
   told.type = rng_.chance(800) ? "std_msgs/msg/String" : "String";

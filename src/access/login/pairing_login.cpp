@@ -78,17 +78,17 @@ void PairingLogin::take_invited() {
   if (::unlink(options_.file.c_str()) != 0) {
     const std::string why = std::strerror(errno);
     if (!std::exchange(stays_, true))
-      untold_.problems.push_back("the invitation is not taken, since " + options_.file +
-                                 " cannot be removed: " + why);
+      unreported_.problems.push_back("the invitation is not taken, since " + options_.file +
+                                     " cannot be removed: " + why);
     return;
   }
   stays_ = false;
-  if (!text) return untold_.problems.push_back(problem.text);
+  if (!text) return unreported_.problems.push_back(problem.text);
   std::istringstream words(*text);
   std::string word;
   words >> word;
   const auto code = parse_digest(word);
-  if (!code) return untold_.problems.push_back(options_.file + ": not an invitation");
+  if (!code) return unreported_.problems.push_back(options_.file + ": not an invitation");
   Invited invited;
   invited.code = *code;
   while (words >> word) invited.groups.push_back(word);
@@ -133,12 +133,12 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   // The desk has one thread, and withdrawals wait for it, too.
   std::string problem = append_token_entry(token_file_, entry, kLockSoon);
   if (!problem.empty()) {
-    untold_.problems.push_back("the pairing failed: " + problem);
+    unreported_.problems.push_back("the pairing failed: " + problem);
     return {std::nullopt, "its token cannot be stored: " + problem};
   }
   Refreshed read = tokens_->read_again(now);
-  std::move(read.changes.begin(), read.changes.end(), std::back_inserter(untold_.changes));
-  std::move(read.problems.begin(), read.problems.end(), std::back_inserter(untold_.problems));
+  std::move(read.changes.begin(), read.changes.end(), std::back_inserter(unreported_.changes));
+  std::move(read.problems.begin(), read.problems.end(), std::back_inserter(unreported_.problems));
   Judgement found = tokens_->find(token, now);
   if (found.identity) {
     invited_->paired = token;
@@ -152,7 +152,7 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
       news += ". '" + own +
               "', an earlier client of that name, keeps its access; if it is the same machine: " +
               removed(own);
-    untold_.news.push_back(std::move(news));
+    unreported_.news.push_back(std::move(news));
   }
   return found;
 }
@@ -166,7 +166,7 @@ bool PairingLogin::is_over() const {
 void PairingLogin::end(std::string news) {
   invited_.reset();
   ::unlink(options_.shown.c_str());
-  untold_.news.push_back(std::move(news));
+  unreported_.news.push_back(std::move(news));
 }
 
 Refreshed PairingLogin::refresh(Stamp now) {
@@ -175,7 +175,7 @@ Refreshed PairingLogin::refresh(Stamp now) {
     end(invited_->paired ? "the pairing has ended"
                          : "nobody has paired in time, and the code has expired: a start with "
                            "--pair makes another");
-  Refreshed refreshed = std::exchange(untold_, {});
+  Refreshed refreshed = std::exchange(unreported_, {});
   Refreshed more = tokens_->refresh(now);
   std::move(more.changes.begin(), more.changes.end(), std::back_inserter(refreshed.changes));
   std::move(more.news.begin(), more.news.end(), std::back_inserter(refreshed.news));

@@ -73,7 +73,7 @@ class PairingLogin : public Authenticator {
   std::unique_ptr<TokenLogin> tokens_;
   std::optional<Invited> invited_;
   bool stays_ = false;  // a file of an invitation that cannot be removed was reported
-  Refreshed untold_;
+  Refreshed unreported_;
 };
 
 }  // namespace connect_bridge

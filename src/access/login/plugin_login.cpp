@@ -53,8 +53,8 @@ const connect_bridge_auth_functions* functions_in(const std::string& file, std::
   return nullptr;
 }
 
-// Adds the library's reports of a call to `told`.
-connect_bridge_auth_report report_to(Refreshed& told) {
+// Adds the library's reports of a call to `reported`.
+connect_bridge_auth_report report_to(Refreshed& reported) {
   const auto say = [](void* server, connect_bridge_auth_level level, const char* text) noexcept {
     Refreshed& to = *static_cast<Refreshed*>(server);
     auto& lines = level == CONNECT_BRIDGE_AUTH_INFO      ? to.news
@@ -67,7 +67,7 @@ connect_bridge_auth_report report_to(Refreshed& told) {
     if (!*proof) return;  // mutant: plugin_withdraws
     static_cast<Refreshed*>(server)->changes.push_back({proof, std::nullopt});
   };
-  return {&told, say, withdraw};
+  return {&reported, say, withdraw};
 }
 
 // Fills the identity and returns an empty text, or returns the problem with it.
@@ -98,16 +98,16 @@ AuthSetup PluginLogin::load(const std::string& file,
   }
   std::vector<connect_bridge_auth_option> given;
   for (const auto& [key, value] : options) given.push_back({key.c_str(), value.c_str()});
-  Refreshed told;
-  const connect_bridge_auth_report report = report_to(told);
+  Refreshed reported;
+  const connect_bridge_auth_report report = report_to(reported);
   void* const self = functions->open(given.data(), given.size(), &report);
-  setup.warnings = std::move(told.warnings);
+  setup.warnings = std::move(reported.warnings);
   if (self) {
     setup.authenticator.reset(new PluginLogin(*functions, self));
     return setup;
   }
-  if (told.problems.empty()) told.problems.emplace_back("it does not say why");
-  for (const std::string& why : told.problems)
+  if (reported.problems.empty()) reported.problems.emplace_back("it does not say why");
+  for (const std::string& why : reported.problems)
     setup.problems.push_back("'" + file + "' does not start: " + why);
   return setup;
 }
@@ -138,10 +138,10 @@ Judgement PluginLogin::judge(const Attempt& attempt, Stamp now) {
 }
 
 Refreshed PluginLogin::refresh(Stamp now) {
-  Refreshed told;
-  const connect_bridge_auth_report report = report_to(told);
+  Refreshed reported;
+  const connect_bridge_auth_report report = report_to(reported);
   if (functions_.refresh) functions_.refresh(self_, now, &report);
-  return told;
+  return reported;
 }
 
 }  // namespace connect_bridge

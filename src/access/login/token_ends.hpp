@@ -26,11 +26,11 @@ class TokenEnds {
   [[nodiscard]] std::optional<std::string> take_line(const TokenTable& table,
                                                      const std::string& source, Stamp now);
   // The table was read again: the next line does not wait for its day.
-  void tell_again() { told_.reset(); }
+  void tell_again() { logged_at_.reset(); }
 
  private:
   std::string once_;
-  std::optional<Stamp> told_;  // time of the last line
+  std::optional<Stamp> logged_at_;  // time of the last line
 };
 
 }  // namespace connect_bridge

@@ -73,12 +73,12 @@ class Folder {
   // after a second a line on stderr names the holder. Returns the problem; empty: none.
   [[nodiscard]] std::string lock_soon(std::chrono::seconds patience) const {
     const auto begin = std::chrono::steady_clock::now();
-    bool told = false;
+    bool logged = false;
     while (handle_ >= 0 && ::flock(handle_, LOCK_EX | LOCK_NB) != 0) {
       if (errno != EWOULDBLOCK && errno != EINTR) break;  // a file system without locks
       const auto waited = std::chrono::steady_clock::now() - begin;
       if (waited >= patience) return holder_of_lock(handle_);
-      if (waited >= kSilence && !std::exchange(told, true))
+      if (waited >= kSilence && !std::exchange(logged, true))
         std::fprintf(stderr, "waiting: %s\n", holder_of_lock(handle_).c_str());
       ::poll(nullptr, 0, kLockStepMs);  // no event reports that a lock is free
     }

@@ -115,11 +115,12 @@ void KeyAddress::take(const HttpAnswer& answer) {
   if (!problems.empty()) {
     wait_ = retry_;
     retry_ = std::min(2 * retry_, kPeriodUsual);
-    if (problems.front() != std::exchange(told_, problems.front())) problems_ = std::move(problems);
+    if (problems.front() != std::exchange(reported_, problems.front()))
+      problems_ = std::move(problems);
     return;
   }
   retry_ = kRetryMin;
-  told_.clear();
+  reported_.clear();
   wait_ = std::clamp(answer.max_age.value_or(kPeriodUsual), kPeriodMin, kPeriodMax);
   if (keys.empty()) return;  // the same text
   text_ = answer.body;

@@ -79,7 +79,7 @@ class KeyAddress : public KeySource {
   std::optional<std::vector<JwtKey>> keys_;  // not yet reported
   std::vector<std::string> problems_;        // not yet reported
   std::string text_;                         // of the last answer
-  std::string told_;                         // the last problem reported
+  std::string reported_;                     // the last problem reported
   std::chrono::seconds wait_{0};             // until the next request
   std::chrono::seconds retry_ = kRetryMin;
   std::thread thread_;

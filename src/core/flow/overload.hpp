@@ -71,8 +71,8 @@ class Overload {
   // the quicker one of the last two. 0: they leave too quickly to tell, or only one has told. One
   // tells by itself if it took long and none was quick before: else the path stood still.
   [[nodiscard]] double rate() const {
-    const bool told = rate_before_ > 0 || (!quick_ && last_ && *last_ >= kSurelyTelling);
-    return told ? std::max(rate_, rate_before_) : 0;
+    const bool shown = rate_before_ > 0 || (!quick_ && last_ && *last_ >= kSurelyTelling);
+    return shown ? std::max(rate_, rate_before_) : 0;
   }
 
   // Messages have left too quickly to tell a rate, and no slow ones came after them.

@@ -24,7 +24,7 @@ class Pacer {
   static constexpr TimePoint kNever = TimePoint::max();
 
   // Call it before next_at().
-  void repairs(const Repairs& told) { path_.repairs(told); }
+  void repairs(const Repairs& counted) { path_.repairs(counted); }
 
   // Whether data is under way, or was cut short: then repairs() matters even if none waits.
   [[nodiscard]] bool measures() const { return !path_.idle(); }

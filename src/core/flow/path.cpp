@@ -45,9 +45,9 @@ void Path::sent(const SentPacket& packet) {
 }
 
 // Data sent before a segment was repeated may have to wait for that segment.
-void Path::repairs(const Repairs& told) {
-  if (told.open && told.repeated != repairs_.repeated) repair_end_ = sent_bytes_;
-  repairs_ = told;
+void Path::repairs(const Repairs& counted) {
+  if (counted.open && counted.repeated != repairs_.repeated) repair_end_ = sent_bytes_;
+  repairs_ = counted;
 }
 
 void Path::forget_base() {

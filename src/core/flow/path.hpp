@@ -32,7 +32,7 @@ struct Arrival {
 class Path {
  public:
   void sent(const SentPacket& packet);
-  void repairs(const Repairs& told);
+  void repairs(const Repairs& counted);
   // A loss is being repaired, or was, and the acknowledgements of what waited have not come yet.
   [[nodiscard]] bool is_repaired() const { return repairs_.open || acked_bytes_ < repair_end_; }
   // Everything is acknowledged, and there was nothing more to send.

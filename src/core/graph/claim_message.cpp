@@ -102,7 +102,7 @@ std::optional<Claim> parse_claim(ByteView cdr) {
   const auto text = reader.string();
   if (!text || *mark != kMark) return std::nullopt;
   Claim claim;
-  claim.good_for = kClaimGoodUntold;
+  claim.good_for = kClaimGoodDefault;
   std::string_view rest = *text;
   if (!from_hex(rest.substr(0, rest.find(' ')), claim.side.bytes)) return std::nullopt;
   while (rest.find(' ') != std::string_view::npos) {

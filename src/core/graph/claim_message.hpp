@@ -20,7 +20,7 @@ inline constexpr std::size_t kClaimBytesMax = 256 + 100 * kClaimOriginsMax;
 // The longest time that a claim may state for itself.
 inline constexpr Duration kClaimGoodMax = std::chrono::hours(1);
 // The time of a claim that states none.
-inline constexpr Duration kClaimGoodUntold = std::chrono::seconds(10);
+inline constexpr Duration kClaimGoodDefault = std::chrono::seconds(10);
 
 struct Claim {
   Token128 side;

@@ -63,9 +63,9 @@ bool ClaimsTopic::take_due(const Now& now) {
 }
 
 TimePoint ClaimsTopic::changes_at() const {
-  if (told_bytes_ < kLargeBytes) return told_at_;
-  const Duration rest = kRestOfByte * static_cast<std::int64_t>(told_bytes_);
-  return told_at_ + std::min(rest, claims_.any() ? kRestBesideOthersMax : kRestMax);
+  if (published_bytes_ < kLargeBytes) return published_at_;
+  const Duration rest = kRestOfByte * static_cast<std::int64_t>(published_bytes_);
+  return published_at_ + std::min(rest, claims_.any() ? kRestBesideOthersMax : kRestMax);
 }
 
 std::optional<TimePoint> ClaimsTopic::deadline() const {
@@ -75,9 +75,9 @@ std::optional<TimePoint> ClaimsTopic::deadline() const {
 }
 
 void ClaimsTopic::publish(Claim claim, const Now& now) {
-  told_at_ = now.steady;
-  told_bytes_ = claim_bytes(claim);
-  period_ = period_of(told_bytes_);
+  published_at_ = now.steady;
+  published_bytes_ = claim_bytes(claim);
+  period_ = period_of(published_bytes_);
   // A silent bridge may still serve calls until its peer notices the loss.
   const Duration good = std::max<Duration>(kMissingMax * period_, dead_after_ + kAfterDead);
   good_for_ = std::min(good, kClaimGoodMax);

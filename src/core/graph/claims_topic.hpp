@@ -29,7 +29,7 @@ class ClaimsTopic {
   // This process, beside another bridge, stood still for longer than its last claim was valid: the
   // other bridge may have taken over everything. True until the next claim is published.
   [[nodiscard]] bool has_lapsed(const Now& now) const {
-    return claims_.any() && told_at_ + good_for_ < now.steady;
+    return claims_.any() && published_at_ + good_for_ < now.steady;
   }
   // Publishes the claim. The last one also reaches bridges that start later.
   void publish(Claim claim, const Now& now);
@@ -49,7 +49,7 @@ class ClaimsTopic {
   [[nodiscard]] TimePoint changes_at() const;
   // The period may be shorter by now, because another bridge has appeared.
   [[nodiscard]] TimePoint repeat_at() const {
-    return told_at_ + std::min(period_, period_of(told_bytes_));
+    return published_at_ + std::min(period_, period_of(published_bytes_));
   }
 
   Claims& claims_;
@@ -58,10 +58,10 @@ class ClaimsTopic {
   MirrorId mirror_;
   SubscriptionId subscription_;
   bool changed_ = false;
-  TimePoint told_at_{};
-  std::size_t told_bytes_ = 0;  // size of the last claim
-  Duration period_{};           // period of repetition that the last claim assumed
-  Duration good_for_{};         // validity that the last claim stated
+  TimePoint published_at_{};
+  std::size_t published_bytes_ = 0;  // size of the last claim
+  Duration period_{};                // period of repetition that the last claim assumed
+  Duration good_for_{};              // validity that the last claim stated
   // Delays are short enough that a service has no mirror before its claim
   // (core/graph/claiming.hpp).
   Pace pace_{20, std::chrono::milliseconds(20)};

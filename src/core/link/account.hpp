@@ -9,8 +9,8 @@
 
 #include "core/base/budget.hpp"
 #include "core/base/log_limit.hpp"
+#include "core/base/logged_once.hpp"
 #include "core/base/pace.hpp"
-#include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/link/appearing.hpp"
 #include "core/link/inflation_pace.hpp"
@@ -113,7 +113,7 @@ struct Account {
   static constexpr std::uint64_t kChannelsMax = 16384;
   static constexpr std::uint64_t kListenersMax = 16384;
   Budget channels;
-  Budget told_listeners;
+  Budget reported_listeners;
   Budget listened;            // topics without a publisher here that its peers subscribe to
   Budget early;               // samples for its peers that wait for the answer to an offer
   ProxyNames proxy_nodes;     // nodes here that own them
@@ -131,7 +131,7 @@ struct Account {
   LogLimit declines;                            // of channels that were declined before
   CallLines calls_served;                       // served here for its peers
   CallLines calls_made;                         // made to its peers
-  TellOnce told;
+  LoggedOnce logged;
 
  private:
   Shares* all_;
@@ -160,9 +160,10 @@ class Accounts {
   [[nodiscard]] const Budget& memory() const { return shares_.memory; }
   void on_time(const Now& now) {
     now_ = now.steady;
-    if (now_ < told_at_) return;
-    told_at_ = now_ + std::chrono::seconds(1);  // not at each deadline: there may be many accounts
-    for (auto& [name, account] : accounts_) account->told.on_time(now);
+    if (now_ < next_review_) return;
+    next_review_ =
+        now_ + std::chrono::seconds(1);  // not at each deadline: there may be many accounts
+    for (auto& [name, account] : accounts_) account->logged.on_time(now);
   }
 
  private:
@@ -179,8 +180,8 @@ class Accounts {
   Shares shares_;
   std::size_t kept_ = kUnusedMax;
   std::uint64_t last_number_ = 0;
-  TimePoint now_{};      // time of the last on_time()
-  TimePoint told_at_{};  // when records of lines that were logged once are next reviewed
+  TimePoint now_{};          // time of the last on_time()
+  TimePoint next_review_{};  // when records of lines that were logged once are next reviewed
   std::map<std::string, std::shared_ptr<Account>> accounts_;
 };
 

@@ -9,7 +9,7 @@ namespace connect_bridge {
 namespace {
 
 // The largest message that every peer accepts unless it states another limit (docs/protocol.md).
-constexpr std::uint32_t kMessageBytesUntold = 64 << 20;
+constexpr std::uint32_t kMessageBytesUnknown = 64 << 20;
 constexpr Duration kProbeTimeMin = std::chrono::seconds(1);
 constexpr Duration kQuickTimePeriod = std::chrono::milliseconds(100);
 
@@ -92,7 +92,7 @@ void Connection::on_welcome(ByteView record, const Now& now) {
   peer_.side = w.side;
   peer_.session = w.session;
   peer_.node = w.node;
-  peer_.message_bytes_max = w.message_bytes_max > 0 ? w.message_bytes_max : kMessageBytesUntold;
+  peer_.message_bytes_max = w.message_bytes_max > 0 ? w.message_bytes_max : kMessageBytesUnknown;
   opened(now);
 }
 
@@ -100,7 +100,7 @@ void Connection::on_authenticated(const Identity& identity, Token128 session, co
   if (state_ != State::kAuthenticating) return;
   peer_.identity = identity;
   peer_.session = session;
-  peer_.message_bytes_max = kMessageBytesUntold;  // until its "accepts" gives a limit
+  peer_.message_bytes_max = kMessageBytesUnknown;  // until its "accepts" gives a limit
   Welcome welcome;
   welcome.side = options_.side;
   welcome.session = session;

@@ -24,7 +24,7 @@ void LastFailure::set(Failure why, const Now& now) {
     before_until_ = now.steady + kTurn;
   }
   next_ = now.steady + (now.steady - *since_ < kFirstPeriod ? kFirstPeriod : kPeriod);
-  told_ = true;
+  logged_ = true;
 }
 
 void LastFailure::tell(Line line, const Now& now) {
@@ -34,9 +34,9 @@ void LastFailure::tell(Line line, const Now& now) {
   }
   const bool same = line.why == last_;
   // A reason that was not logged and stays is logged the second time.
-  const bool is_news = same ? !told_ : news_ < kNews;
+  const bool is_news = same ? !logged_ : news_ < kNews;
   if (!is_news && now.steady < next_) {
-    if (!same) told_ = false;
+    if (!same) logged_ = false;
     last_ = line.why;
     return;
   }

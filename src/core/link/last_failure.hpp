@@ -56,7 +56,7 @@ class LastFailure {
   std::optional<TimePoint> since_;  // since then no link is open
   TimePoint next_{};                // until then the same reason is not logged again
   int news_ = 0;                    // told, since a reason has stayed
-  bool told_ = true;                // the last one was
+  bool logged_ = true;              // the last one was
 };
 
 }  // namespace connect_bridge

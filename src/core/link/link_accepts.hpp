@@ -28,7 +28,7 @@ class LinkAccepts {
   bool adopt(Accepts list) {
     // A list that we skipped may have made the peer decline what this list accepts again.
     const bool passed_over = std::exchange(passed_over_, false);
-    if (list_ && !passed_over && list_->told() == list) return false;
+    if (list_ && !passed_over && list_->list() == list) return false;
     list_.emplace(std::move(list));
     ++lists_;
     return true;

@@ -58,7 +58,7 @@ inline void log_decline(Outputs& outputs, const Link& link, Ending& declined,
   const std::string line = link.label() + " does not import " + what + ", and says: " + reason +
                            " (" + decline.code + ")";
   const bool again = !std::exchange(declined.reason, std::move(reason)).empty();
-  if (again ? link.account->declines.count(now).has_value() : link.account->told.first(line))
+  if (again ? link.account->declines.count(now).has_value() : link.account->logged.first(line))
     outputs.log(LogLevel::kWarn, line);
 }
 
@@ -66,7 +66,7 @@ inline void log_decline(Outputs& outputs, const Link& link, Ending& declined,
 inline void log_withdrawn(Outputs& outputs, const Link& link, const std::string& what,
                           const Withdraw& withdraw) {
   if (withdraw.code.empty()) return;
-  outputs.log_once(link.account->told, LogLevel::kWarn,
+  outputs.log_once(link.account->logged, LogLevel::kWarn,
                    link.label() + " cannot export " + what + ", and says: " + withdraw.reason +
                        " (" + withdraw.code + ")");
 }
@@ -84,7 +84,7 @@ struct TypeDifference {
 inline void log_difference(Outputs& outputs, const Link& link, const TypeDifference& difference) {
   const std::string& type = difference.type;
   const std::string key = difference.used ? "type_mismatch_used " : "type_mismatch ";
-  if (!link.account->told.first(key + type + " " + difference.hash_there)) return;
+  if (!link.account->logged.first(key + type + " " + difference.hash_there)) return;
   const std::string text = difference.what + ": the definition of " + type + " here (" +
                            shown_hash(difference.hash_here) + ") is not that of " + link.label() +
                            " (" + shown_hash(difference.hash_there) + "). ";

@@ -93,8 +93,8 @@ void Links::look_at(Connection& stranger, const Now& now) {
 }
 
 void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
-                   const std::string& told) {
-  strangers_.refuse(stranger, why, now, told);
+                   const std::string& sent) {
+  strangers_.refuse(stranger, why, now, sent);
   if (options_.role == Role::kServer) return;
   const Cause cause = cause_of(why.code);
   const std::string hint = " (" + std::string(name_of(why.code)) + ")" + advice(cause);

@@ -108,9 +108,9 @@ class Links {
   // Handles the progress that the last input brought to a connection before its login.
   void look_at(Connection& stranger, const Now& now);
   // Refuses an unauthenticated connection. The reason is logged; the peer gets the same words, or
-  // only `told`.
+  // only `sent`.
   void refuse(ConnectionId stranger, const Error& why, const Now& now,
-              const std::string& told = {});
+              const std::string& sent = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
   // The connection is gone, or about to be; `loss`: the consequence for the link.
   void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);

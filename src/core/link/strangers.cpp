@@ -54,18 +54,18 @@ std::unique_ptr<Connection> Strangers::take(ConnectionId connection) {
 }
 
 void Strangers::refuse(ConnectionId connection, const Error& why, const Now& now,
-                       const std::string& told) {
+                       const std::string& sent) {
   if (why.code == CloseCode::kLoginTimeout) ++counts_.login_timeouts;
   if (why.code == CloseCode::kTooManyConnections) ++counts_.logins_without_place;
   if (why.code == CloseCode::kLoginNotJudged) ++counts_.logins_not_judged;
-  end(connection, why, now, told);
+  end(connection, why, now, sent);
 }
 
 void Strangers::end(ConnectionId connection, const Error& why, const Now& now,
-                    const std::string& told) {
+                    const std::string& sent) {
   const auto refused = take(connection);
   if (options_.role == Role::kServer) note_refusal(*refused, why, refusals_, outputs_, now);
-  outputs_.push(CloseConnection{connection, why.code, told.empty() ? why.message : told});
+  outputs_.push(CloseConnection{connection, why.code, sent.empty() ? why.message : sent});
 }
 
 void Strangers::close_all(CloseCode code, const std::string& reason) {

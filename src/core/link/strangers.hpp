@@ -35,9 +35,9 @@ class Strangers {
   // The connection carries a link from now on, or is gone. Null: it was not here.
   std::unique_ptr<Connection> take(ConnectionId connection);
   // Closes the connection, and counts it by this code. The reason is logged; the peer gets the same
-  // words, or only `told`.
+  // words, or only `sent`.
   void refuse(ConnectionId connection, const Error& why, const Now& now,
-              const std::string& told = {});
+              const std::string& sent = {});
   void close_all(CloseCode code, const std::string& reason);
 
   // The login method's answer for a connection that is here. `not_before`: when it may be let in.
@@ -66,7 +66,7 @@ class Strangers {
   };
 
   // Closes the connection without counting it.
-  void end(ConnectionId connection, const Error& why, const Now& now, const std::string& told = {});
+  void end(ConnectionId connection, const Error& why, const Now& now, const std::string& sent = {});
   [[nodiscard]] bool is_one_too_many(const Place& wrong, const Now& now);
 
   const LinkOptions& options_;

@@ -74,7 +74,7 @@ ProxyNames::Hold take_proxy_node(const SideView& side, const Link& link, const s
   if (name.empty()) return nullptr;
   auto hold = link.account->proxy_nodes.take(name);
   if (!hold)
-    side.outputs.log_once(link.account->told, LogLevel::kWarn,
+    side.outputs.log_once(link.account->logged, LogLevel::kWarn,
                           link.label() + " has endpoints of more than " +
                               std::to_string(ProxyNames::kMost) +
                               " nodes: those of further nodes belong to the node of this program");

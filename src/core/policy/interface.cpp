@@ -53,11 +53,11 @@ bool has_suffix(std::string_view type, std::string_view suffix) {
 Opening opening_of_part(const Interface& what) {
   const auto part = part_of_action(what.kind, what.name, what.type);
   if (!part) return {};
-  const auto told = what.action_type;
-  const auto type = part->action_type.empty() ? told : part->action_type;
+  const auto stated = what.action_type;
+  const auto type = part->action_type.empty() ? stated : part->action_type;
   // For cancel and status the offer alone says which action they belong to; for the others it must
   // not contradict their own type.
-  if (!is_action_type(type) || (!told.empty() && told != type)) return {};
+  if (!is_action_type(type) || (!stated.empty() && stated != type)) return {};
   return {OpenedBy::kActions, part->action, type};
 }
 

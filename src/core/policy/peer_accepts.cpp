@@ -48,10 +48,10 @@ bool PeerAccepts::Patterns::match(std::string_view name, Hidden hidden,
   return false;
 }
 
-PeerAccepts::PeerAccepts(Accepts told) : told_(std::move(told)) {
+PeerAccepts::PeerAccepts(Accepts list) : list_(std::move(list)) {
   const auto patterns_for = [&](OpenedBy by) -> Patterns& { return opened_by_[by]; };
-  for (std::size_t i = 0; i < told_.rules.size(); ++i) {
-    const AcceptedNames& rule = told_.rules[i];
+  for (std::size_t i = 0; i < list_.rules.size(); ++i) {
+    const AcceptedNames& rule = list_.rules[i];
     patterns_for(OpenedBy::kTopics).add(rule.topics, i);
     patterns_for(OpenedBy::kServices).add(rule.services, i);
     patterns_for(OpenedBy::kActions).add(rule.actions, i);
@@ -59,7 +59,7 @@ PeerAccepts::PeerAccepts(Accepts told) : told_(std::move(told)) {
     for (const auto& type : rule.types) types_.emplace_back(type, i);
     of_any_type_[i] = rule.types.empty();
   }
-  deny_.add(told_.deny, kNoRule);
+  deny_.add(list_.deny, kNoRule);
   for (auto& patterns : opened_by_.values) patterns.compile();
   deny_.compile();
   std::sort(types_.begin(), types_.end());
@@ -91,7 +91,7 @@ bool PeerAccepts::takes(const Interface& what) const {
 }
 
 bool PeerAccepts::takes_parameters() const {
-  return std::any_of(told_.rules.begin(), told_.rules.end(),
+  return std::any_of(list_.rules.begin(), list_.rules.end(),
                      [](const auto& rule) { return !rule.parameters.empty(); });
 }
 

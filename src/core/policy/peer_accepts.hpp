@@ -22,11 +22,11 @@ namespace connect_bridge {
 // list and a name that are made for it, some ten. Single-threaded.
 class PeerAccepts {
  public:
-  explicit PeerAccepts(Accepts told);
+  explicit PeerAccepts(Accepts list);
   PeerAccepts(const PeerAccepts&) = delete;
   PeerAccepts& operator=(const PeerAccepts&) = delete;
 
-  [[nodiscard]] const Accepts& told() const { return told_; }
+  [[nodiscard]] const Accepts& list() const { return list_; }
 
   // Whether the peer takes this channel (or origin of /parameter_events).
   [[nodiscard]] bool takes(const Interface& what) const;
@@ -54,7 +54,7 @@ class PeerAccepts {
   [[nodiscard]] RuleSet rules_with_type(const Opening& opening) const;
   [[nodiscard]] bool denies(const Interface& what, const Opening& opening) const;
 
-  const Accepts told_;  // all texts are pieces of it
+  const Accepts list_;  // all texts are pieces of it
   EnumArray<OpenedBy, Patterns, 5> opened_by_;
   Patterns deny_;
   Names types_;

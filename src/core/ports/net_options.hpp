@@ -58,7 +58,7 @@ struct SocketOptions {
 
 // The form in which a proxy gives the client's address. Only one form is used: a header that the
 // proxy does not write itself may come from the client unchanged.
-enum class ToldBy : std::uint8_t { kXForwardedFor, kProxyProtocol };
+enum class NamedBy : std::uint8_t { kXForwardedFor, kProxyProtocol };
 
 // A server that no client can reach waits at a relay for its clients.
 struct RelayOptions {
@@ -80,10 +80,10 @@ struct ListenOptions {
   std::optional<TlsOptions> tls;
   std::optional<RelayOptions> relay;  // needs `tls`
   // Addresses and ranges ("10.0.0.0/8") of proxies that are trusted to give the client's address:
-  // limits per address then use that. With ToldBy::kProxyProtocol all their connections must begin
+  // limits per address then use that. With NamedBy::kProxyProtocol all their connections must begin
   // with such a header; connections of others must not.
   std::vector<std::string> trusted_proxies;
-  ToldBy told_by = ToldBy::kXForwardedFor;
+  NamedBy named_by = NamedBy::kXForwardedFor;
   bool proxies_only = false;         // connections of others are dropped
   std::size_t connections_max = 64;  // further ones get HTTP 503
   // Addresses of the loopback have this many times the limits of others: a proxy there stands for

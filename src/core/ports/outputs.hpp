@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/base/follow_ups.hpp"
-#include "core/base/tell_once.hpp"
+#include "core/base/logged_once.hpp"
 #include "core/ports/actions.hpp"
 #include "core/ports/payer.hpp"
 
@@ -52,13 +52,13 @@ class Outputs {
 
   // Logs a line once: for an event that comes back as often as its cause, and for a line that
   // several parts log alike.
-  void log_once(LogLevel level, const std::string& text) { log_once(told_, level, text); }
+  void log_once(LogLevel level, const std::string& text) { log_once(logged_, level, text); }
   // The record of lines that were logged once and are not of one identity.
-  [[nodiscard]] TellOnce& told() { return told_; }
-  // Logs a line with words of a peer once. `told`: the record of the peer's identity, so that the
+  [[nodiscard]] LoggedOnce& logged() { return logged_; }
+  // Logs a line with words of a peer once. `logged`: the record of the peer's identity, so that the
   // peer silences no other's lines.
-  void log_once(TellOnce& told, LogLevel level, const std::string& text) {
-    if (told.first(text)) log(level, text);
+  void log_once(LoggedOnce& logged, LogLevel level, const std::string& text) {
+    if (logged.first(text)) log(level, text);
   }
 
   // True: an audit log is kept. Otherwise its lines need not be made.
@@ -66,7 +66,7 @@ class Outputs {
   void set_audits(bool on) { audits_ = on; }
 
   // Called from time to time.
-  void on_time(const Now& now) { told_.on_time(now); }
+  void on_time(const Now& now) { logged_.on_time(now); }
 
   std::optional<Action> next() {
     if (actions_.empty()) return std::nullopt;
@@ -93,7 +93,7 @@ class Outputs {
   Payer payer_;                // of the present work
   std::vector<Payer> paying_;  // each once
   FollowUps follow_ups_;
-  TellOnce told_;
+  LoggedOnce logged_;
   bool audits_ = false;
   std::tuple<SubscriptionId, MirrorId, ServiceMirrorId, ServiceClientId, InvocationId, JobId,
              PictureId>

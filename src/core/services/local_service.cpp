@@ -164,7 +164,7 @@ void LocalService::release_client() {
                                 [](const auto& e) { return e.second.holds_client(); });
   if (held || !client_ || !to_cancel_.empty() || !own_.empty()) return;
   room_.cancel();
-  told_wait_.cancel();
+  wait_logged_.cancel();
   exports_.outputs.push(DestroyServiceClient{client_});
   exports_.by_client.erase(client_);
   client_ = {};
@@ -212,7 +212,7 @@ void LocalService::on(const ServiceClientFailed& failed, const Now& now) {
   for (auto& [link, service_offer] : service_offers_)
     service_offer.end({failed.reason, failed.code}, now);
   room_.cancel();
-  told_wait_.cancel();
+  wait_logged_.cancel();
   client_ = {};
 }
 
@@ -331,10 +331,10 @@ void LocalService::begin_calls(const Now& now) {
 
 void LocalService::tell_wait(const Now& now) {
   const auto& wait = gate_.wait();
-  if (!wait) return told_wait_.cancel();
+  if (!wait) return wait_logged_.cancel();
   const TimePoint at = wait->since + kWaitTold;
   if (now.steady < at) {
-    if (!told_wait_ || told_wait_.at() != at) told_wait_ = exports_.timers.set(at, {this});
+    if (!wait_logged_ || wait_logged_.at() != at) wait_logged_ = exports_.timers.set(at, {this});
     return;
   }
   const bool queue = wait->obstacle == CallGate::Obstacle::kQueue;

@@ -107,8 +107,8 @@ class LocalService {
   bool failed_ = false;
   std::string type_hash_;
   CallGate gate_;
-  Timers<CallDue>::Timer room_;       // calls wait for room in the server's queue
-  Timers<CallDue>::Timer told_wait_;  // calls wait: when that is logged
+  Timers<CallDue>::Timer room_;         // calls wait for room in the server's queue
+  Timers<CallDue>::Timer wait_logged_;  // calls wait: when that is logged
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
   std::deque<SentGoal> to_cancel_;                             // that wait for the server
   static constexpr std::size_t kOwnAtOnce = 8;

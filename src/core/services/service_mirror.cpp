@@ -88,7 +88,7 @@ bool ServiceMirror::may_be_claimed(const PeerService& peer_service, const Now& n
   Account& account = *peer_service.link().account;
   if (account.service_places.room() > 0) return true;
   note_waiting(peer_service);
-  imports_.outputs.log_once(account.told, LogLevel::kWarn,
+  imports_.outputs.log_once(account.logged, LogLevel::kWarn,
                             "no place is left for more services of " + peer_service.link().label() +
                                 ": not all of them exist here");
   look_again(next_look(now));
@@ -205,7 +205,7 @@ bool ServiceMirror::may_exist(const PeerService& peer_service) {
   // stays, but none is made while the graph shows the other one.
   if (is_served_by_bridge()) return bool(mirror_);
   const Link& link = peer_service.link();
-  imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
+  imports_.outputs.log_once(link.account->logged, LogLevel::kWarn,
                             key_.first + " has a server here and one behind " + link.label() +
                                 ": the one there is not mirrored");
   return false;
@@ -262,7 +262,7 @@ bool ServiceMirror::on_offer(Link& link, const ChannelOffer& offer, Decision dec
       !peer_service.keep_results(now))
     destroy_mirror("the peer has forgotten them", now);
   if (peer_services_.size() > 1)
-    imports_.outputs.log_once(link.account->told, LogLevel::kWarn,
+    imports_.outputs.log_once(link.account->logged, LogLevel::kWarn,
                               "several links offer " + key_.first + ": one of them is called");
   peer_service.on_offer(offer, std::move(decision));
   failed_ = false;
@@ -345,7 +345,7 @@ void ServiceMirror::on_mirror_failed(const ServiceMirrorFailed& failed, const No
   if (again) return close("the mirror failed", now);
   if (peer_service) {
     if (failed.hash_here.empty())
-      imports_.outputs.log_once(peer_service->link().account->told, LogLevel::kError,
+      imports_.outputs.log_once(peer_service->link().account->logged, LogLevel::kError,
                                 "cannot mirror " +
                                     shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
                                     failed.reason);

@@ -27,7 +27,7 @@ bool is_same(const MissingName& a, const MissingName& b) {
 }
 
 // The rest has a line of its own, or is how things are most of the time.
-bool is_told(const MissingName& name) {
+bool is_logged(const MissingName& name) {
   switch (name.reason) {
     case MissingReason::kNoRule:
     case MissingReason::kOtherPeer:
@@ -179,9 +179,9 @@ void Missing::tell(const Link& link, OfLink& of_link, const Now& now) const {
   if (now.steady < of_link.tells_at) return;
   std::vector<const MissingName*> names;
   for (const auto& [name, since] : of_link.found)
-    if (is_told(name) && since + kLasting <= now.steady) names.push_back(&name);
+    if (is_logged(name) && since + kLasting <= now.steady) names.push_back(&name);
   if (names.empty()) {
-    of_link.told.clear();
+    of_link.logged.clear();
     return;
   }
   const bool one = names.size() == 1;
@@ -191,10 +191,10 @@ void Missing::tell(const Link& link, OfLink& of_link, const Now& now) const {
   for (std::size_t i = 0; i < names.size() && i < kNamesInLine; ++i)
     line += (i == 0 ? "" : "; ") + shown_in_line(*names[i]);
   if (names.size() > kNamesInLine) line += "; more in the status (ctl status)";
-  if (line == of_link.told) return;
-  of_link.told = line;
+  if (line == of_link.logged) return;
+  of_link.logged = line;
   of_link.tells_at = now.steady + kLinesPeriod;
-  side_.outputs.log_once(link.account->told, LogLevel::kInfo, line);
+  side_.outputs.log_once(link.account->logged, LogLevel::kInfo, line);
 }
 
 void Missing::add_status(const Link& link, LinkStatus& status) const {

@@ -51,7 +51,7 @@ class Missing {
     std::vector<Wish> under_way;  // the question that has no answer yet
     Wish asked_last;
     TimePoint asks_again{};  // about what was answered
-    std::string told;        // the last line of the log
+    std::string logged;      // the last line of the log
     TimePoint tells_at{};
   };
 

@@ -245,7 +245,7 @@ void Search::export_lonely(const Wish& wish) {
   }
   const TopicState* topic = side_.graph.find({wish.name, wish.type});
   if (!link_.accepts->takes({wish.kind, *wire_name, wish.type})) {
-    const auto types = types_taken(link_.accepts->told(), *wire_name);
+    const auto types = types_taken(link_.accepts->list(), *wire_name);
     if (types.empty() || std::find(types.begin(), types.end(), wish.type) != types.end())
       return add(lonely_, wish, {MissingReason::kNotTaken, "", "the peer's rules do not import it"},
                  waits);

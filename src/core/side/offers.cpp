@@ -21,7 +21,7 @@ void log_lack(const Link& link, const SideView& side, const std::string& shown, 
   const std::string type(part.action_type.empty() ? part.type : part.action_type);
   part.name = *wire_name;
   if (export_right(side, link, part).answer != ExportRight::Answer::kYes) return;
-  if (side.outputs.told().first("type_lacking " + type))
+  if (side.outputs.logged().first("type_lacking " + type))
     side.outputs.log(LogLevel::kWarn, "cannot export " + shown + ": " + lack.reason);
 }
 
@@ -53,7 +53,7 @@ void offer_to(Link& link, const SideView& side, LocalTopics& topics, LocalServic
   topics.collect_offers(link, offers, now);
   services.collect_offers(link, offers, now);
   if (!link.may_offer())
-    side.outputs.log_once(link.account->told, LogLevel::kWarn,
+    side.outputs.log_once(link.account->logged, LogLevel::kWarn,
                           "not all interfaces of this side are offered to " + link.peer().node +
                               ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
   // Not too early: after `complete` the peer forgets channels that were not offered again

@@ -25,7 +25,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       view_{options_, policy_, local_.view, local_.claims, actions_, jobs_, outputs_},
       exports_(view_, options_, &links_.memory()),
       imports_(view_, options_),
-      told_listeners_(view_),
+      local_listeners_(view_),
       service_exports_(view_, options_, random_),
       service_imports_(view_, options_, options_.node),
       missing_(view_),
@@ -102,7 +102,7 @@ void Side::on_graph(const GraphDifference& difference, const Now& now) {
   missing_.on_change(now);
   exports_.on_graph(now);
   update_exports(now);
-  for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
+  for (auto& [id, link] : links_.all()) local_listeners_.tell(link);
   imports_.on_graph(now, difference);
   service_imports_.on_graph(now, difference);
 }
@@ -133,7 +133,7 @@ void Side::on_claims(const Now& now) {
 // Nothing crosses then, and nothing has to.
 void Side::tell_same_graph(const Link& link) {
   if (!link.open() || !local_.claims.is_here(link.peer().side)) return;
-  outputs_.log_once(link.account->told, LogLevel::kWarn,
+  outputs_.log_once(link.account->logged, LogLevel::kWarn,
                     link.label() +
                         " is in this same ROS graph: its nodes are reached without a bridge, and "
                         "nothing crosses this link. To keep two graphs apart on one network, start "
@@ -197,7 +197,7 @@ void Side::tell_rights(Link& link, const Now& now) {
 
 void Side::recheck_rights(const Now& now) {
   recheck(now);
-  for (auto& [id, link] : links_.all()) told_listeners_.recheck(link);
+  for (auto& [id, link] : links_.all()) local_listeners_.recheck(link);
   imports_.on_policy(now);
   service_imports_.on_policy(now);
 }
@@ -241,7 +241,7 @@ std::optional<TimePoint> Side::next_deadline() const {
 
 void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
-  told_listeners_.tell(link);
+  local_listeners_.tell(link);
   missing_.on_link_open(link, now);
   tell_same_graph(link);
   take_time_of(link, now);
@@ -275,7 +275,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   imports_.finish(link, now);
   if (link.life.may_return()) exports_.keep(link, now);
   exports_.on_link_lost(link.id, now);
-  told_listeners_.on_link_lost(link.id);
+  local_listeners_.on_link_lost(link.id);
   missing_.on_link_lost(link.id);
   imports_.on_link_lost(link.id, now);
   if (!link.life.may_return()) link.arrived.clear();
@@ -389,7 +389,7 @@ LinkStatus Side::status_of(const Link& link, const Now& now) const {
     shown.open_for = link.life.open_for(now);
     shown.same_graph = local_.claims.is_here(link.connection()->peer().side);
     shown.two_of_a_kind =
-        !options_.robot.empty() && link.accepts && link.accepts->told().robot == options_.robot;
+        !options_.robot.empty() && link.accepts && link.accepts->list().robot == options_.robot;
   }
   exports_.add_status(link, shown);
   exports_.add_kept(link, shown);

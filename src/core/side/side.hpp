@@ -180,7 +180,7 @@ class Side final : private LinkUser {
   SideView view_;
   LocalTopics exports_;
   PeerTopics imports_;
-  LocalListeners told_listeners_;
+  LocalListeners local_listeners_;
   LocalServices service_exports_;
   PeerServices service_imports_;
   Missing missing_;

@@ -96,7 +96,7 @@ std::optional<TimePoint> ClockPublisher::deadline() const {
 bool wants_clock(const LinkTable& links, const Policy& policy) {
   const auto asks = [](const auto& entry) {
     const Link& link = entry.second;
-    return link.open() && link.accepts && link.accepts->told().ros_time;
+    return link.open() && link.accepts && link.accepts->list().ros_time;
   };
   // Nearly always no link asks.
   if (std::none_of(links.begin(), links.end(), asks)) return false;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr char kType[] = "std_srvs/srv/SetBool";
 // A robot tells each change within 250 ms; the path takes the rest.
-constexpr Duration kToldMax = std::chrono::seconds(2);
+constexpr Duration kAnswerMax = std::chrono::seconds(2);
 constexpr std::size_t kCallsMax = 16;
 
 std::string words_of(WheelState state, WheelWant want, const std::string& topic) {
@@ -22,8 +22,9 @@ std::string words_of(WheelState state, WheelWant want, const std::string& topic)
     case WheelState::kHalted: return "nobody drives " + topic + ": let go first";
     case WheelState::kFree: break;
   }
-  const bool untold = want == WheelWant::kTake;
-  return "nobody drives " + topic + (untold ? ": its robot has not answered, or has no wheel" : "");
+  const bool unanswered = want == WheelWant::kTake;
+  return "nobody drives " + topic +
+         (unanswered ? ": its robot has not answered, or has no wheel" : "");
 }
 
 struct Answer {
@@ -87,7 +88,7 @@ bool DriveSwitch::on_request(const RequestTaken& request, LocalTopics& topics, c
     return true;
   });
   for (TopicOffer* const offer : topics.steered()) offer->want_wheel(want);
-  calls_.push_back({request.request, want, now.steady + kToldMax});
+  calls_.push_back({request.request, want, now.steady + kAnswerMax});
   answer(topics, now);
   return true;
 }

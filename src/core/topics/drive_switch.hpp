@@ -15,7 +15,7 @@
 
 namespace connect_bridge {
 
-// A call is answered when the robots have told that the wheels are as wanted, or after kToldMax.
+// A call is answered when the robots have told that the wheels are as wanted, or after kAnswerMax.
 // Single-threaded; owned by the side.
 class DriveSwitch {
  public:

@@ -24,16 +24,16 @@ class LocalListeners {
   void on_link_lost(LinkId link) { links_.erase(link); }
 
  private:
-  struct Told {
+  struct Reported {
     std::map<TopicKey, bool> permitted;  // of the topics that were checked
     std::map<TopicKey, ListenerId> listeners;
     std::uint32_t last = 0;
   };
 
-  [[nodiscard]] bool permits(Told& told, const Link& link, const TopicKey& topic) const;
+  [[nodiscard]] bool permits(Reported& reported, const Link& link, const TopicKey& topic) const;
 
   const SideView side_;
-  std::map<LinkId, Told> links_;
+  std::map<LinkId, Reported> links_;
 };
 
 }  // namespace connect_bridge

@@ -42,10 +42,10 @@ void LocalTopic::on_graph(const Now& now) {
   if (state) lacks_type_ = state->lack.has_value();  // also when its last publisher has just ended
   if (state) has_header_ = state->has_header;
   if (state) on_type_hash(*state, now);
-  const auto told = origins_.update(state, now);
-  if (!told.empty()) {
+  const auto changed = origins_.update(state, now);
+  if (!changed.empty()) {
     if (std::exchange(failed_, false)) offer_closed_again();
-    for (auto& [link, offer] : offers_) offer.add_origins(told);
+    for (auto& [link, offer] : offers_) offer.add_origins(changed);
     warn_mixed();
     update_subscription(now);
   } else if (context_.listeners.listens(key())) {
@@ -53,7 +53,7 @@ void LocalTopic::on_graph(const Now& now) {
   }
   // The topic is offered to a listening peer first: then the links whose demand to wait for are
   // known.
-  if (told.empty() || parked_.empty() || !context_.listeners.listens(key())) return unpark(now);
+  if (changed.empty() || parked_.empty() || !context_.listeners.listens(key())) return unpark(now);
   parked_.wait_until(now.steady);
 }
 
@@ -270,8 +270,9 @@ void LocalTopic::unsubscribe() {
 
 void LocalTopic::on_subscription_failed(const std::string& code, const std::string& reason) {
   const std::string what = shown(InterfaceKind::kTopic, key().first, key().second);
-  TellOnce& told = origins_.empty() ? context_.listeners.told_of(key()) : context_.outputs.told();
-  context_.outputs.log_once(told, LogLevel::kError, "cannot export " + what + ": " + reason);
+  LoggedOnce& logged =
+      origins_.empty() ? context_.listeners.logged_of(key()) : context_.outputs.logged();
+  context_.outputs.log_once(logged, LogLevel::kError, "cannot export " + what + ": " + reason);
   forget_subscription();
   unsubscribe();
   failed_ = true;
@@ -283,12 +284,12 @@ void LocalTopic::warn_mixed() {
     return entry.second.qos.durability == Durability::kVolatile;
   });
   if (volatiles == 0 || volatiles == static_cast<std::ptrdiff_t>(origins_.size())) return;
-  tell_once(
+  log_once(
       " has transient-local and volatile publishers: it is subscribed as volatile, so samples from "
       "before the subscription are not forwarded");
 }
 
-void LocalTopic::tell_once(const std::string& what) {
+void LocalTopic::log_once(const std::string& what) {
   context_.outputs.log_once(LogLevel::kWarn, key().first + what);
 }
 
@@ -380,7 +381,7 @@ void LocalTopic::read(OutSample& sample, TimePoint taken) const {
 
 void LocalTopic::on_lost(const MessagesLost& lost) {
   offers_.miss(lost.too_large ? DropReason::kTooLarge : DropReason::kLostHere, lost.count);
-  if (lost.too_large) tell_once(": messages larger than max_message_size are dropped");
+  if (lost.too_large) log_once(": messages larger than max_message_size are dropped");
 }
 
 // ---- status

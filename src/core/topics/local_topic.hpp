@@ -88,7 +88,7 @@ class LocalTopic {
   void end_subscription();
   void forget_subscription();
   void warn_mixed();
-  void tell_once(const std::string& what);
+  void log_once(const std::string& what);
 
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);

@@ -63,7 +63,7 @@ class LocalTopics {
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
   // What the peer listens to, whether our rules allow it or not; local names.
   [[nodiscard]] std::vector<TopicKey> listened_by(const Link& link) const {
-    return context_.listeners.told_by(link.id);
+    return context_.listeners.reported_by(link.id);
   }
   // Adds the backlogs of a lost link to its status.
   void add_kept(const Link& link, LinkStatus& status) const;

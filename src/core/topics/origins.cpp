@@ -14,7 +14,7 @@ constexpr Duration kOriginLingerMax = std::chrono::seconds(3);  // while its sam
 
 std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
   static const std::vector<Endpoint> kNobody;
-  std::vector<Gid> told;
+  std::vector<Gid> changed;
   for (const auto& publisher : state ? state->publishers : kNobody) {
     if (origins_.size() >= kChannelOriginsMax && !origins_.contains(publisher.gid))
       continue;  // a peer would refuse the channel (docs/protocol.md, "Limits")
@@ -29,7 +29,7 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     if (named) origin.node = node_of(publisher);
     // The name of a node is sent later as another `added` of the same number (docs/protocol.md,
     // "origins", rule 2).
-    if (is_new || named) told.push_back(publisher.gid);
+    if (is_new || named) changed.push_back(publisher.gid);
     origin.vanishes.cancel();
     origin.lingering = false;
     origin.seen = true;
@@ -38,7 +38,7 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     if (!origin.seen && !origin.vanishes) origin.vanishes = timers_.set(now.steady + kOriginLinger);
     origin.seen = false;
   }
-  return told;
+  return changed;
 }
 
 std::vector<OriginId> Origins::remove_vanished(bool drained,

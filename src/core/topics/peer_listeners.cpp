@@ -25,7 +25,7 @@ bool has_place(const Account& account) {
 Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
   const auto [at, is_new] = links_.try_emplace(link.id, *this, link);
   OfLink& of_link = at->second;
-  if (is_new) of_link.told = link.account->told_listeners.hold(0);
+  if (is_new) of_link.held = link.account->reported_listeners.hold(0);
   auto& listeners = of_link.listeners;
   // Removals come first (docs/protocol.md, "listeners"), so a peer at its limit can replace all in
   // one message. Each removal may end a subscription here, so a peer must not repeat them without
@@ -39,26 +39,26 @@ Result<Nothing> PeerListeners::on_listeners(Link& link, const Listeners& change,
   }
   if (listeners.size() + change.added.size() > kListenersMax)
     return Error{CloseCode::kTooLarge, "more listeners than this side accepts"};
-  for (const auto& told : change.added) {
-    if (listeners.contains(told.listener))
+  for (const auto& reported : change.added) {
+    if (listeners.contains(reported.listener))
       return Error{CloseCode::kIllegal, "the number of a listener is in use"};
-    add(of_link, told);
+    add(of_link, reported);
   }
-  of_link.told.resize(listeners.size());
+  of_link.held.resize(listeners.size());
   serve(of_link, now);
   return Nothing{};
 }
 
 // Parts of actions have no topic here, nor have names that are not ours. Another name may be mapped
 // to the same topic, and the claims topic is not for peers.
-void PeerListeners::add(OfLink& of_link, const ListenerTold& listener) {
+void PeerListeners::add(OfLink& of_link, const ListenerReport& listener) {
   auto& topic = of_link.listeners[listener.listener];
   // Links of one identity could tell of as many as they have times the limit of one.
   const Account& account = *of_link.link->account;
-  const std::uint64_t others = account.told_listeners.used() - of_link.told.amount();
+  const std::uint64_t others = account.reported_listeners.used() - of_link.held.amount();
   if (others + of_link.listeners.size() > Account::kListenersMax)
     return side_.outputs.log_once(
-        of_link.link->account->told, LogLevel::kWarn,
+        of_link.link->account->logged, LogLevel::kWarn,
         "not all that " + of_link.link->owner() + " listens to counts here: at most " +
             std::to_string(Account::kListenersMax) + " listeners for one identity");
   const NameMap& names = of_link.link->names;
@@ -67,11 +67,11 @@ void PeerListeners::add(OfLink& of_link, const ListenerTold& listener) {
       has_action_token(listener.name))
     return;
   topic = TopicKey{local, listener.type};
-  const auto [told, is_new] = of_link.topics.try_emplace(*topic);
-  ++told->second.listeners;
+  const auto [reported, is_new] = of_link.topics.try_emplace(*topic);
+  ++reported->second.listeners;
   if (!is_new) return;
-  told->second.type_hash = listener.type_hash;
-  decide(of_link, *topic, told->second);
+  reported->second.type_hash = listener.type_hash;
+  decide(of_link, *topic, reported->second);
 }
 
 void PeerListeners::remove(OfLink& of_link,
@@ -79,51 +79,52 @@ void PeerListeners::remove(OfLink& of_link,
   const auto topic = std::move(listener->second);
   of_link.listeners.erase(listener);
   if (!topic) return;
-  const auto told = of_link.topics.find(*topic);
-  if (--told->second.listeners > 0) return;
-  leave(of_link, *topic, told->second);
-  of_link.topics.erase(told);
+  const auto reported = of_link.topics.find(*topic);
+  if (--reported->second.listeners > 0) return;
+  leave(of_link, *topic, reported->second);
+  of_link.topics.erase(reported);
 }
 
 // Both sides' rules for an exported topic decide (docs/protocol.md, "listeners", rule 2).
-void PeerListeners::decide(const OfLink& of_link, const TopicKey& key, Told& told) {
+void PeerListeners::decide(const OfLink& of_link, const TopicKey& key, Reported& reported) {
   const Link& link = *of_link.link;
   const std::string name = link.names.wire_name(key.first);
   const auto right = export_right(side_, link, Interface{InterfaceKind::kTopic, name, key.second});
-  if (right.answer != ExportRight::Answer::kYes) return leave(of_link, key, told);
-  const QosOverride before = std::exchange(told.rule, right.decision.treatment.qos);
-  if (!told.topic) return join(of_link, key, told);
-  if (!(told.rule == before)) changed_.insert(key);  // the subscription gets another QoS (rules_of)
+  if (right.answer != ExportRight::Answer::kYes) return leave(of_link, key, reported);
+  const QosOverride before = std::exchange(reported.rule, right.decision.treatment.qos);
+  if (!reported.topic) return join(of_link, key, reported);
+  if (!(reported.rule == before))
+    changed_.insert(key);  // the subscription gets another QoS (rules_of)
 }
 
 void PeerListeners::review(const Link& link, const Now& now) {
   const auto at = links_.find(link.id);
   if (at == links_.end()) return;
-  for (auto& [key, told] : at->second.topics) decide(at->second, key, told);
+  for (auto& [key, reported] : at->second.topics) decide(at->second, key, reported);
   serve(at->second, now);
 }
 
 void PeerListeners::on_link_lost(LinkId link) {
   const auto at = links_.find(link);
   if (at == links_.end()) return;
-  for (auto& [key, told] : at->second.topics) leave(at->second, key, told);
+  for (auto& [key, reported] : at->second.topics) leave(at->second, key, reported);
   links_.erase(at);
 }
 
 // ---- which topics count
 
-void PeerListeners::join(const OfLink& of_link, const TopicKey& key, Told& told) {
-  told.topic = &topics_[key];
-  told.topic->links[of_link.link->id] = &told;
-  if (told.topic->counts) {
+void PeerListeners::join(const OfLink& of_link, const TopicKey& key, Reported& reported) {
+  reported.topic = &topics_[key];
+  reported.topic->links[of_link.link->id] = &reported;
+  if (reported.topic->counts) {
     changed_.insert(key);
   } else {
-    review(key, *told.topic);
+    review(key, *reported.topic);
   }
 }
 
-void PeerListeners::leave(const OfLink& of_link, const TopicKey& key, Told& told) {
-  Topic* const topic = std::exchange(told.topic, nullptr);
+void PeerListeners::leave(const OfLink& of_link, const TopicKey& key, Reported& reported) {
+  Topic* const topic = std::exchange(reported.topic, nullptr);
   if (!topic) return;
   topic->links.erase(of_link.link->id);
   if (topic->counts) changed_.insert(key);
@@ -167,12 +168,12 @@ void PeerListeners::count(const TopicKey& key, Topic& topic, bool counts) {
 }
 
 void PeerListeners::on_graph(const Now& now) {
-  // As many steps as this graph has topics: the peers may have told many more. Published topics
+  // As many steps as this graph has topics: the peers may have reported many more. Published topics
   // give their places back before other topics take them.
   for (const auto& [key, state] : side_.graph.topics()) {
     if (state.publishers.empty()) continue;
-    const auto told = topics_.find(key);
-    if (told != topics_.end() && !told->second.is_free()) review(key, told->second);
+    const auto reported = topics_.find(key);
+    if (reported != topics_.end() && !reported->second.is_free()) review(key, reported->second);
   }
   const std::vector<TopicKey> published(free_.begin(), free_.end());
   for (const TopicKey& key : published)
@@ -190,15 +191,15 @@ void PeerListeners::on_time(const Now& now) {
 void PeerListeners::serve(OfLink& of_link, const Now& now) {
   Account& account = *of_link.link->account;
   const auto next_waiting = [&] {
-    return std::find_if(of_link.topics.begin(), of_link.topics.end(), [](const auto& told) {
-      return told.second.topic && !told.second.topic->counts;
+    return std::find_if(of_link.topics.begin(), of_link.topics.end(), [](const auto& reported) {
+      return reported.second.topic && !reported.second.topic->counts;
     });
   };
   for (auto next = next_waiting(); next != of_link.topics.end(); next = next_waiting()) {
     const Outputs::Paying paying(side_.outputs, account.time);
     // When a place becomes free, give_back() makes the loop look here again.
     if (!has_place(account))
-      return side_.outputs.log_once(account.told, LogLevel::kWarn,
+      return side_.outputs.log_once(account.logged, LogLevel::kWarn,
                                     "not all that " + of_link.link->owner() +
                                         " subscribes to is subscribed here: of topics "
                                         "that nobody publishes at most " +
@@ -218,17 +219,17 @@ const PeerListeners::Topic* PeerListeners::counting(const TopicKey& topic) const
   return known != topics_.end() && known->second.counts ? &known->second : nullptr;
 }
 
-std::vector<TopicKey> PeerListeners::told_by(LinkId link) const {
+std::vector<TopicKey> PeerListeners::reported_by(LinkId link) const {
   std::vector<TopicKey> keys;
   if (const auto at = links_.find(link); at != links_.end())
-    for (const auto& [key, told] : at->second.topics) keys.push_back(key);
+    for (const auto& [key, reported] : at->second.topics) keys.push_back(key);
   return keys;
 }
 
 std::vector<LinkId> PeerListeners::links_of(const TopicKey& topic) const {
   std::vector<LinkId> links;
   if (const Topic* const known = counting(topic))
-    for (const auto& [link, told] : known->links) links.push_back(link);
+    for (const auto& [link, reported] : known->links) links.push_back(link);
   return links;
 }
 
@@ -242,19 +243,22 @@ QosOverride PeerListeners::rules_of(const TopicKey& topic,
   QosOverride weakest;
   const Topic* const known = counting(topic);
   if (!known) return weakest;
-  for (const auto& [link, told] : known->links) {
+  for (const auto& [link, reported] : known->links) {
     if (!count(link)) continue;
-    if (told->rule.reliability == Reliability::kBestEffort)
-      weakest.reliability = told->rule.reliability;
-    if (told->rule.durability == Durability::kVolatile) weakest.durability = told->rule.durability;
-    if (told->rule.depth) weakest.depth = std::max(weakest.depth.value_or(0), *told->rule.depth);
+    if (reported->rule.reliability == Reliability::kBestEffort)
+      weakest.reliability = reported->rule.reliability;
+    if (reported->rule.durability == Durability::kVolatile)
+      weakest.durability = reported->rule.durability;
+    if (reported->rule.depth)
+      weakest.depth = std::max(weakest.depth.value_or(0), *reported->rule.depth);
   }
   return weakest;
 }
 
-TellOnce& PeerListeners::told_of(const TopicKey& topic) const {
+LoggedOnce& PeerListeners::logged_of(const TopicKey& topic) const {
   const Topic* const known = counting(topic);
-  return known ? links_.at(known->links.begin()->first).link->account->told : side_.outputs.told();
+  return known ? links_.at(known->links.begin()->first).link->account->logged
+               : side_.outputs.logged();
 }
 
 }  // namespace connect_bridge

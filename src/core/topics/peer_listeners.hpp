@@ -47,21 +47,21 @@ class PeerListeners {
   // The links that have a listener for the topic.
   [[nodiscard]] std::vector<LinkId> links_of(const TopicKey& topic) const;
   // All topics that this peer subscribes to, even without a rule that allows them; local names.
-  [[nodiscard]] std::vector<TopicKey> told_by(LinkId link) const;
+  [[nodiscard]] std::vector<TopicKey> reported_by(LinkId link) const;
   // The weakest reliability and durability that our rules set for the listening links for which
   // `count` is true.
   [[nodiscard]] QosOverride rules_of(const TopicKey& topic,
                                      const std::function<bool(LinkId)>& count) const;
   // The record of lines that are logged once, for a topic that only listeners have. The account of
   // a listening peer owns it, so lines that a peer causes keep no others out.
-  [[nodiscard]] TellOnce& told_of(const TopicKey& topic) const;
+  [[nodiscard]] LoggedOnce& logged_of(const TopicKey& topic) const;
   // The type hash that a peer reported; empty: none.
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 
  private:
   struct Topic;
   // A topic as one peer has reported it.
-  struct Told {
+  struct Reported {
     std::uint32_t listeners = 0;
     std::string type_hash;
     Topic* topic = nullptr;  // set while the peer may have the topic
@@ -74,14 +74,14 @@ class PeerListeners {
     Link* const link;
     // Keyed by the peer's numbers. Without a topic: the peer cannot have it.
     std::map<ListenerId, std::optional<TopicKey>> listeners;
-    std::map<TopicKey, Told> topics;
-    Budget::Hold told;  // its listeners, among those of its identity
+    std::map<TopicKey, Reported> topics;
+    Budget::Hold held;  // its listeners, among those of its identity
 
    private:
     PeerListeners& owner_;
   };
   struct Topic {
-    std::map<LinkId, const Told*> links;  // links that may have the topic
+    std::map<LinkId, const Reported*> links;  // links that may have the topic
     bool counts = false;
     Budget::Hold place;  // while the topic counts and nobody publishes it here
     LinkId payer;        // the link whose account holds the place
@@ -90,12 +90,12 @@ class PeerListeners {
     [[nodiscard]] bool is_free() const { return counts && !payer; }
   };
 
-  void add(OfLink& of_link, const ListenerTold& told);
+  void add(OfLink& of_link, const ListenerReport& report);
   void remove(OfLink& of_link, std::map<ListenerId, std::optional<TopicKey>>::iterator listener);
   // Decides whether the peer may have the topic, and by which rule.
-  void decide(const OfLink& of_link, const TopicKey& key, Told& told);
-  void join(const OfLink& of_link, const TopicKey& key, Told& told);
-  void leave(const OfLink& of_link, const TopicKey& key, Told& told);
+  void decide(const OfLink& of_link, const TopicKey& key, Reported& reported);
+  void join(const OfLink& of_link, const TopicKey& key, Reported& reported);
+  void leave(const OfLink& of_link, const TopicKey& key, Reported& reported);
   // Decides whether the topic counts, and which account pays.
   void review(const TopicKey& key, Topic& topic);
   // Takes a place from this link's account, if there is room.

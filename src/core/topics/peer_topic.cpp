@@ -64,7 +64,7 @@ void PeerTopic::add_origin(const OriginOffer& origin, const Now& now) {
     peer_.note_left_out(number_);
     context_.look_again(now);
     // Logged once for the identity: the names are the peer's, and may be thousands.
-    if (link_.account->told.first("no more mirrors"))
+    if (link_.account->logged.first("no more mirrors"))
       context_.outputs.log(LogLevel::kWarn,
                            "no more mirrors for " + link_.label() + ", first on " + key_.first +
                                " (too many of this peer or of a topic, or what others leave)");
@@ -105,7 +105,7 @@ Result<Nothing> PeerTopic::on_origins(const OriginsChanged& change, const Now& n
 void PeerTopic::on_too_large(std::uint64_t messages, std::uint64_t bytes) {
   if (messages <= too_large_) return;
   dropped_.add(DropReason::kTooLarge, messages - std::exchange(too_large_, messages));
-  if (link_.account->told.first(key_.first + " has messages beyond our limit"))
+  if (link_.account->logged.first(key_.first + " has messages beyond our limit"))
     context_.outputs.log(LogLevel::kWarn, key_.first + ": " + link_.label() +
                                               " drops messages of " + std::to_string(bytes) +
                                               " bytes, which are larger than `max_message_size` "
@@ -377,7 +377,7 @@ Result<Nothing> PeerTopic::note_form(const InMessage& message) {
     if (!lossy_)  // mutant: lossy_never_picture
       return malformed("a message is not exact, and its demand asks for exact ones");
     sent_as_ = {Codec::kPictureBase, 0, facts->quantiser, facts->half};
-    if (link_.account->told.first(key_.first + " arrives as video"))
+    if (link_.account->logged.first(key_.first + " arrives as video"))
       context_.outputs.log(LogLevel::kInfo,
                            key_.first + " arrives from " + link_.label() +
                                " as video, where the link would carry too few exact pictures; the "
@@ -394,7 +394,7 @@ Result<Nothing> PeerTopic::note_form(const InMessage& message) {
   if (facts->step_um > 0 && !lossy_)  // mutant: lossy_never
     return malformed("a message is not exact, and its demand asks for exact ones");
   sent_as_ = {message.codec, facts->step_um};
-  if (facts->step_um > 0 && link_.account->told.first(key_.first + " arrives rounded"))
+  if (facts->step_um > 0 && link_.account->logged.first(key_.first + " arrives rounded"))
     context_.outputs.log(LogLevel::kInfo,
                          key_.first + " arrives from " + link_.label() +
                              " with rounded points, where the link would carry too few exact "
@@ -569,7 +569,7 @@ void PeerTopic::warn_ahead(const TopicMirror& mirror, Duration age) {
   ahead_ms_ = -static_cast<double>(age.count()) / 1e6;
   const std::string& node = mirror.origin().node;
   context_.outputs.log_once(
-      link_.account->told, LogLevel::kWarn,
+      link_.account->logged, LogLevel::kWarn,
       "the clock of the machine of " + (node.empty() ? "a publisher" : node) + " (" + key_.first +
           " of " + link_.label() + ") is " + std::to_string(-age / std::chrono::milliseconds(1)) +
           " ms ahead of its bridge's: the age of its commands counts from the youngest one. "
@@ -601,7 +601,7 @@ std::optional<driving::CommandType> PeerTopic::steers() const {
 }
 
 void PeerTopic::tell_wheel(WheelState state) {
-  if (std::exchange(told_wheel_, state) != state) link_.send(Wheel{number_, state});
+  if (std::exchange(sent_wheel_, state) != state) link_.send(Wheel{number_, state});
 }
 
 void PeerTopic::on_wheel_wanted(WheelWant want, const Now& now) {
@@ -676,7 +676,7 @@ void PeerTopic::add_status(LinkStatus& status) const {
   s.rule = decision_.rule;
   s.sent_as = sent_as_;
   s.misfit = misfit();
-  if (command_ && treatment().wheel) s.wheel = told_wheel_;
+  if (command_ && treatment().wheel) s.wheel = sent_wheel_;
   s.ahead_ms = ahead_ms_;
   status.topics.push_back(std::move(s));
 }

@@ -210,7 +210,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   SentAs sent_as_;
   bool parameter_events_ = false;
   std::optional<driving::CommandType> command_;  // the topic drives this robot
-  WheelState told_wheel_ = WheelState::kFree;
+  WheelState sent_wheel_ = WheelState::kFree;
   std::optional<double> ahead_ms_;  // of the last publisher with such a clock
   std::size_t volatile_ = 0;        // number of volatile origins
   MirrorWishes wishes_;

@@ -65,7 +65,7 @@ std::optional<Decision> PeerTopics::permission(const Link& link, const TopicMirr
 
 bool PeerTopics::is_permitted_as_before(const TopicMirror& mirror) const {
   if (mirror.candidates().empty()) return false;
-  const auto& [link, feeder, declined, qos, told] = mirror.candidates().front();
+  const auto& [link, feeder, declined, qos, refused] = mirror.candidates().front();
   const auto decision = permission(*link, mirror);
   // The treatment of a lost link is checked when it offers the topic again.
   return decision && (!feeder || (decision->treatment == feeder->treatment() &&
@@ -89,7 +89,7 @@ void PeerTopics::on_policy(const Now& now) {
   for (auto it = mirrors.begin(); it != mirrors.end();) {
     TopicMirror& mirror = (it++)->second;
     const auto candidates = mirror.candidates();  // a copy: the mirror may end with the last one
-    for (const auto& [link, offered, declined, qos, told] : candidates) {
+    for (const auto& [link, offered, declined, qos, refused] : candidates) {
       if (offered || permission(*link, mirror)) continue;
       context_.wheels.on_right_end(context_, mirror.key().first, *link, now);
       context_.mirrors.remove_candidate(mirror, link->id, now);

@@ -208,9 +208,9 @@ bool is_event_of(const std::string& node, ByteView sample, const NameMap& names,
   // Nodes act on each event with their name, whoever publishes it (docs/protocol.md section 9.12,
   // rule 3). So a peer with rights for one node must not publish for another of its nodes. No peer
   // may publish for a node that lives here.
-  const auto told = node_of_parameter_event(sample);
+  const auto named = node_of_parameter_event(sample);
   const std::string name_here = names.to_local(node);
-  if (!told || (*told != node && *told != name_here)) return false;
+  if (!named || (*named != node && *named != name_here)) return false;
   return !local || std::none_of(local->publishers.begin(), local->publishers.end(),
                                 [&](const Endpoint& e) { return node_of(e) == name_here; });
 }

@@ -306,10 +306,10 @@ void TopicMirror::on_failed(const MirrorFailed& failed, const Now& now) {
   if (passes) retries_ = timers().set(now.steady + kRetry, this);
   const bool of_type = failed.code == "type_mismatch";
   update_demand(now);
-  for (auto& [link, offered, declined, qos, told] : candidates_) {
+  for (auto& [link, offered, declined, qos, refused] : candidates_) {
     if (!offered || (of_type && !is_of_its_type(*offered))) continue;
     declined = declined || of_type;
-    if (!std::exchange(told, true))
+    if (!std::exchange(refused, true))
       link->decline(offered->number(), InterfaceKind::kTopic, key_.first,
                     {failed.reason, failed.code});
   }
@@ -356,7 +356,7 @@ void TopicMirror::warn_incompatible(const Now& now) {
   // After the time for names, subscribers that still have none are logged without one.
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
-  for (const auto& line : found.lines) tell_once(LogLevel::kWarn, line);
+  for (const auto& line : found.lines) log_once(LogLevel::kWarn, line);
   if (found.unnamed && !unnamed_) unnamed_ = timers().set(now.steady + kSubscriberNaming, this);
   if (!patient) unnamed_.cancel();
 }
@@ -367,15 +367,15 @@ std::string TopicMirror::name(bool with_node) const {
   return with_node && !origin_.node.empty() ? what + " of " + origin_.node : what;
 }
 
-void TopicMirror::tell_once(LogLevel level, const std::string& text) const {
+void TopicMirror::log_once(LogLevel level, const std::string& text) const {
   if (!candidates_.empty())
-    context_.outputs.log_once(candidates_.front().link->account->told, level, text);
+    context_.outputs.log_once(candidates_.front().link->account->logged, level, text);
 }
 
 void TopicMirror::tell_failed(const MirrorFailed& failed) const {
   if (!failed.hash_here.empty()) return tell_difference(failed.hash_here, false);
-  tell_once(LogLevel::kError,
-            "cannot mirror " + name(failed.code == "type_mismatch") + ": " + failed.reason);
+  log_once(LogLevel::kError,
+           "cannot mirror " + name(failed.code == "type_mismatch") + ": " + failed.reason);
 }
 
 void TopicMirror::tell_difference(const std::string& hash_here, bool used) const {

@@ -36,7 +36,7 @@ struct MirrorCandidate {
   PeerTopic* offered = nullptr;  // null: the link is lost, or has not offered the origin again
   bool declined = false;         // we declined its type, and the peer has not withdrawn it yet
   Qos qos{};                     // of the origin, as this link offers it
-  bool told = false;             // a decline was sent because no publisher could be made
+  bool refused = false;          // a decline was sent because no publisher could be made
 
   [[nodiscard]] bool is_usable() const { return offered && !declined; }
 };
@@ -174,7 +174,7 @@ class TopicMirror final : private Appearing::Waiting {
   [[nodiscard]] std::string name(bool with_node) const;
   // Logs a line once for the feeding peer's identity, as the line has words of that peer. Without a
   // link that offers the mirror nothing is logged.
-  void tell_once(LogLevel level, const std::string& text) const;
+  void log_once(LogLevel level, const std::string& text) const;
   // Logs why the publisher could not be made.
   void tell_failed(const MirrorFailed& failed) const;
   // Counts the kept bytes in the budget of the feeding link.

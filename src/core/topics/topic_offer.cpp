@@ -86,7 +86,7 @@ std::optional<ChannelOffer> TopicOffer::open() {
   withheld_ = withheld();
   wheel_.reset();
   too_large_ = 0;
-  too_large_told_.reset();
+  too_large_sent_.reset();
   rates_ = RateLimits(treatment().max_rate, treatment().bytes_per_second_max);
   configure_queue();
   offer->type_hash = type_hash_ = topic_.type_hash();
@@ -345,7 +345,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   if (bytes > link_.peer_message_bytes_max()) {
     // Logged once, as the peer can have the topic offered again as often as it likes.
     const std::string& name = topic_.key().first;
-    if (link_.account->told.first(name + " has messages that are too large"))
+    if (link_.account->logged.first(name + " has messages that are too large"))
       context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) + " bytes on " +
                                                 name + " is larger than the max_message_size of " +
                                                 link_.label() + "; such messages are dropped");
@@ -384,8 +384,8 @@ std::optional<video::VideoPacket> TopicOffer::as_packet(const OutSample& sample)
 
 void TopicOffer::tell_too_large(std::size_t bytes, const Now& now) {
   ++too_large_;
-  if (too_large_told_ && now.steady - *too_large_told_ < kTooLargePause) return;
-  too_large_told_ = now.steady;
+  if (too_large_sent_ && now.steady - *too_large_sent_ < kTooLargePause) return;
+  too_large_sent_ = now.steady;
   link_.send(OriginsChanged{number(), {}, {}, too_large_, bytes});
 }
 
@@ -448,7 +448,7 @@ void TopicOffer::note_form(Codec codec, std::size_t raw_bytes, const Payload& bo
     const auto facts = video::facts_of(body.view());
     sent_as_ = {Codec::kPictureBase, 0, facts ? facts->quantiser : std::uint8_t{0},
                 facts && facts->half, kFewPictures};
-    if (link_.account->told.first(name + " is video"))
+    if (link_.account->logged.first(name + " is video"))
       context_.outputs.log(LogLevel::kInfo,
                            name + ": the link to " + link_.label() +
                                " would carry too few exact pictures, so they are sent as video; "
@@ -463,7 +463,7 @@ void TopicOffer::note_form(Codec codec, std::size_t raw_bytes, const Payload& bo
   const bool thinned = facts->raw_bytes < raw_bytes;
   if (thinned) {
     sent_as_.because = facts->step_um > 0 ? kThinnedAndRounded : kThinned;
-    if (link_.account->told.first(name + " is thinned"))
+    if (link_.account->logged.first(name + " is thinned"))
       context_.outputs.log(LogLevel::kInfo, name +
                                                 ": the `grid` of its rule leaves out points for " +
                                                 link_.label() + ", which cannot see that");
@@ -471,7 +471,7 @@ void TopicOffer::note_form(Codec codec, std::size_t raw_bytes, const Payload& bo
   if (facts->step_um == 0) return;
   sent_as_.step_um = facts->step_um;
   if (!thinned) sent_as_.because = cloud_.because();
-  if (link_.account->told.first(name + " is rounded"))
+  if (link_.account->logged.first(name + " is rounded"))
     context_.outputs.log(LogLevel::kInfo,
                          name + ": the link to " + link_.label() +
                              " would carry too few exact clouds, so their points are rounded; the "
@@ -481,10 +481,10 @@ void TopicOffer::note_form(Codec codec, std::size_t raw_bytes, const Payload& bo
 
 // Events wait for their turn. If that takes too long, a person has to decide.
 void TopicOffer::tell_late() {
-  if (told_late_ || queue_->counts().dropped.of(DropReason::kQueueTime) == 0) return;
-  told_late_ = true;
+  if (late_logged_ || queue_->counts().dropped.of(DropReason::kQueueTime) == 0) return;
+  late_logged_ = true;
   const std::string& name = topic_.key().first;
-  if (link_.account->told.first(name + " waits too long"))
+  if (link_.account->logged.first(name + " waits too long"))
     context_.outputs.log(LogLevel::kWarn,
                          name + ": the link to " + link_.label() +
                              " carries less than is published, and what has waited for 5 s is "

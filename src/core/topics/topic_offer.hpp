@@ -203,9 +203,9 @@ class TopicOffer final : public OutgoingChannel {
   ChannelDemand demand_;           // the peer's; number 0: none
   bool resume_ = false;            // the demand requests messages that a lost connection loses
   Stamp demanded_at_ = 0;          // time of the last change of the demand
-  bool told_late_ = false;
+  bool late_logged_ = false;
   std::uint64_t too_large_ = 0;  // of this channel, for the peer
-  std::optional<TimePoint> too_large_told_;
+  std::optional<TimePoint> too_large_sent_;
   CloudForm cloud_;
   PictureStream pictures_;
   PacketStream packets_;

@@ -44,8 +44,8 @@ inline bool may_resume(const Qos& subscription) {
 
 // Does a subscription with a listener's type hash fit its publishers? Without a hash the name of
 // the type is enough.
-inline bool is_hash_of(const std::string& told, const std::string& published) {
-  return told.empty() || told == published;
+inline bool is_hash_of(const std::string& known, const std::string& published) {
+  return known.empty() || known == published;
 }
 
 // ---- the queue of a link

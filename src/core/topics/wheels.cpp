@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kWheelsKept = 256;
 constexpr std::string_view kSide = "side ";
 // docs/protocol.md, "Limits".
-constexpr Duration kToldPeriod = std::chrono::milliseconds(250);
+constexpr Duration kSentPeriod = std::chrono::milliseconds(250);
 
 std::vector<Gid> origins_of(const ImportContext& context, const TopicKey& key,
                             const std::string& driver) {
@@ -69,7 +69,7 @@ void log_drop(Outputs& outputs, const Link& link, const TopicKey& key, driving::
       : word == driving::WheelWord::kYou ? "another publisher of the same operator drives"
                                          : "another peer drives";
   outputs.log_once(
-      link.account->told, LogLevel::kWarn,
+      link.account->logged, LogLevel::kWarn,
       "commands of " + link.label() + " on " + key.first + " are dropped: " + std::string(why));
 }
 
@@ -200,9 +200,9 @@ void Wheels::follow(ImportContext& context, Found wheel, driving::WheelStep step
 
 void Wheels::tell_peers(ImportContext& context, Found wheel, const Now& now) {
   Entry& entry = wheel->second;
-  if (!entry.to_tell || now.steady - entry.told_at < kToldPeriod) return;
+  if (!entry.to_tell || now.steady - entry.sent_at < kSentPeriod) return;
   entry.to_tell = false;
-  entry.told_at = now.steady;
+  entry.sent_at = now.steady;
   const TopicKey& key = wheel->first;
   for (const auto& [origin, mirror] : context.mirrors.of(key))
     for (const MirrorCandidate& candidate : mirror.candidates())
@@ -215,7 +215,7 @@ void Wheels::tell_peers(ImportContext& context, Found wheel, const Now& now) {
 void Wheels::set_timer(Found wheel) {
   Entry& entry = wheel->second;
   auto at = entry.wheel.deadline();
-  if (entry.to_tell) at = earliest(at, entry.told_at + kToldPeriod);
+  if (entry.to_tell) at = earliest(at, entry.sent_at + kSentPeriod);
   if (!at) return entry.timer.cancel();
   if (!entry.timer || *at < entry.timer.at()) entry.timer = timers_.set(*at, &wheel->first);
 }

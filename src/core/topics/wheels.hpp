@@ -62,7 +62,7 @@ class Wheels {
     driving::Wheel wheel;
     driving::CommandType type{};
     bool to_tell = false;
-    TimePoint told_at{};  // when peers were told last who steers
+    TimePoint sent_at{};  // when peers were told last who steers
     Timers<const TopicKey*>::Timer timer{};
   };
   using Found = std::map<TopicKey, Entry>::iterator;

@@ -173,7 +173,7 @@ struct Decline {
 };
 
 // The subscriptions of one node to one topic.
-struct ListenerTold {
+struct ListenerReport {
   ListenerId listener;
   std::string name;       // of the topic: canonical, absolute
   std::string type;       // "std_msgs/msg/String"
@@ -182,7 +182,7 @@ struct ListenerTold {
 // "listeners": topics that nodes of the sender's graph subscribe to, or no longer do, and that the
 // peer may publish here. The peer need not offer them.
 struct Listeners {
-  std::vector<ListenerTold> added;
+  std::vector<ListenerReport> added;
   std::vector<ListenerId> removed;  // removed before others are added
 };
 

@@ -168,11 +168,11 @@ void fields(auto& io, Is<Decline> auto& decline) {
   io.cleaned("reason", decline.reason, kReasonBytesMax);
 }
 
-void fields(auto& io, Is<ListenerTold> auto& told) {
-  io.member("listener", told.listener);
-  io.member("name", told.name);
-  io.member("type", told.type);
-  io.cleaned("type_hash", told.type_hash, kNameBytesMax);
+void fields(auto& io, Is<ListenerReport> auto& report) {
+  io.member("listener", report.listener);
+  io.member("name", report.name);
+  io.member("type", report.type);
+  io.cleaned("type_hash", report.type_hash, kNameBytesMax);
 }
 
 void fields(auto& io, Is<Listeners> auto& listeners) {

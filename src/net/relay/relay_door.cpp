@@ -184,7 +184,7 @@ void RelayDoor::on_line(std::string_view line) {
     takes_words_ = line == "clients";
     word_.clear();
     tell_word();
-    told_.clear();
+    logged_.clear();
     place_.connected_since = system_now();
     limit_.cancel();
     ErrorCode ignored;
@@ -290,8 +290,8 @@ void RelayDoor::fail(const Failure& why, DialFailure failure) {
   token_refused_ = why.cause == Cause::kRelayRefuses || why.cause == Cause::kRobotTwice ||
                    why.cause == Cause::kTokenMissing;
   const std::string text = "the relay " + options_.url.text("ws") + ": " + why.text;
-  if (was_welcome || text != told_) events_.log(LogLevel::kWarn, text + "; trying again");
-  told_ = text;
+  if (was_welcome || text != logged_) events_.log(LogLevel::kWarn, text + "; trying again");
+  logged_ = text;
   if (tried_) route_ = route_to(*tried_);
   dialer_.failed(steady_now(), failure, random_);
   wait();

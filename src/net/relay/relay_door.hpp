@@ -127,7 +127,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   bool takes_words_ = false;  // the relay there
   std::string word_;          // sent to the relay; it tells clients of this robot from others
   Traffic past_;              // of control connections that are closed
-  std::string told_;          // the last problem in the log
+  std::string logged_;        // the last problem in the log
   PlaceAtRelay place_;
   std::set<TicketPtr> tickets_;
 };

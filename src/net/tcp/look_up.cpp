@@ -23,15 +23,15 @@ struct LookUp::Shared : std::enable_shared_from_this<LookUp::Shared> {
   std::string host;
   std::uint16_t port = 0;
   std::mutex mutex;
-  bool told = false;
+  bool answered = false;
   std::optional<Work> work;  // none: nobody waits, and the io_context may be gone
   Done done;                 // only in the thread of the io_context
 };
 
 bool LookUp::Shared::tell(const ErrorCode& error, Endpoints found) {
   const std::lock_guard lock(mutex);
-  if (!work) return told;
-  told = true;
+  if (!work) return answered;
+  answered = true;
   asio::post(work->get_executor(), [self = shared_from_this(), error, found = std::move(found)] {
     {
       const std::lock_guard again(self->mutex);
@@ -77,7 +77,7 @@ class LookUp::All {
   void end(const std::shared_ptr<Shared>& one, const ErrorCode& error, const Endpoints& found) {
     const std::lock_guard lock(mutex_);
     --under_way_;
-    bool told = one->tell(error, found);
+    bool answered = one->tell(error, found);
     std::erase_if(waiting_, [&](const auto& other) {
       const auto waits = other.lock();
       return !waits || waits == one;
@@ -86,9 +86,9 @@ class LookUp::All {
     for (const auto& other : waiting_) {
       const auto waits = other.lock();
       if (waits && waits->host == one->host && waits->port == one->port)
-        told = waits->tell(error, found) || told;
+        answered = waits->tell(error, found) || answered;
     }
-    if (!told) late_.push_back({one->host, one->port, found, Clock::now()});
+    if (!answered) late_.push_back({one->host, one->port, found, Clock::now()});
   }
 
  private:

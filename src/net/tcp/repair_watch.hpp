@@ -18,11 +18,11 @@ class RepairWatch {
   static constexpr Duration kPeriod = std::chrono::milliseconds(1);
 
   // Whether it is time to query the kernel again.
-  [[nodiscard]] bool is_due(TimePoint now) const { return now - told_at_ >= kPeriod; }
-  void told(const TcpCounts& counts, TimePoint now) {
+  [[nodiscard]] bool is_due(TimePoint now) const { return now - noted_at_ >= kPeriod; }
+  void note(const TcpCounts& counts, TimePoint now) {
     repairs_ = counts.repairs;
     too_early_ = counts.too_early;
-    told_at_ = now;
+    noted_at_ = now;
   }
   // Whether a segment of the peer is missing.
   [[nodiscard]] bool misses() const { return too_early_ != too_early_read_; }
@@ -40,7 +40,7 @@ class RepairWatch {
 
  private:
   Repairs repairs_;
-  TimePoint told_at_{};
+  TimePoint noted_at_{};
   std::uint64_t too_early_ = 0;
   std::uint64_t too_early_read_ = 0;
 };

@@ -77,14 +77,14 @@ void RouteWatch::on_readable(ErrorCode error) {
 void RouteWatch::tell_soon() {
   if (will_tell_) return;
   will_tell_ = true;
-  const auto allowed = told_at_ + kPeriod - std::chrono::steady_clock::now();
+  const auto allowed = reported_at_ + kPeriod - std::chrono::steady_clock::now();
   call_after(timer_, std::max<asio::steady_timer::duration>(kSettling, allowed),
              if_alive(this, &RouteWatch::tell));
 }
 
 void RouteWatch::tell() {
   will_tell_ = false;
-  told_at_ = std::chrono::steady_clock::now();
+  reported_at_ = std::chrono::steady_clock::now();
   changed_();
 }
 

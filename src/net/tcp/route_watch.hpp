@@ -33,7 +33,7 @@ class RouteWatch : public std::enable_shared_from_this<RouteWatch> {
   boost::asio::steady_timer timer_;
   std::function<void()> changed_;
   bool will_tell_ = false;
-  std::chrono::steady_clock::time_point told_at_{};
+  std::chrono::steady_clock::time_point reported_at_{};
   std::array<char, 16384> buffer_{};
 };
 

@@ -27,7 +27,7 @@ void TlsLines::shake_hands(bool as_server, Bytes read_before, std::function<void
   read_before_ = std::move(read_before);
   const auto on_shaken = [self = shared_from_this()](ErrorCode error, std::size_t = 0) {
     self->read_before_.clear();
-    if (const auto told = std::exchange(self->shaken_, nullptr)) told(error);
+    if (const auto report = std::exchange(self->shaken_, nullptr)) report(error);
   };
   if (!as_server) return stream_->async_handshake(Stream::client, on_shaken);
   stream_->async_handshake(Stream::server, asio::buffer(read_before_), on_shaken);
@@ -52,8 +52,8 @@ void TlsLines::on_read(const ErrorCode& error, std::size_t bytes) {
   if (error) return fail(failure_of(error, tls(), {}));
   const std::string line = line_.substr(0, bytes - 1);
   line_.erase(0, bytes);
-  const auto told = events_.line;  // it may end this object's events
-  told(line);
+  const auto report = events_.line;  // it may end this object's events
+  report(line);
   if (events_.line) read();
 }
 

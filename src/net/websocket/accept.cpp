@@ -101,7 +101,7 @@ Listener::Visitor::Visitor(Listener& listener, TcpSocket tcp, ConnectionOpened o
 Listener::Visitor::~Visitor() = default;
 
 void Listener::Visitor::start() {
-  if (by != By::kProxy || listener_->options_.told_by != ToldBy::kProxyProtocol)
+  if (by != By::kProxy || listener_->options_.named_by != NamedBy::kProxyProtocol)
     return await_hello();
   set_deadline(listener_->options_.handshake_timeout);
   read_proxy();
@@ -162,7 +162,7 @@ void Listener::Visitor::read_forwarded() {
                "address";
     return;
   }
-  if (listener_->options_.told_by == ToldBy::kProxyProtocol) return;
+  if (listener_->options_.named_by == NamedBy::kProxyProtocol) return;
   std::vector<std::string_view> lines;
   for (auto field = fields.first; field != fields.second; ++field)
     lines.emplace_back(field->value().data(), field->value().size());

@@ -224,7 +224,7 @@ void Listener::admit(TcpSocket socket, const Source& source, By by) {
 bool Listener::on_hello(Visitor& visitor) {
   visitor.slot->silent = false;
   if (visitor.relay_slot) visitor.relay_slot->silent = false;
-  const bool known = visitor.by != By::kProxy || options_.told_by == ToldBy::kProxyProtocol;
+  const bool known = visitor.by != By::kProxy || options_.named_by == NamedBy::kProxyProtocol;
   return !known || take_handshake(visitor.from, visitor.by);  // mutant: handshakes_of_address
 }
 

@@ -157,7 +157,7 @@ void Socket::ask_tcp(TimePoint now) {
       setup_.options.congestion_control == "auto" && congestion_choice_.is_due(now);
   if (!chooses && !repair_watch_.is_due(now)) return;
   const TcpCounts counts = tcp_counts_of(native());
-  repair_watch_.told(counts, now);
+  repair_watch_.note(counts, now);
   if (!chooses) return;
   if (const auto changed = congestion_choice_.next(counts, now))
     set_congestion_control(native(), *changed);

@@ -129,14 +129,14 @@ std::vector<AuditBook::LeftOut> AuditBook::take_left_out(TimePoint now, bool all
   std::vector<LeftOut> list;
   for (auto it = accounts_.begin(); it != accounts_.end();) {
     auto& [key, account] = *it;
-    if (account.left_out > 0 && (all || now >= account.told_at + kTellPeriod)) {
+    if (account.left_out > 0 && (all || now >= account.logged_at + kTellPeriod)) {
       const bool strangers = key.first == AuditRank::kStrangers;
       list.push_back({key.second, key.first, std::exchange(account.left_out, 0),
                       strangers ? std::exchange(left_out_of_, {}) : decltype(left_out_of_){}});
-      account.told_at = now;
+      account.logged_at = now;
     }
     const bool over = account.waiting == 0 && account.left_out == 0 && account.pace.idle(now) &&
-                      now >= account.told_at + kTellPeriod;
+                      now >= account.logged_at + kTellPeriod;
     it = over ? accounts_.erase(it) : std::next(it);
   }
   return list;

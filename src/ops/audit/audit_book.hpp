@@ -47,7 +47,7 @@ class AuditBook {
     Pace pace;
     std::size_t waiting = 0;
     std::uint64_t left_out = 0;
-    TimePoint told_at{};
+    TimePoint logged_at{};
   };
   // The account of a line that waits from now on, until written(). Null: the line is left out,
   // because of its pace or because it may not wait.
@@ -87,7 +87,7 @@ class AuditBook {
   AddressPaces strangers_{30, std::chrono::seconds(8)};
   Pace first_lines_{50, std::chrono::seconds(4)};
   std::map<std::string, OfNetwork> networks_;
-  std::map<std::string, std::uint64_t> left_out_of_;  // by network, since it was told
+  std::map<std::string, std::uint64_t> left_out_of_;  // by network, since it was logged
   TimePoint forgot_at_{};
   std::map<Key, Account> accounts_;
   std::map<AuditRank, std::size_t> waiting_;  // lines

@@ -14,7 +14,7 @@
 #include <variant>
 
 #include "core/base/log_limit.hpp"
-#include "core/base/tell_once.hpp"
+#include "core/base/logged_once.hpp"
 #include "core/ports/ports.hpp"
 #include "ros/entities/counters.hpp"
 #include "ros/entities/entity.hpp"
@@ -113,15 +113,16 @@ struct Shared {
   // thousands of types cannot fill the log.
   void tell_not_installed(const std::string& type) {
     const auto name = parse_type_name(type);
-    told_types.on_time(Node::steady_now());
-    if (!name || !told_types.first(name->to_install())) return;
+    logged_types.on_time(Node::steady_now());
+    if (!name || !logged_types.first(name->to_install())) return;
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
                                   " is not installed here: its messages are forwarded unchecked");
   }
   // Logs, once, that hashes cannot be compared because one is missing; old distributions have none.
   // `hash_there`: the peer's hash of the type for which an entity is made here.
   void tell_if_unhashed(const std::string& type, const std::string& hash_there) {
-    if ((distro::kTypeHashes && !hash_there.empty()) || std::exchange(told_unhashed, true)) return;
+    if ((distro::kTypeHashes && !hash_there.empty()) || std::exchange(logged_unhashed, true))
+      return;
     const std::string silent = distro::kTypeHashes ? "the peer" : "this side";
     node.log(LogLevel::kInfo,
              "no hash shows whether " + type + " is the same here and at the peer: where " +
@@ -132,8 +133,8 @@ struct Shared {
   // Logs, once per service and type, that nodes of this graph have another definition of it.
   void tell_other_definition(const std::string& service, const std::string& type,
                              const std::string& text) {
-    told_definitions.on_time(Node::steady_now());
-    if (told_definitions.first(service + " " + type)) node.log(LogLevel::kWarn, text);
+    logged_definitions.on_time(Node::steady_now());
+    if (logged_definitions.first(service + " " + type)) node.log(LogLevel::kWarn, text);
   }
   // Memory limit of a message: many short strings take several times the memory of their bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
@@ -147,11 +148,11 @@ struct Shared {
   TakeBuffer buffer;
   GatewayCounters counters;
   std::deque<Input> reports;
-  LogLimit refusals;     // for requests and responses
-  LogLimit unpublished;  // for samples
-  TellOnce told_types;   // types that are not installed
-  TellOnce told_definitions;
-  bool told_unhashed = false;
+  LogLimit refusals;        // for requests and responses
+  LogLimit unpublished;     // for samples
+  LoggedOnce logged_types;  // types that are not installed
+  LoggedOnce logged_definitions;
+  bool logged_unhashed = false;
   Ended ended;  // last: these entities use the other members
 };
 

@@ -194,7 +194,7 @@ std::size_t Node::State::domain() {
 }
 
 void Node::State::open_publisher_ids() {
-  if (middleware().publisher_told == Middleware::PublisherTold::kId) {
+  if (middleware().publisher_named == Middleware::PublisherNamed::kId) {
     publisher_ids.emplace();
     return;
   }
@@ -204,14 +204,14 @@ void Node::State::open_publisher_ids() {
 
 std::optional<Gid> Node::State::id_of(const rcl_publisher_t& publisher) {
   const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(&publisher);
-  rmw_gid_t told{};
-  if (handle == nullptr || rmw_get_gid_for_publisher(handle, &told) != RMW_RET_OK) {
+  rmw_gid_t reported{};
+  if (handle == nullptr || rmw_get_gid_for_publisher(handle, &reported) != RMW_RET_OK) {
     rmw_reset_error();
     return std::nullopt;
   }
-  const Gid gid = distro::gid_of(told.data);
+  const Gid gid = distro::gid_of(reported.data);
   const Gid id = publisher_ids->id_of(gid);
-  const bool unknown = middleware().publisher_told == Middleware::PublisherTold::kHandle &&
+  const bool unknown = middleware().publisher_named == Middleware::PublisherNamed::kHandle &&
                        (id == gid || id == Gid{});
   if (unknown) return std::nullopt;
   return id;

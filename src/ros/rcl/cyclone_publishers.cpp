@@ -111,7 +111,7 @@ std::vector<PublisherChange> CyclonePublishers::changes() {
     if (count <= 0) break;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       PublisherChange& change = changes.emplace_back();
-      change.told = gid_of_handle(infos[i].instance_handle);
+      change.reported = gid_of_handle(infos[i].instance_handle);
       const auto& key = static_cast<const PublicationSample*>(samples[i])->key;
       std::copy(std::begin(key), std::end(key), change.id.bytes.begin());
       change.gone = infos[i].instance_state != kAlive;

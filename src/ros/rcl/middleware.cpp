@@ -23,16 +23,16 @@ Middleware middleware_named(std::string_view identifier, bool finds_handles) {
   Middleware result;
   if (identifier.starts_with("rmw_fastrtps")) {
     result.participant_bytes = kParticipantBytes;
-    result.caller_told = Middleware::CallerTold::kReader;
+    result.caller_named = Middleware::CallerNamed::kReader;
     result.lost_callback_is_safe = false;
     result.ignoring_local_is_safe = false;
   } else if (identifier == "rmw_cyclonedds_cpp") {
-    result.publisher_told = Middleware::PublisherTold::kHandle;
+    result.publisher_named = Middleware::PublisherNamed::kHandle;
     result.fills_used_messages = false;
     result.takes_bare_types = result.asks_for_fields = true;
     if (finds_handles) {
       result.participant_bytes = kParticipantBytes;
-      result.caller_told = Middleware::CallerTold::kWriterHandle;
+      result.caller_named = Middleware::CallerNamed::kWriterHandle;
     }
   }
   result.joins_by_hash = result.joins_any_qos = identifier == "rmw_zenoh_cpp";
@@ -57,7 +57,7 @@ Gid Middleware::participant_of(const Gid& id) const {
 
 Gid Middleware::caller_in_graph(const rmw_request_id_t& request, PublisherIds& ids) const {
   const Gid caller = caller_of(request);
-  if (caller_told != CallerTold::kWriterHandle) return caller;
+  if (caller_named != CallerNamed::kWriterHandle) return caller;
   constexpr std::size_t kHandleBytes = 8;
   Gid handle;
   std::copy_n(caller.bytes.begin() + kHandleBytes, kHandleBytes, handle.bytes.begin());
@@ -93,7 +93,7 @@ std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
   } else {
     callers.emplace();
     // A caller behind a micro-ROS agent is identified by its writer.
-    const bool reads = of.caller_told == Middleware::CallerTold::kReader;
+    const bool reads = of.caller_named == Middleware::CallerNamed::kReader;
     const bool known =
         (!reads ||
          add_ids(node, "rr" + service + "Reply", rcl_get_subscriptions_info_by_topic, *callers)) &&

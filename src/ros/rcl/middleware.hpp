@@ -20,8 +20,8 @@ struct Middleware {
   // The id of a publisher that the middleware reports with samples, and for our own publishers
   // (rmw_get_gid_for_publisher). rmw_cyclonedds_cpp reports a handle that is valid only in this
   // process (ros2/rmw_cyclonedds#377), all others report the id of the graph.
-  enum class PublisherTold { kId, kHandle };
-  PublisherTold publisher_told = PublisherTold::kId;
+  enum class PublisherNamed { kId, kHandle };
+  PublisherNamed publisher_named = PublisherNamed::kId;
 
   // The number of bytes of an id that identify the participant. Ids of DDS endpoints begin with the
   // 12 bytes of their participant (RTPS 2.3 section 8.2.4), and a context has one participant. So
@@ -34,8 +34,8 @@ struct Middleware {
   // responses. A request of rmw_cyclonedds_cpp has the handle of its writer, in the second half of
   // `writer_guid`. Requests of others have no id of the graph, and only "no caller at all" can be
   // detected.
-  enum class CallerTold { kNothing, kReader, kWriterHandle };
-  CallerTold caller_told = CallerTold::kNothing;
+  enum class CallerNamed { kNothing, kReader, kWriterHandle };
+  CallerNamed caller_named = CallerNamed::kNothing;
 
   // False for rmw_fastrtps: a callback for lost samples can deadlock with a thread that sets or
   // takes an event (fixed by ros2/rmw_fastrtps#890). The count is then polled.
@@ -67,9 +67,9 @@ struct Middleware {
 
   // The publisher of a sample can be found in the graph.
   [[nodiscard]] bool tells_origins() const {
-    return publisher_told == PublisherTold::kId || participant_bytes > 0;
+    return publisher_named == PublisherNamed::kId || participant_bytes > 0;
   }
-  [[nodiscard]] bool tells_callers() const { return caller_told != CallerTold::kNothing; }
+  [[nodiscard]] bool tells_callers() const { return caller_named != CallerNamed::kNothing; }
   // The graph's writers of responses show all servers, and ids show which of them are ours.
   [[nodiscard]] bool tells_servers() const { return participant_bytes > 0; }
   // The beginning of the ids of all endpoints of a process; all zero if ids do not show it.

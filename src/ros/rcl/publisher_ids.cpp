@@ -2,15 +2,15 @@
 
 namespace connect_bridge::ros {
 
-Gid PublisherIds::id_of(const Gid& told) {
-  if (!source_) return told;
-  auto found = known_.find(told);
+Gid PublisherIds::id_of(const Gid& reported) {
+  if (!source_) return reported;
+  auto found = known_.find(reported);
   if (found == known_.end()) {
     refresh();
-    found = known_.find(told);
+    found = known_.find(reported);
   }
   if (found != known_.end()) return found->second;
-  return works_ ? told : Gid{};
+  return works_ ? reported : Gid{};
 }
 
 void PublisherIds::refresh() {
@@ -18,9 +18,9 @@ void PublisherIds::refresh() {
   for (const PublisherChange& change : source_()) {
     works_ = true;
     if (change.gone) {
-      if (known_.contains(change.told)) gone_.push_back(change.told);
+      if (known_.contains(change.reported)) gone_.push_back(change.reported);
     } else if (known_.size() < kKnownMax) {
-      known_[change.told] = change.id;
+      known_[change.reported] = change.id;
     }
   }
   while (gone_.size() > kGoneMax) {

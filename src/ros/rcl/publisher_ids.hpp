@@ -14,8 +14,8 @@ namespace connect_bridge::ros {
 
 // A publisher that has entered or left the graph.
 struct PublisherChange {
-  Gid told;  // the id that the middleware reports with its samples
-  Gid id;    // the publisher's id in the graph
+  Gid reported;  // the id that the middleware reports with its samples
+  Gid id;        // the publisher's id in the graph
   bool gone = false;
 };
 
@@ -26,13 +26,13 @@ class PublisherIds {
   // Returns the changes since its last call.
   using Source = std::function<std::vector<PublisherChange>()>;
 
-  // Without a source `told` is the graph id.
+  // Without a source `reported` is the graph id.
   explicit PublisherIds(Source source = {}) : source_(std::move(source)) {}
 
-  // The graph id of the publisher whose samples have the id `told`. An unknown value is returned
-  // unchanged: no publisher of the graph has such an id. All zero if the source has never reported
-  // anything.
-  [[nodiscard]] Gid id_of(const Gid& told);
+  // The graph id of the publisher whose samples have the id `reported`. An unknown value is
+  // returned unchanged: no publisher of the graph has such an id. All zero if the source has never
+  // reported anything.
+  [[nodiscard]] Gid id_of(const Gid& reported);
   // Takes the changes of the source, so that they do not accumulate there.
   void refresh();
 
@@ -42,7 +42,7 @@ class PublisherIds {
   static constexpr std::size_t kKnownMax = 1 << 18;
 
   const Source source_;
-  std::unordered_map<Gid, Gid> known_;  // by `told`
+  std::unordered_map<Gid, Gid> known_;  // by `reported`
   std::deque<Gid> gone_;                // ids in known_ of publishers that have left, in order
   bool works_ = false;
 };

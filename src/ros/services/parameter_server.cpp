@@ -284,12 +284,12 @@ void ParameterServer::publish(const std::vector<Parameter>& parameters,
     const bool was = before.contains(parameter.name);
     const bool is = now.contains(parameter.name);
     if (!was && !is) continue;
-    msg::Parameter& told = (!was ? event.new_parameters
-                            : is ? event.changed_parameters
-                                 : event.deleted_parameters)
-                               .emplace_back();
-    told.name = parameter.name;
-    told.value = to_message(value_in(is ? now : before, parameter.name));
+    msg::Parameter& entry = (!was ? event.new_parameters
+                             : is ? event.changed_parameters
+                                  : event.deleted_parameters)
+                                .emplace_back();
+    entry.name = parameter.name;
+    entry.value = to_message(value_in(is ? now : before, parameter.name));
   }
   const Stamp time = node_.ros_now();
   event.stamp.sec = static_cast<std::int32_t>(time / kStampSecond);

@@ -34,7 +34,7 @@ Gid first_twelve() {
 
 TEST(Middleware, FastDdsTellsAll) {
   const auto of = middleware_named("rmw_fastrtps_dynamic_cpp", false);
-  EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kId);
+  EXPECT_EQ(of.publisher_named, Middleware::PublisherNamed::kId);
   EXPECT_TRUE(of.tells_callers() && of.tells_servers());
   EXPECT_FALSE(of.lost_callback_is_safe);
   EXPECT_FALSE(of.ignoring_local_is_safe);
@@ -46,7 +46,7 @@ TEST(Middleware, FastDdsTellsAll) {
 
 TEST(Middleware, CycloneTellsHandlesOfPublishersAndCallers) {
   const auto of = middleware_named("rmw_cyclonedds_cpp", true);
-  EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kHandle);
+  EXPECT_EQ(of.publisher_named, Middleware::PublisherNamed::kHandle);
   EXPECT_TRUE(of.tells_callers() && of.tells_servers() && of.lost_callback_is_safe);
   EXPECT_FALSE(of.fills_used_messages);
   PublisherIds ids([] {
@@ -60,7 +60,7 @@ TEST(Middleware, CycloneTellsHandlesOfPublishersAndCallers) {
 // Without knowing our own ids, we would mistake our own servers for others'.
 TEST(Middleware, CycloneWhoseHandlesCannotBeFoundTellsNothing) {
   const auto of = middleware_named("rmw_cyclonedds_cpp", false);
-  EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kHandle);
+  EXPECT_EQ(of.publisher_named, Middleware::PublisherNamed::kHandle);
   EXPECT_FALSE(of.tells_origins() || of.tells_callers() || of.tells_servers());
   EXPECT_EQ(of.participant_of(counting()), Gid{});
   EXPECT_TRUE(middleware_named("rmw_cyclonedds_cpp", true).tells_origins());
@@ -70,7 +70,7 @@ TEST(Middleware, CycloneWhoseHandlesCannotBeFoundTellsNothing) {
 TEST(Middleware, OthersTellIdsAndNoMore) {
   for (const char* name : {"rmw_zenoh_cpp", "rmw_connextdds", "rmw_of_tomorrow"}) {
     const auto of = middleware_named(name, true);
-    EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kId) << name;
+    EXPECT_EQ(of.publisher_named, Middleware::PublisherNamed::kId) << name;
     EXPECT_FALSE(of.tells_callers() || of.tells_servers()) << name;
     EXPECT_EQ(of.participant_of(counting()), Gid{}) << name;
   }

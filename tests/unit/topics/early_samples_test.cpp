@@ -15,7 +15,7 @@ OutSample early_sample(std::size_t bytes) {
 
 // The peer says that it listens to /a.
 void listen(Exporting& s, OneLink& peer) {
-  ListenerTold told;
+  ListenerReport told;
   told.listener = {1};
   told.name = "/a";
   told.type = kType;
@@ -178,7 +178,7 @@ TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
   std::vector<std::unique_ptr<LocalTopic>> topics;
   std::vector<Topic> states;
   const auto listen_to = [&](OneLink& peer, std::uint32_t n) {
-    ListenerTold told;
+    ListenerReport told;
     told.listener = {n};
     told.name = "/t" + std::to_string(n);
     told.type = kType;

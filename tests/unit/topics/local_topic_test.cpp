@@ -194,7 +194,7 @@ TEST(LocalTopic, IsSubscribedForListenersAsTheirRulesRequire) {
   weak.treatment.qos.reliability = Reliability::kBestEffort;
   OneLink peer;
   Exporting s({weak});
-  ListenerTold listener;
+  ListenerReport listener;
   listener.listener = {1};
   listener.name = "/a";
   listener.type = kType;

@@ -245,7 +245,7 @@ TEST_F(RightsEnd, WhoeverKeepsTheRightIsSubscribedForOnce) {
 
 TEST_F(RightsEnd, NothingIsSubscribedForAListenerThatIsReviewedLater) {
   TwoPeers s(best_effort_override());
-  const ListenerTold told{{1}, "/cmd", kType, {}};
+  const ListenerReport told{{1}, "/cmd", kType, {}};
   s.say(1, Listeners{{told}, {}});
   s.say(2, Listeners{{told}, {}});
   EXPECT_EQ(s.did(), "subscribe 2 /cmd best_effort volatile 100\n");

@@ -8,8 +8,8 @@
 namespace connect_bridge::side_test {
 namespace {
 
-ListenerTold listener(std::uint32_t number, std::string name) {
-  ListenerTold told;
+ListenerReport listener(std::uint32_t number, std::string name) {
+  ListenerReport told;
   told.listener = {number};
   told.name = std::move(name);
   told.type = kType;
@@ -40,7 +40,7 @@ TEST_F(PeerListenersTest, WithoutARightItIsNot) {
   listen({{listener(1, "/scan"), listener(2, "/other"), listener(3, "no name"),
            listener(4, kClaimsTopic), listener(5, "/fib/_action/status")},
           {}});
-  ListenerTold odd = listener(6, "/cmd_vel");
+  ListenerReport odd = listener(6, "/cmd_vel");
   odd.type = "no type";
   listen({{odd}, {}});
   EXPECT_EQ(s.did(), "");
@@ -179,7 +179,7 @@ TEST_F(PeerListenersTest, APublisherOfAnotherHashMakesItAnewUnlessNoneWasTold) {
   s.graph({});
   s.pass(1000);
   listen({{}, {{1}}});
-  ListenerTold other = listener(2, "/cmd_vel");
+  ListenerReport other = listener(2, "/cmd_vel");
   other.type_hash = "RIHS01_a";
   listen({{other}, {}});
   EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /cmd_vel reliable volatile 100\n");
@@ -200,7 +200,7 @@ TEST_F(PeerListenersTest, TheTypeIsThatOfThoseWhoAreHere) {
 
 TEST_F(PeerListenersTest, OfTwoTypesTheFirstStands) {
   listen(listening(1, "/cmd_vel"));
-  ListenerTold other = listener(2, "/cmd_vel");
+  ListenerReport other = listener(2, "/cmd_vel");
   other.type = "p/msg/Other";
   listen({{other}, {}});
   EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
@@ -233,7 +233,7 @@ TEST_F(PeerListenersTest, ATypeThatIsNotThere) {
 
 TEST_F(PeerListenersTest, AnotherTypeTakesThePlaceOfOneThatIsNotThere) {
   listen(listening(1, "/cmd_vel"));
-  ListenerTold other = listener(2, "/cmd_vel");
+  ListenerReport other = listener(2, "/cmd_vel");
   other.type = "p/msg/Other";
   listen({{other}, {}});
   s.did();
@@ -243,10 +243,10 @@ TEST_F(PeerListenersTest, AnotherTypeTakesThePlaceOfOneThatIsNotThere) {
 
 // A peer that names a thousand types keeps no line of others out of the log.
 TEST_F(PeerListenersTest, WhatTheyMakeThisSideSayIsToldForTheirIdentity) {
-  for (std::uint32_t n = 1; n <= TellOnce::kToldMax + 1; ++n)
+  for (std::uint32_t n = 1; n <= LoggedOnce::kLoggedMax + 1; ++n)
     listen(listening(n, "/cmd_vel/x" + std::to_string(n)));
   s.did();
-  for (std::uint32_t n = 2; n <= TellOnce::kToldMax + 2; ++n)
+  for (std::uint32_t n = 2; n <= LoggedOnce::kLoggedMax + 2; ++n)
     s.give(SubscriptionFailed{{n}, "type_unknown", "not installed"});
   s.did();
   s.logged.clear();

@@ -41,7 +41,7 @@ TEST(ControlLimits, LimitsAreInclusiveAndBeyondThemIsTooLarge) {
   };
   EXPECT_EQ(code_of(added(kAddedMax)), CloseCode::kNormal);
   EXPECT_EQ(code_of(added(kAddedMax + 1)), CloseCode::kTooLarge);
-  const ListenerTold listener{{1}, "/a", "p/msg/A", ""};
+  const ListenerReport listener{{1}, "/a", "p/msg/A", ""};
   const auto listeners = [&](std::size_t n) { return encode(Listeners{{n, listener}, {}}); };
   EXPECT_EQ(code_of(listeners(kAddedMax)), CloseCode::kNormal);
   EXPECT_EQ(code_of(listeners(kAddedMax + 1)), CloseCode::kTooLarge);

@@ -11,10 +11,10 @@ namespace {
 
 using testing::HasSubstr;
 
-ListenOptions trusting(ToldBy told_by, const std::string& proxies = "127.0.0.0/8") {
+ListenOptions trusting(NamedBy named_by, const std::string& proxies = "127.0.0.0/8") {
   ListenOptions options;
   options.trusted_proxies = {proxies};
-  options.told_by = told_by;
+  options.named_by = named_by;
   return options;
 }
 
@@ -35,27 +35,27 @@ std::string peer_of(const ListenOptions& options, const std::string& said) {
 }
 
 TEST(Proxy, TellsTheAddressOfItsClient) {
-  EXPECT_EQ(peer_of(trusting(ToldBy::kXForwardedFor), forwarded_for("192.0.2.9, 203.0.113.5")),
+  EXPECT_EQ(peer_of(trusting(NamedBy::kXForwardedFor), forwarded_for("192.0.2.9, 203.0.113.5")),
             "203.0.113.5");
-  EXPECT_EQ(peer_of(trusting(ToldBy::kXForwardedFor), forwarded_for("[2001:db8::5]:4711")),
+  EXPECT_EQ(peer_of(trusting(NamedBy::kXForwardedFor), forwarded_for("[2001:db8::5]:4711")),
             "[2001:db8::5]:4711");
-  EXPECT_EQ(peer_of(trusting(ToldBy::kProxyProtocol), kProxied + upgrade_request()),
+  EXPECT_EQ(peer_of(trusting(NamedBy::kProxyProtocol), kProxied + upgrade_request()),
             "203.0.113.5:50000");
 }
 
 TEST(Proxy, OfOthersNothingIsBelieved) {
-  const auto stranger = [](ToldBy told_by) { return trusting(told_by, "10.0.0.0/8"); };
-  EXPECT_THAT(peer_of(stranger(ToldBy::kXForwardedFor), forwarded_for("203.0.113.5")),
+  const auto stranger = [](NamedBy named_by) { return trusting(named_by, "10.0.0.0/8"); };
+  EXPECT_THAT(peer_of(stranger(NamedBy::kXForwardedFor), forwarded_for("203.0.113.5")),
               HasSubstr("127.0.0.1:"));
-  EXPECT_THAT(peer_of(stranger(ToldBy::kProxyProtocol), upgrade_request()),
+  EXPECT_THAT(peer_of(stranger(NamedBy::kProxyProtocol), upgrade_request()),
               HasSubstr("127.0.0.1:"));
-  EXPECT_EQ(peer_of(stranger(ToldBy::kProxyProtocol), kProxied + upgrade_request()), "nobody");
+  EXPECT_EQ(peer_of(stranger(NamedBy::kProxyProtocol), kProxied + upgrade_request()), "nobody");
 }
 
 TEST(Proxy, OneWayOfTellingOnly) {
-  EXPECT_EQ(peer_of(trusting(ToldBy::kXForwardedFor), kProxied + upgrade_request()), "nobody");
-  EXPECT_EQ(peer_of(trusting(ToldBy::kProxyProtocol), forwarded_for("203.0.113.5")), "nobody");
-  EXPECT_EQ(peer_of(trusting(ToldBy::kProxyProtocol), kProxied + forwarded_for("192.0.2.9")),
+  EXPECT_EQ(peer_of(trusting(NamedBy::kXForwardedFor), kProxied + upgrade_request()), "nobody");
+  EXPECT_EQ(peer_of(trusting(NamedBy::kProxyProtocol), forwarded_for("203.0.113.5")), "nobody");
+  EXPECT_EQ(peer_of(trusting(NamedBy::kProxyProtocol), kProxied + forwarded_for("192.0.2.9")),
             "203.0.113.5:50000");
 }
 
@@ -77,7 +77,7 @@ std::string told(const ListenOptions& options, const std::string& said) {
 
 // The operator must find it in the log, and strangers must not fill the log.
 TEST(Proxy, WhatIsNotHeardIsToldNowAndThen) {
-  const ListenOptions strangers = trusting(ToldBy::kXForwardedFor, "10.0.0.0/8");
+  const ListenOptions strangers = trusting(NamedBy::kXForwardedFor, "10.0.0.0/8");
   const std::string ignored =
       " is ignored, since listen.trusted_proxies does not name it: limits count its address\n";
   EXPECT_EQ(told(strangers, forwarded_for("203.0.113.5")), "its X-Forwarded-For" + ignored);
@@ -87,15 +87,15 @@ TEST(Proxy, WhatIsNotHeardIsToldNowAndThen) {
               "its header of the PROXY protocol is refused: listen.trusted_proxies does not name "
               "it, or listen.proxy_header is not proxy_protocol\n");
   EXPECT_EQ(
-      told(trusting(ToldBy::kXForwardedFor), upgrade_request()),
+      told(trusting(NamedBy::kXForwardedFor), upgrade_request()),
       "this trusted proxy does not say in X-Forwarded-For for whom it connects: limits count its "
       "own address\n");
-  EXPECT_EQ(told(trusting(ToldBy::kXForwardedFor), forwarded_for("203.0.113.5")), "");
+  EXPECT_EQ(told(trusting(NamedBy::kXForwardedFor), forwarded_for("203.0.113.5")), "");
   EXPECT_EQ(told({}, upgrade_request()), "");
 }
 
 TEST(Proxy, WhereNoOtherMayConnectNoneDoes) {
-  ListenOptions options = trusting(ToldBy::kXForwardedFor, "10.0.0.0/8");
+  ListenOptions options = trusting(NamedBy::kXForwardedFor, "10.0.0.0/8");
   options.proxies_only = true;
   EXPECT_EQ(peer_of(options, upgrade_request()), "nobody");
   options.trusted_proxies.emplace_back("127.0.0.1");
@@ -104,7 +104,7 @@ TEST(Proxy, WhereNoOtherMayConnectNoneDoes) {
 
 // A client that opens many connections through the proxy keeps no other client of the proxy out.
 TEST(Proxy, LimitsCountTheClientsAddress) {
-  ListenOptions options = trusting(ToldBy::kXForwardedFor);
+  ListenOptions options = trusting(NamedBy::kXForwardedFor);
   options.pending_per_address_max = 2;
   Pair pair{options};
   pair.server.packet_bytes_max = 0;  // nobody logs in
@@ -128,7 +128,7 @@ TEST(Proxy, LimitsCountTheClientsAddress) {
 ListenOptions behind_header(const std::string& name) {
   Authority authority{scratch_folder() + name};
   const auto files = authority.sign("robot", "IP:127.0.0.1");
-  ListenOptions options = trusting(ToldBy::kProxyProtocol);
+  ListenOptions options = trusting(NamedBy::kProxyProtocol);
   options.tls = TlsOptions{files.certificate, files.key};
   return options;
 }
@@ -253,7 +253,7 @@ TEST(Proxy, WhenTooManyHandshakesWaitTheNewestOfWhoHasMostIsDropped) {
 
 // The core limits wrong logins by it.
 TEST(Proxy, TheLoopIsToldWhomLimitsCount) {
-  Pair pair{trusting(ToldBy::kXForwardedFor)};
+  Pair pair{trusting(NamedBy::kXForwardedFor)};
   RawPeer peer(pair.server.network.listen_port());
   peer.send(forwarded_for("2001:db8:0:1ff::5"));
   ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
@@ -269,7 +269,7 @@ TEST(Proxy, TheLoopIsToldWhomLimitsCount) {
 }
 
 TEST(Proxy, ASlowHeaderIsCut) {
-  ListenOptions options = trusting(ToldBy::kProxyProtocol);
+  ListenOptions options = trusting(NamedBy::kProxyProtocol);
   options.handshake_timeout = 200ms;
   Pair pair{options};
   RawPeer peer(pair.server.network.listen_port());
