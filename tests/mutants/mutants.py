@@ -146,7 +146,6 @@ MUTANTS = [
     Mutant("spared_pictures", "a picture that waits for its worker gives way to another", never),
     Mutant("followed_terms", "an offer stays although the rules ask for another one", gone),
     Mutant("picture_memory", "encoders take more memory than there is", never),
-    Mutant("packets_of_lost_ones", "what refers to a lost packet of a video leaves", never),
     Mutant("lossy_never_picture", "video is taken where it is not allowed", never),
     Mutant("lossy_planes", "planes may be rounded", swap("steps == Steps::kRefused", "false")),
     Mutant("enough_exact", "clouds are rounded although half of them would come exact",

@@ -380,7 +380,7 @@ void LocalTopic::read(OutSample& sample, TimePoint taken) const {
 }
 
 void LocalTopic::on_lost(const MessagesLost& lost) {
-  offers_.miss(lost.too_large ? DropReason::kTooLarge : DropReason::kLostHere, lost.count);
+  offers_.drop(lost.too_large ? DropReason::kTooLarge : DropReason::kLostHere, lost.count);
   if (lost.too_large) log_once(": messages larger than max_message_size are dropped");
 }
 

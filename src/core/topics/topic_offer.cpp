@@ -32,7 +32,6 @@ TopicOffer::TopicOffer(ExportContext& context, LocalTopic& topic, Link& link)
       offer_(context, link, topic.what(), LinkOffer::Terms::kFixed),
       parameter_events_(are_parameter_events(link, *topic.what())),
       pictures_(*this, context, {context.timers, &topic}),
-      packets_(*this, link.memory, {context.timers, &topic}),
       early_({context.timers, &topic}),
       held_(link.memory, {context.timers, &topic}) {}
 
@@ -121,7 +120,6 @@ void TopicOffer::configure_queue() {
 void TopicOffer::withdraw(const Ending& why) {
   offer_.close(why);
   pictures_.clear(DropReason::kWithdrawn);
-  packets_.clear(DropReason::kWithdrawn);
   queue_ = nullptr;
   demand_ = {};
   drop_held(DropReason::kWithdrawn);
@@ -156,7 +154,6 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
     withheld_.erase(origin);
     rates_.forget(origin);
     pictures_.end(origin);
-    packets_.end(origin);
     if (queue_) queue_->forget_base(origin);
   }
   send_change({number(), {}, removed});
@@ -178,7 +175,6 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   if (!demanded()) {
     link_.sending().clear_channel(number());
     pictures_.clear(DropReason::kNoDemand);
-    packets_.clear(DropReason::kNoDemand);
     drop_held(DropReason::kNoDemand);
   }
   // Origins of the offer may be gone by now; the numbers rise all the same.
@@ -273,7 +269,7 @@ bool TopicOffer::is_live() const {
 }
 
 bool TopicOffer::holds(OriginId origin) const {
-  return pictures_.holds(origin) || packets_.holds(origin) || (queue_ && queue_->holds(origin));
+  return pictures_.holds(origin) || (queue_ && queue_->holds(origin));
 }
 
 // ---- pictures
@@ -349,7 +345,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
       context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) + " bytes on " +
                                                 name + " is larger than the max_message_size of " +
                                                 link_.label() + "; such messages are dropped");
-    refuse(sample, DropReason::kTooLarge);
+    lose(sample, DropReason::kTooLarge);
     tell_too_large(bytes, now);
     return false;
   }
@@ -363,23 +359,12 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const bool passes = rate.admit(bytes, sample.header, now.steady, state);
   const std::uint64_t key = rate.key(state);
   if (passes) {
-    if (const auto older = held_.take({origin, key})) refuse(*older, DropReason::kRate);
+    if (const auto older = held_.take({origin, key})) lose(*older, DropReason::kRate);
     return true;
   }
   if (const auto lost = held_.hold({origin, key}, sample, bytes, rate.leaves_at(state)))
-    refuse(*lost, DropReason::kRate);
+    lose(*lost, DropReason::kRate);
   return false;
-}
-
-void TopicOffer::refuse(const OutSample& sample, DropReason reason) {
-  lose(sample, reason);
-  if (const auto packet = as_packet(sample)) packets_.on_lost(sample.subject.origin(), *packet);
-}
-
-std::optional<video::VideoPacket> TopicOffer::as_packet(const OutSample& sample) const {
-  if (keep() != Keep::kNewest || resumes() || is_latched() || !video::has_packets(type()))
-    return std::nullopt;
-  return video::read_packet(type(), sample.raw.view());
 }
 
 void TopicOffer::tell_too_large(std::size_t bytes, const Now& now) {
@@ -433,7 +418,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.demand = demand_.number;
   // A message is kept to be sent again only if every step promises it: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
-  message.reports_leaving = is_vp8(codec) || sample.reports_leaving;
+  message.reports_leaving = is_vp8(codec);
   if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();  // mutant: picture_replaced
   message.moment = moment_of(sample);
   note_form(codec, sample.raw.size(), body);
@@ -517,7 +502,7 @@ double TopicOffer::queue_seconds() const {
 }
 
 bool TopicOffer::drained() const {
-  return held_.empty() && early_.empty() && pictures_.empty() && packets_.size() == 0 &&
+  return held_.empty() && early_.empty() && pictures_.empty() &&
          (!queue_ || queue_->counts().queued == 0);
 }
 
@@ -544,7 +529,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
     const ChannelCounts& counts = queue_->counts();
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;
-    s.queued = counts.queued + held_.size() + packets_.size();
+    s.queued = counts.queued + held_.size();
     if (const auto waited = queue_->last_wait())
       s.latency_ms = std::chrono::duration<double, std::milli>(*waited).count();
     s.published_for_each_sent = queue_->overload().came_for_each();
@@ -556,9 +541,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
 
 void TopicOffer::leave_counts() const {
   const ChannelCounts counts = queue_ ? queue_->counts() : ChannelCounts();
-  if (counts.sent + counts.queued + counts.dropped.total() + dropped_.total() + held_.size() +
-          packets_.size() ==
-      0)
+  if (counts.sent + counts.queued + counts.dropped.total() + dropped_.total() + held_.size() == 0)
     return;
   LinkStatus last;
   add_status(last);

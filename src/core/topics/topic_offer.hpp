@@ -19,7 +19,6 @@
 #include "core/topics/cloud_form.hpp"
 #include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
-#include "core/topics/packet_stream.hpp"
 #include "core/topics/picture_stream.hpp"
 
 namespace connect_bridge {
@@ -47,10 +46,7 @@ class TopicOffer final : public OutgoingChannel {
 
   void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
-  void on_left(const Now& now) override {
-    pictures_.on_left(now);
-    packets_.on_left(now);
-  }
+  void on_left(const Now& now) override { pictures_.on_left(now); }
   void on_wheel(WheelState state, const Now&) override;
   // Commands of a driver that the peer subscribes to: if it is the robot, it may have their wheel.
   [[nodiscard]] bool steers() const;
@@ -132,11 +128,6 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool has_one_origin() const;
   // May the sample be sent as a picture of a camera: by rules, demand, publisher and content?
   [[nodiscard]] bool may_be_picture(const OutSample& sample) const;
-  // The packets of videos for this peer.
-  [[nodiscard]] PacketStream& packets() { return packets_; }
-  [[nodiscard]] const PacketStream& packets() const { return packets_; }
-  // What the sample is of a video, if packets of the topic may be dropped and never come late.
-  [[nodiscard]] std::optional<video::VideoPacket> as_packet(const OutSample& sample) const;
   // True for a peer that drives, by its own demand or our rule: messages published before the
   // demand do not go to it.
   [[nodiscard]] bool is_live() const;
@@ -186,8 +177,6 @@ class TopicOffer final : public OutgoingChannel {
   void tell_late();
   // Counts a message beyond the peer's limit, and tells the peer from time to time.
   void tell_too_large(std::size_t bytes, const Now& now);
-  // Drops a sample that no limit lets pass.
-  void refuse(const OutSample& sample, DropReason reason);
   // Notes the form of the sample for the status; says once that points are rounded or left out.
   void note_form(Codec codec, std::size_t raw_bytes, const Payload& body);
   // The stamp, node and namespace by which messages of the link leave together.
@@ -208,7 +197,6 @@ class TopicOffer final : public OutgoingChannel {
   std::optional<TimePoint> too_large_sent_;
   CloudForm cloud_;
   PictureStream pictures_;
-  PacketStream packets_;
   SentAs sent_as_;
   KeepDecision keep_;
   Company company_ = Company::kNone;

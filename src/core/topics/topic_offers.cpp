@@ -118,10 +118,6 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
   std::map<Compression, std::vector<LinkId>> compressed;
   for (const auto& [link, offer] : busy_) {
     if (!offer->admit(sample, age, now)) continue;
-    if (const auto packet = offer->as_packet(sample)) {
-      offer->packets().push(sample, *packet, now);
-      continue;
-    }
     if (becomes_picture(*offer, sample, now)) {
       offer->pictures().push(sample, now);
       continue;
@@ -144,8 +140,6 @@ void TopicOffers::send(const OutSample& sample, TopicOffer::Age age, const Now& 
 }
 
 void TopicOffers::send_to(TopicOffer& offer, const OutSample& sample, const Now& now) {
-  if (const auto packet = offer.as_packet(sample))
-    return offer.packets().push(sample, *packet, now);
   if (becomes_picture(offer, sample, now)) return offer.pictures().push(sample, now);
   const Compression how = way_to(offer, sample.raw.size(), now);
   if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, sample.raw, now);
@@ -347,20 +341,12 @@ void TopicOffers::on_time(const Now& now) {
     if (stream.later && stream.later.at() <= now.steady) send_encoded(stream, now);
   for (const auto& [link, offer] : busy_)
     while (const auto held = offer->take_held(now)) send_to(*offer, *held, now);
-  for (const auto& [link, offer] : busy_) {
-    offer->pictures().on_time(now);
-    offer->packets().on_time(now);
-  }
+  for (const auto& [link, offer] : busy_) offer->pictures().on_time(now);
 }
 
 void TopicOffers::drop(DropReason reason, std::uint64_t count) {
   for (const auto& [link, offer] : busy_)
     if (offer->demanded()) offer->drop(reason, count);
-}
-
-void TopicOffers::miss(DropReason reason, std::uint64_t count) {
-  drop(reason, count);
-  for (const auto& [link, offer] : busy_) offer->packets().on_lost();
 }
 
 // The sample that a worker has for the link must not leave in the next demand. It would come before
@@ -380,10 +366,7 @@ void TopicOffers::lose_under_way(TopicOffer& offer) {
 void TopicOffers::drop_under_way() {
   for (auto& [how, stream] : streams_)
     for (const auto& sample : stream.encoder.clear()) drop(sample, DropReason::kNoDemand);
-  for (const auto& [link, offer] : busy_) {
-    offer->pictures().clear(DropReason::kNoDemand);
-    offer->packets().clear(DropReason::kNoDemand);
-  }
+  for (const auto& [link, offer] : busy_) offer->pictures().clear(DropReason::kNoDemand);
 }
 
 void TopicOffers::drop(const OutSample& sample, DropReason reason) {
@@ -395,8 +378,7 @@ void TopicOffers::drop(const OutSample& sample, DropReason reason) {
 std::uint64_t TopicOffers::bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& [how, stream] : streams_) bytes += stream.encoder.bytes();
-  for (const auto& [link, offer] : busy_)
-    bytes += offer->pictures().bytes() + offer->packets().bytes();
+  for (const auto& [link, offer] : busy_) bytes += offer->pictures().bytes();
   return bytes;
 }
 

@@ -67,8 +67,6 @@ class TopicOffers {
   void encode(const Compression& how, OutSample sample, const Now& now);
   // Counts lost samples at all links that demand the topic.
   void drop(DropReason reason, std::uint64_t count);
-  // The same for samples that never came here: nobody knows whose they were.
-  void miss(DropReason reason, std::uint64_t count);
   // A deadline of the topic has come.
   void on_time(const Now& now);
   // Takes the samples that are being compressed for the link, in order; the link will not get them.
