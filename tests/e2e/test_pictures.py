@@ -88,6 +88,18 @@ def compressed(number):
     return made
 
 
+GROUP = 5  # packets of a video from one key frame to the next
+
+
+def packet(number):
+    """Of H.264: a slice of a key frame, or of another one."""
+    made = CompressedImage(format="h264")
+    made.header = image(number).header
+    noise = random.Random(number).randbytes(3000).replace(b"\0", b"\1")
+    made.data.frombytes((b"\0\0\1\x41" if number % GROUP else b"\0\0\1\x65") + noise)
+    return made
+
+
 def info(number):
     made = CameraInfo(height=HEIGHT, width=WIDTH, distortion_model="plumb_bob")
     made.header = image(number).header
@@ -120,7 +132,7 @@ class Camera:
     def __init__(self, graph, topic="/camera/image_raw", made=image):
         node = graph.node("camera")
         self._made = made
-        kind = CompressedImage if made is compressed else Image
+        kind = Image if made is image else CompressedImage
         self._pictures = graph.publisher(kind, topic, node=node)
         self._infos = graph.publisher(CameraInfo, "/camera/camera_info", node=node)
         self._ended = threading.Event()
@@ -227,3 +239,20 @@ def test_whoever_says_never_has_it_bit_for_bit(make_pair, end):
     assert "vp8" not in sent_as(pair)
     for message in list(images.messages):
         assert message == image(number_of(message))
+
+
+def test_packets_of_a_video_arrive_from_key_frames_on(make_pair):
+    pair = capped(make_pair, cap=CAP // 2)  # of 45 kB/s
+    packets = pair.operator.collector(CompressedImage, "/camera/video")
+    camera = Camera(pair.robot, "/camera/video", packet)
+
+    def gaps():
+        numbers = [number_of(message) for message in list(packets.messages)]
+        return [two for two in zip(numbers, numbers[1:]) if two[1] != two[0] + 1]
+
+    try:
+        until(lambda: len(gaps()) >= 3, lambda: f"drops: {pair.server.topic('/camera/video')}", 40)
+    finally:
+        camera.close()
+    assert all(begin % GROUP == 0 for _, begin in gaps()), gaps()
+    assert pair.server.topic("/camera/video")["dropped"].get("group")

@@ -247,7 +247,9 @@ std::deque<OutMessage> ChannelQueue::take_unarrived() {
 bool ChannelQueue::ready(const Now& now) {
   if (open_) return true;
   while (!waiting_.empty()) {
-    const auto reason = too_old(waiting_.front().message, now);
+    const OutMessage& first = waiting_.front().message;
+    auto reason = too_old(first, now);
+    if (!reason && groups_.misses(first)) reason = DropReason::kGroup;
     if (!reason) return true;
     drop_oldest_waiting(*reason);
   }
@@ -308,6 +310,7 @@ ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   auto front = std::exchange(front_, std::nullopt);
   overload_.began(waiting_.front().since, now.steady);
   last_wait_ = now.steady - waiting_.front().came;
+  groups_.left(waiting_.front().message);
   Open next{take_waiting(0), 0, now.steady, {}, {}};
   if (next.message.state) turns_[next.message.subject.origin()] = counts_.sent + 1;
   replay_.begun(bytes_max(), now.steady);

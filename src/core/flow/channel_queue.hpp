@@ -17,6 +17,7 @@
 #include "core/flow/out_message.hpp"
 #include "core/flow/overload.hpp"
 #include "core/flow/packet.hpp"
+#include "core/flow/packet_groups.hpp"
 #include "core/flow/queue_options.hpp"
 #include "core/flow/replay.hpp"
 #include "core/flow/together.hpp"
@@ -301,6 +302,7 @@ class ChannelQueue {
   Replay replay_;  // the first of them
   Overload overload_;
   std::unordered_map<OriginId, std::uint64_t> turns_;  // of states: when each had its last
+  PacketGroups groups_;
   std::optional<Duration> last_wait_;
   std::optional<TimePoint> rests_until_;
   std::deque<Sent> sent_;  // wholly, that resume; until the peer has them

@@ -23,6 +23,7 @@ std::string_view name_of(DropReason reason) {
     case DropReason::kResumeBound: return "resume_bound";
     case DropReason::kLostHere: return "lost_here";
     case DropReason::kWheel: return "wheel";
+    case DropReason::kGroup: return "group";
     case DropReason::kCount: break;
   }
   return "unknown";

@@ -28,6 +28,7 @@ enum class DropReason : std::uint8_t {
   kResumeBound,     // kept for a lost link, beyond the bytes or the time for that
   kLostHere,        // exported: lost in the local middleware before this side got it
   kWheel,           // a command of a peer that may not steer now
+  kGroup,           // a packet of a video that refers to one that did not leave
   kCount,
 };
 

@@ -13,12 +13,16 @@ namespace connect_bridge {
 
 // In the form in which it is sent. Its sequence is 0 until it is begun, its stamp is 0 if it has no
 // age, and without a codec the body's size is used for raw_bytes.
+// A message of a video: a decoder can begin with it, or needs the one with the number before.
+enum class VideoPart : std::uint8_t { kNone, kKey, kRefers };
+
 struct OutMessage : MessageHead {
   Payload body;
   // Set: it tells a state, and a newer message of the same subject and state replaces it. An event
   // has none.
   std::optional<std::uint64_t> state = {};
   Moment moment = {};
+  VideoPart video = VideoPart::kNone;
   bool reports_leaving = false;  // the owner is told when all of it was handed out
   bool tracked = false;          // its arrival is reported to the owner (Outbox::acknowledge)
   bool resumes = false;  // kept until it has arrived, to be sent again on another connection

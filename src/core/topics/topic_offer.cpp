@@ -8,6 +8,7 @@
 #include "core/topics/local_topic.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
+#include "core/video/packets.hpp"
 #include "core/video/picture.hpp"
 
 namespace connect_bridge {
@@ -419,6 +420,8 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   // A message is kept to be sent again only if every step promises it: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   message.reports_leaving = is_vp8(codec);
+  message.video = video_part_of(sample);
+  if (message.video != VideoPart::kNone) message.state.reset();
   if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();  // mutant: picture_replaced
   message.moment = moment_of(sample);
   note_form(codec, sample.raw.size(), body);
@@ -476,6 +479,12 @@ void TopicOffer::tell_late() {
                              "dropped (" +
                              std::string(keep_.why) +
                              "). If only the newest message counts, give its rule `keep: newest`");
+}
+
+VideoPart TopicOffer::video_part_of(const OutSample& sample) const {
+  const auto packet = video::read_packet(type(), sample.raw.view());
+  if (!packet) return VideoPart::kNone;
+  return packet->is_key ? VideoPart::kKey : VideoPart::kRefers;
 }
 
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {

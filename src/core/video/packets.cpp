@@ -187,10 +187,4 @@ std::optional<VideoPacket> read_packet(std::string_view type, ByteView raw) {
   return message->read(reader);
 }
 
-bool PacketGroups::takes(bool is_key) {
-  if (is_key || skipped_ >= kSkippedMax) broken_ = false;
-  skipped_ = broken_ ? skipped_ + 1 : 0;
-  return !broken_;
-}
-
 }  // namespace connect_bridge::video

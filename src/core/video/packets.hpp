@@ -22,21 +22,4 @@ struct VideoPacket {
 // nullopt: no packet, or of a codec whose key frames are not known here.
 [[nodiscard]] std::optional<VideoPacket> read_packet(std::string_view type, ByteView raw);
 
-// Whether the packets of one stream can be decoded where some of them are lost. What refers to a
-// lost packet is lost, too, up to the next key frame. Single-threaded.
-class PacketGroups {
- public:
-  // Is the next packet of use? A stream without key frames (its pictures are renewed in parts) is
-  // complete again after some time.
-  [[nodiscard]] bool takes(bool is_key);
-  // A packet that was taken is lost after all, or one never came.
-  void lost() { broken_ = true; }
-
-  static constexpr std::uint32_t kSkippedMax = 300;  // ten seconds of 30 a second
-
- private:
-  bool broken_ = false;
-  std::uint32_t skipped_ = 0;
-};
-
 }  // namespace connect_bridge::video

@@ -332,6 +332,29 @@ TEST(PictureStream, ExactAgainWhereTheyFitForSomeSeconds) {
   EXPECT_GT(camera.now, 5'000);
 }
 
+// ---- packets of a video that somebody else has encoded
+
+Bytes h264(std::string_view kind) {
+  Bytes data{0, 0, 0, 1, static_cast<std::uint8_t>(kind == "key" ? 0x65 : 0x41)};
+  data.resize(4'000);
+  return media::compressed_sample(data, "h264");
+}
+
+// The type alone would make a newer packet replace an older one.
+TEST(VideoPackets, AfterALossLeaveFromTheNextKeyFrameOn) {
+  const Form packets{"/camera/raw/compressed", "sensor_msgs/msg/CompressedImage", h264, ""};
+  Rule rule = everything();
+  rule.treatment.keep = Keep::kNewest;
+  Camera camera(rule, wish(), side_test::qos(10), false, std::make_shared<Account>(), packets);
+  for (const char* kind : {"key", "delta", "delta"}) camera.publish(kind);
+  ++camera.number;  // the middleware has lost one
+  for (const char* kind : {"delta", "delta", "key", "delta"}) camera.publish(kind);
+  for (int i = 0; i < 10; ++i) camera.carry(1'000'000);
+  EXPECT_EQ(camera.status().messages, 5U);
+  EXPECT_EQ(camera.status().dropped.of(DropReason::kGroup), 2U);
+  EXPECT_EQ(camera.status().queued, 0U);
+}
+
 // ---- the importer
 
 struct ReceivingPictures : OfferedScript {

@@ -1,4 +1,4 @@
-// Packets of videos: which of them are key frames, and which can be decoded after a loss.
+// Packets of videos: which of them are key frames.
 #include "core/video/packets.hpp"
 
 #include <gtest/gtest.h>
@@ -115,27 +115,6 @@ TEST(VideoPackets, AreWholeOrNone) {
     for (std::size_t size = 0; size < sample.size(); ++size)
       EXPECT_FALSE(read_packet(type, ByteView(sample).first(size))) << type << size;
   }
-}
-
-TEST(VideoPackets, AfterALossAreOfUseFromTheNextKeyOn) {
-  PacketGroups groups;
-  EXPECT_TRUE(groups.takes(false));  // the beginning is not known
-  EXPECT_TRUE(groups.takes(true));
-  EXPECT_TRUE(groups.takes(false));
-  groups.lost();
-  EXPECT_FALSE(groups.takes(false));
-  EXPECT_FALSE(groups.takes(false));
-  EXPECT_TRUE(groups.takes(true));
-  EXPECT_TRUE(groups.takes(false));
-}
-
-TEST(VideoPackets, WithoutKeysGoOnAfterSomeTime) {
-  PacketGroups groups;
-  groups.lost();
-  for (std::uint32_t i = 0; i < PacketGroups::kSkippedMax; ++i) ASSERT_FALSE(groups.takes(false));
-  EXPECT_TRUE(groups.takes(false));
-  groups.lost();
-  EXPECT_FALSE(groups.takes(false));
 }
 
 }  // namespace

@@ -1,0 +1,82 @@
+// Packets of a video that refer to a lost one, wherever it was lost.
+#include "core/flow/packet_groups.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/flow/outbox.hpp"
+#include "unit/flow/script.hpp"
+
+namespace connect_bridge::flow_test {
+namespace {
+
+OutMessage packet(std::uint64_t number, VideoPart part, std::size_t size = 50) {
+  OutMessage made = message(size);
+  made.number = number;
+  made.video = part;
+  return made;
+}
+OutMessage key(std::uint64_t number, std::size_t size = 50) {
+  return packet(number, VideoPart::kKey, size);
+}
+OutMessage delta(std::uint64_t number, std::size_t size = 50) {
+  return packet(number, VideoPart::kRefers, size);
+}
+
+TEST(PacketGroups, AGapIsDroppedUpToTheNextKey) {
+  PacketGroups groups;
+  EXPECT_FALSE(groups.misses(delta(7)));  // nothing is known of those before
+  groups.left(key(8));
+  EXPECT_FALSE(groups.misses(delta(9)));
+  groups.left(delta(9));
+  EXPECT_TRUE(groups.misses(delta(11)));
+  EXPECT_TRUE(groups.misses(delta(12)));
+  EXPECT_FALSE(groups.misses(key(13)));
+  groups.left(key(13));
+  EXPECT_FALSE(groups.misses(delta(14)));
+}
+
+TEST(PacketGroups, OtherMessagesAndUnknownNumbersPass) {
+  PacketGroups groups;
+  groups.left(key(8));
+  OutMessage other = message(50);
+  other.number = 20;
+  EXPECT_FALSE(groups.misses(other));
+  EXPECT_FALSE(groups.misses(delta(0)));
+  OutMessage of_another = delta(20);
+  of_another.subject = OriginId{77};
+  EXPECT_FALSE(groups.misses(of_another));
+}
+
+TEST(PacketGroups, WithoutKeysGoOnAfterSomeTime) {
+  PacketGroups groups;
+  groups.left(delta(1));
+  std::uint64_t number = 3;
+  for (; number < 3 + PacketGroups::kSkippedMax; ++number)
+    ASSERT_TRUE(groups.misses(delta(number)));
+  EXPECT_FALSE(groups.misses(delta(number)));
+  groups.left(delta(number));
+  EXPECT_FALSE(groups.misses(delta(number + 1)));
+}
+
+TEST(OutboxQueue, WhatRefersToADroppedPacketIsDropped) {
+  Outbox outbox(one_by_one());
+  auto options = queue(Priority::kNormal);
+  options.depth = 4;
+  outbox.add_channel(kA, options);
+  outbox.push(kA, key(1, 11), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:11\n");
+  for (std::uint64_t number = 2; number < 6; ++number)
+    outbox.push(kA, delta(number, 10 + number), now_ms(0));
+  outbox.push(kA, key(6, 16), now_ms(0));    // the depth takes number 2
+  outbox.push(kA, delta(7, 17), now_ms(0));  // and number 3
+  EXPECT_EQ(drain(outbox), "1#2:16\n1#3:17\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueDepth), 2U);
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kGroup), 2U);
+  outbox.push(kA, delta(9, 19), now_ms(0));  // 8 was lost before this queue
+  outbox.push(kA, key(10, 20), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#4:20\n");
+  expect_balance(outbox.counts(kA));
+}
+
+}  // namespace
+}  // namespace connect_bridge::flow_test
