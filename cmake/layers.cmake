@@ -53,7 +53,7 @@ if(CONNECT_VIDEO)
   endif()
   pkg_check_modules(TURBOJPEG IMPORTED_TARGET libturbojpeg>=2.1)
   if(NOT TURBOJPEG_FOUND)
-    message(FATAL_ERROR "libturbojpeg is missing: install libturbojpeg0-dev (Ubuntu: libturbojpeg-dev), or leave pictures out: -DCONNECT_VIDEO=OFF")
+    message(FATAL_ERROR "libturbojpeg is missing: install libturbojpeg0-dev, or leave pictures out: -DCONNECT_VIDEO=OFF")
   endif()
 endif()
 

@@ -145,6 +145,7 @@ MUTANTS = [
     Mutant("broken_pictures", "what refers to a dropped picture is decoded", gone),
     Mutant("spared_pictures", "a picture that waits for its worker gives way to another", never),
     Mutant("followed_terms", "an offer stays although the rules ask for another one", gone),
+    Mutant("packets_of_lost_ones", "what refers to a lost packet of a video leaves", value("false")),
     Mutant("picture_memory", "encoders take more memory than there is", never),
     Mutant("lossy_never_picture", "video is taken where it is not allowed", never),
     Mutant("lossy_planes", "planes may be rounded", swap("steps == Steps::kRefused", "false")),

@@ -85,6 +85,7 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
 
 void ChannelQueue::place(OutMessage message, std::uint64_t arrival, const Now& now) {
   const auto body_bytes = message.body.size();
+  if (message.video == VideoPart::kKey) drop_older_group(message.subject);
   // Bytes alone bound the messages of a replay (Replay::takes). A message joins it only while no
   // other message waits before it, so the order of the channel stays.
   if (options_.newest_only) {
@@ -127,6 +128,13 @@ void ChannelQueue::drop_overdue(const Now& now) {
        i < waiting_.size() && now.steady - waiting_[i].since > kWaitMax;) {
     if (now.steady - waiting_[i++].came > kWaitMax) drop_waiting_at(--i, DropReason::kQueueTime);
   }
+}
+
+// The link is behind by a packet at least, and a decoder needs none of them for the new group.
+void ChannelQueue::drop_older_group(Subject subject) {
+  for (auto i = waiting_.size(); i-- > replay_.count();)
+    if (waiting_[i].message.subject == subject && waiting_[i].message.video != VideoPart::kNone)
+      drop_waiting_at(i, DropReason::kNewerAvailable);
 }
 
 // On a link that carries less than is published, only the newest of each state waits behind the

@@ -250,6 +250,8 @@ class ChannelQueue {
       drop_waiting_at(waiting_.size() - 1, DropReason::kQueueBytes);
   }
   void drop_overdue(const Now& now);
+  // Drops waiting packets of the subject's video: a new group begins.
+  void drop_older_group(Subject subject);
   // Beside messages of others, the oldest of its own publisher gives way, and the rest of these
   // move up. A state without an older one waits for its publisher's turn, and the last message is
   // dropped. So publishers of one topic take turns. False: the oldest of all must give way, or too

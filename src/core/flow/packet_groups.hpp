@@ -17,10 +17,10 @@ class PacketGroups {
   // Is the next packet of its origin of no use? Then it is dropped.
   [[nodiscard]] bool misses(const OutMessage& message) {
     if (message.video != VideoPart::kRefers || message.number == 0) return false;
-    const auto found = streams_.find(message.subject.origin());
-    if (found == streams_.end() || found->second.last + 1 == message.number) return false;
+    Stream& stream = streams_[message.subject.origin()];  // a new one lacks all before it
+    if (stream.last + 1 == message.number) return false;
     // Without key frames pictures are renewed in parts, and whole again after some time.
-    return ++found->second.skipped <= kSkippedMax;
+    return ++stream.skipped <= kSkippedMax;  // mutant: packets_of_lost_ones
   }
   void left(const OutMessage& message) {
     if (message.video != VideoPart::kNone) streams_[message.subject.origin()] = {message.number, 0};

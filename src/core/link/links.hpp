@@ -54,7 +54,7 @@ class Links {
   bool settle(const Now& now);
   // The packet waits until take_turn() gives it.
   void on_arrival(PacketReceived packet, const Now& now);
-  // The connection whose packet is read next, by PacketReceived; nullopt: no packet waits.
+  // The packet that is handled next; nullopt: none waits.
   std::optional<PacketReceived> take_turn(const Now& now) { return turns_.take(now.steady); }
   [[nodiscard]] bool packets_wait() const { return !turns_.empty(); }
   // Client: connects when it is time to.

@@ -186,9 +186,6 @@ bool may_follow(Treatment before, const Treatment& after) {
   before.bytes_per_second_max = after.bytes_per_second_max;
   before.max_age = after.max_age;
   before.queue_bytes_max = after.queue_bytes_max;
-  before.lossy = after.lossy;
-  before.max_error = after.max_error;
-  before.grid = after.grid;
   // Keys of imports and of services.
   before.wheel = after.wheel;
   before.halt_after = after.halt_after;

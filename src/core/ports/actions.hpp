@@ -111,8 +111,8 @@ struct OpenGate {
   ConnectionId connection;
   std::uint32_t packet_bytes_max = 0;
 };
-// Sends the packets that were handed out, then closes with this code. No PacketReceived follows,
-// but ConnectionClosed does.
+// Sends the packets that were handed out, then closes with this code. Nothing more is read;
+// ConnectionClosed follows.
 struct CloseConnection {
   ConnectionId connection;
   CloseCode code = CloseCode::kNormal;

@@ -121,7 +121,7 @@ bool Backlogs::may_stay(LinkId link) const {
   const auto at = backlogs_.find(link);
   if (at == backlogs_.end()) return true;
   const auto right = export_right(context_, at->second.link(), *what_);
-  return right.is_allowed_here() && right.decision.treatment == at->second.treatment();
+  return right.is_allowed_here() && may_follow(at->second.treatment(), right.decision.treatment);
 }
 
 bool Backlogs::end(LinkId link, DropReason reason, const Now& now) {

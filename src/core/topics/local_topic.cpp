@@ -340,6 +340,10 @@ void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   read(sample, at);
+  // A newer sample of one state may pass an older one of another: their order is not that of the
+  // numbers, by which the importer would drop the second.
+  if (origin.qos.durability == Durability::kVolatile && sample.state.value_or(0) != 0)
+    sample.number = 0;  // mutant: numbered_states
   if (has_header_) sample.node = company_node(origin.node);
   const bool promised =
       origin.qos.reliability == Reliability::kReliable;  // mutant: best_effort_kept

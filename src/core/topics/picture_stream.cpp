@@ -18,6 +18,8 @@ constexpr double kWaitMin = 0.001;
 constexpr double kRateTime = 0.12;  // seconds of sending that tell the rate
 constexpr double kLate = 0.1;       // a picture that takes longer tells it, too
 constexpr double kLeastTime = 0.001;
+// A transparent picture stays one, but one damaged JPEG says nothing of the next.
+constexpr int kRefusedMax = 3;
 constexpr Duration kLookAgain = std::chrono::milliseconds(50);
 
 double seconds_of(Duration duration) {
@@ -36,7 +38,7 @@ void PictureStream::push(OutSample sample, const Now& now) {
   Source& source = sources_.try_emplace(origin, context_.jobs, offer_.link().memory).first->second;
   const bool fits = source.pictures.make_room(video::encoder_bytes(sample.raw.view()));
   if (!fits) {  // mutant: picture_memory
-    refused_.insert(origin);
+    refused_[origin] = kRefusedMax;
     return offer_.lose(sample, DropReason::kMemory);
   }
   if (source.newest) offer_.lose(*source.newest, DropReason::kNewerAvailable);
@@ -96,13 +98,20 @@ void PictureStream::cancel_job(DropReason reason) {
 }
 
 bool PictureStream::takes(OriginId origin) const {
-  return !refused_.contains(origin);
+  const auto refused = refused_.find(origin);
+  return refused == refused_.end() || refused->second < kRefusedMax;
 }
 
 bool PictureStream::holds(OriginId origin) const {
   const auto source = sources_.find(origin);
   return (source != sources_.end() && source->second.newest) ||
          (at_work_ && at_work_->sample.subject.origin() == origin);
+}
+
+std::size_t PictureStream::size() const {
+  std::size_t waiting = at_work_ ? 1 : 0;
+  for (const auto& [origin, source] : sources_) waiting += source.newest ? 1 : 0;
+  return waiting;
 }
 
 std::uint64_t PictureStream::bytes() const {
@@ -199,7 +208,7 @@ void PictureStream::on_job(std::optional<Payload> result, const Now& now) {
   const auto facts = result ? video::facts_of(result->view()) : std::nullopt;
   if (!facts) {
     source.base_due = true;
-    refused_.insert(origin);
+    ++refused_[origin];
     offer_.lose(done.sample, DropReason::kNewerAvailable);
     return go(now);
   }
@@ -209,6 +218,7 @@ void PictureStream::on_job(std::optional<Payload> result, const Now& now) {
     offer_.lose(done.sample, DropReason::kNewerAvailable);
     return go(now);
   }
+  refused_.erase(origin);
   if (facts->base) source.base_due = false;
   leaving_.push_back({result->size(), now.steady});
   const Codec codec = facts->base ? Codec::kPictureBase : Codec::kPictureDelta;

@@ -7,7 +7,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 
 #include "core/jobs/encoder.hpp"
 #include "core/jobs/jobs.hpp"
@@ -47,12 +46,13 @@ class PictureStream final : private JobOwner {
   void forget(OriginId origin, DropReason reason);
   void end(OriginId origin);
 
-  // Neither the worker nor the memory has refused a sample of the origin since clear().
+  // Neither has the memory refused a sample of the origin since clear(), nor the worker several.
   [[nodiscard]] bool takes(OriginId origin) const;
   // No sample waits or is with the worker; of this origin, or of any.
   [[nodiscard]] bool holds(OriginId origin) const;
   [[nodiscard]] bool empty() const { return bytes() == 0; }
-  // Bytes of these samples.
+  // Samples that wait or are with the worker, and (below) their bytes.
+  [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::uint64_t bytes() const;
   // Bytes per second that the channel's last pictures had; 0: none has left.
   [[nodiscard]] double rate(const Now& now) const;
@@ -91,7 +91,7 @@ class PictureStream final : private JobOwner {
   TopicTimers timers_;
   ExactFit fit_;
   std::map<OriginId, Source> sources_;
-  std::set<OriginId> refused_;
+  std::map<OriginId, int> refused_;  // samples in a row
   struct AtWork {
     OutSample sample;
     TimePoint since{};

@@ -75,9 +75,23 @@ void TopicOffer::follow(const Treatment& before) {
   const Treatment& after = treatment();
   if (after.max_rate != before.max_rate ||
       after.bytes_per_second_max != before.bytes_per_second_max)
-    rates_ = RateLimits(after.max_rate, after.bytes_per_second_max);
-  resume_ = resume_ && may_resume();
+    follow_rates();
+  resume_ = demand_.resume && may_resume();
   configure_queue();
+}
+
+// Samples that the rates before have held leave at once, before newer ones.
+void TopicOffer::follow_rates() {
+  rates_ = RateLimits(treatment().max_rate, treatment().bytes_per_second_max);
+  std::vector<OutSample> held;
+  take_all_held(held);
+  for (OutSample& sample : held) {
+    const OriginId origin = sample.subject.origin();
+    const std::uint64_t key = rates_.of(origin).key(sample.state.value_or(0));
+    const std::size_t bytes = sample.raw.size();
+    if (const auto lost = held_.hold({origin, key}, std::move(sample), bytes, TimePoint{}))
+      lose(*lost, DropReason::kRate);
+  }
 }
 
 std::optional<ChannelOffer> TopicOffer::open() {
@@ -212,10 +226,10 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
   return options;
 }
 
-// Treatment and definition must be the same. Rules and rates of the former offer admitted the kept
-// messages, and the importer knows their bytes by the former type.
+// Treatment (may_follow) and definition must be the same. Rules and rates of the former offer
+// admitted the kept messages, and the importer knows their bytes by the former type.
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
-  return is_open() && may_resume() && backlog.treatment() == treatment() &&
+  return is_open() && may_resume() && may_follow(backlog.treatment(), treatment()) &&
          is_hash_of(backlog.type_hash(), type_hash_);
 }
 
@@ -482,6 +496,7 @@ void TopicOffer::tell_late() {
 }
 
 VideoPart TopicOffer::video_part_of(const OutSample& sample) const {
+  if (treatment().keep == Keep::kAll) return VideoPart::kNone;
   const auto packet = video::read_packet(type(), sample.raw.view());
   if (!packet) return VideoPart::kNone;
   return packet->is_key ? VideoPart::kKey : VideoPart::kRefers;
@@ -538,7 +553,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
     const ChannelCounts& counts = queue_->counts();
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;
-    s.queued = counts.queued + held_.size();
+    s.queued = counts.queued + held_.size() + pictures_.size();
     if (const auto waited = queue_->last_wait())
       s.latency_ms = std::chrono::duration<double, std::milli>(*waited).count();
     s.published_for_each_sent = queue_->overload().came_for_each();
@@ -550,7 +565,9 @@ void TopicOffer::add_status(LinkStatus& status) const {
 
 void TopicOffer::leave_counts() const {
   const ChannelCounts counts = queue_ ? queue_->counts() : ChannelCounts();
-  if (counts.sent + counts.queued + counts.dropped.total() + dropped_.total() + held_.size() == 0)
+  if (counts.sent + counts.queued + counts.dropped.total() + dropped_.total() + held_.size() +
+          pictures_.size() ==
+      0)
     return;
   LinkStatus last;
   add_status(last);

@@ -35,8 +35,8 @@ class TopicOffer final : public OutgoingChannel {
   // Opens a channel for the topic, if the peer may have it.
   [[nodiscard]] std::optional<ChannelOffer> open();
   // Called when rules, `accepts`, actions or the type's definition have changed. Applies keys that
-  // need no other offer. Returns why the
-  // offer ends, and the caller withdraws it; nullopt: the offer stays.
+  // need no other offer. Returns why the offer ends, and the caller withdraws it; nullopt: the
+  // offer stays.
   [[nodiscard]] std::optional<Ending> review();
   // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
@@ -62,7 +62,8 @@ class TopicOffer final : public OutgoingChannel {
     return link_.sending().take_unarrived(number());
   }
   [[nodiscard]] Backlog::Options backlog_options(std::uint32_t last_sequence) const;
-  // Can this offer take the place of the former one? Its treatment and type must be the same.
+  // Can this offer take the place of the former one? Its type must be the same, and its treatment
+  // but for keys that are followed.
   [[nodiscard]] bool may_take_place_of(const Backlog& backlog) const;
   // Sends the kept messages that have not arrived.
   void go_on(Outbox::Unarrived kept, const Now& now);
@@ -174,6 +175,7 @@ class TopicOffer final : public OutgoingChannel {
   void configure_queue();
   // The rules have other keys than `before`, and the offer stays.
   void follow(const Treatment& before);
+  void follow_rates();
   // May the message, made for an earlier demand, answer this one?
   [[nodiscard]] bool is_answer(const OutMessage& message) const;
   void tell_late();

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstring>
 #include <optional>
+#include <string_view>
 #endif
 
 namespace connect_bridge::video {
@@ -19,6 +20,20 @@ bool has_jpeg() {
 namespace {
 
 constexpr int kQuality = 90;
+// A progressive JPEG has some ten; each takes as long as the whole picture.
+constexpr int kScansMax = 20;
+
+// Scans of the picture and its thumbnails (ITU-T T.81, marker SOS).
+int scans(ByteView jpeg) {
+  constexpr std::array<std::uint8_t, 2> kScan = {0xff, 0xda};
+  int found = 0;
+  for (auto at = jpeg.begin(); found <= kScansMax; ++found) {
+    at = std::search(at, jpeg.end(), kScan.begin(), kScan.end());
+    if (at == jpeg.end()) break;
+    at += kScan.size();
+  }
+  return found;
+}
 
 // A part of a picture that lies elsewhere.
 struct PlaneView {
@@ -81,7 +96,16 @@ struct JpegReader::Context {
     return Kind{subsampling, is_grey};
   }
 
+  // The faults with which a camera's JPEG still shows its picture. The code alone would not do: it
+  // stays that of a warning where an error follows one.
+  [[nodiscard]] bool is_only_damaged() const {
+    const std::string_view why = tjGetErrorStr2(codec.get());
+    return tjGetErrorCode(codec.get()) == TJERR_WARNING &&
+           (why.find("remature end") != why.npos || why.find("Corrupt JPEG data") != why.npos);
+  }
+
   [[nodiscard]] bool read(ByteView jpeg, const Shape& shape, Yuv& to) {
+    if (scans(jpeg) > kScansMax) return false;
     const auto kind = codec ? kind_of(jpeg, shape) : std::nullopt;
     if (!kind) return false;
     const auto [width, height] = shape.size;
@@ -97,7 +121,7 @@ struct JpegReader::Context {
     }
     if (tjDecompressToYUVPlanes(codec.get(), jpeg.data(), jpeg.size(), at.data(), 0, steps.data(),
                                 0, TJFLAG_LIMITSCANS) != 0 &&
-        tjGetErrorCode(codec.get()) != TJERR_WARNING)
+        !is_only_damaged())
       return false;
     const auto plane = [&](std::size_t i) {
       return PlaneView{at[i], static_cast<std::size_t>(steps[i])};

@@ -25,9 +25,11 @@ std::optional<ByteView> next_unit(ByteView data) {
 
 // Parameters and other facts come before the first slice, which tells the kind of the picture.
 constexpr int kUnitsMax = 32;
+constexpr std::size_t kLookedAt = 64 << 10;  // bytes in which it begins
 
 std::optional<bool> is_h264_key(ByteView data) {
   constexpr std::uint8_t kSliceFirst = 1, kIdrSlice = 5;
+  data = data.first(std::min(data.size(), kLookedAt));
   for (int i = 0; i < kUnitsMax; ++i) {
     const auto unit = next_unit(data);
     if (!unit) break;
@@ -40,6 +42,7 @@ std::optional<bool> is_h264_key(ByteView data) {
 
 std::optional<bool> is_h265_key(ByteView data) {
   constexpr std::uint8_t kSliceLast = 31, kAccessFirst = 16, kAccessLast = 23;
+  data = data.first(std::min(data.size(), kLookedAt));
   for (int i = 0; i < kUnitsMax; ++i) {
     const auto unit = next_unit(data);
     if (!unit) break;

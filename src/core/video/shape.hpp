@@ -37,7 +37,11 @@ struct Shape {
   // Bytes of a row that hold values; the others are padding.
   [[nodiscard]] std::size_t used() const { return std::size_t{size.width} * channels; }
   [[nodiscard]] std::size_t rows() const;
-  [[nodiscard]] std::size_t data_bytes() const { return rows() * step; }
+  // Of a JPEG: at most, its head included.
+  [[nodiscard]] std::size_t data_bytes() const {
+    return rows() * step + (is_jpeg() ? kJpegHeadBytes : 0);
+  }
+  static constexpr std::size_t kJpegHeadBytes = 1024;
   [[nodiscard]] bool has_alpha() const { return channels == 4; }
   [[nodiscard]] bool is_jpeg() const { return arrangement == Arrangement::kJpeg; }
   [[nodiscard]] bool is_grey_jpeg() const { return is_jpeg() && channels == 1; }

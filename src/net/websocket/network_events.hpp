@@ -12,7 +12,7 @@
 namespace connect_bridge {
 
 // The callbacks for the network's results. The io_context calls `input` and `arrived`, and no call
-// of Network does. send() calls next_packet. All of Network may be called from inside `input`.
+// of Network does. send() calls next_packet. All of Network may be called from inside these two.
 struct NetworkEvents {
   // ConnectionOpened, DialFailed, ConnectionClosed; NetworkChanged after a dial.
   std::function<void(Input&&)> input;

@@ -24,7 +24,7 @@ OutMessage delta(std::uint64_t number, std::size_t size = 50) {
 
 TEST(PacketGroups, AGapIsDroppedUpToTheNextKey) {
   PacketGroups groups;
-  EXPECT_FALSE(groups.misses(delta(7)));  // nothing is known of those before
+  EXPECT_TRUE(groups.misses(delta(7)));  // a decoder cannot begin with it
   groups.left(key(8));
   EXPECT_FALSE(groups.misses(delta(9)));
   groups.left(delta(9));
@@ -44,6 +44,8 @@ TEST(PacketGroups, OtherMessagesAndUnknownNumbersPass) {
   EXPECT_FALSE(groups.misses(delta(0)));
   OutMessage of_another = delta(20);
   of_another.subject = OriginId{77};
+  EXPECT_TRUE(groups.misses(of_another));
+  of_another.number = 1;  // the first one ever
   EXPECT_FALSE(groups.misses(of_another));
 }
 
@@ -65,16 +67,31 @@ TEST(OutboxQueue, WhatRefersToADroppedPacketIsDropped) {
   outbox.add_channel(kA, options);
   outbox.push(kA, key(1, 11), now_ms(0));
   EXPECT_EQ(drain(outbox), "1#1:11\n");
-  for (std::uint64_t number = 2; number < 6; ++number)
+  for (std::uint64_t number = 2; number < 7; ++number)  // the depth takes number 2
     outbox.push(kA, delta(number, 10 + number), now_ms(0));
-  outbox.push(kA, key(6, 16), now_ms(0));    // the depth takes number 2
-  outbox.push(kA, delta(7, 17), now_ms(0));  // and number 3
-  EXPECT_EQ(drain(outbox), "1#2:16\n1#3:17\n");
-  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueDepth), 2U);
-  EXPECT_EQ(dropped(outbox, kA, DropReason::kGroup), 2U);
-  outbox.push(kA, delta(9, 19), now_ms(0));  // 8 was lost before this queue
-  outbox.push(kA, key(10, 20), now_ms(0));
-  EXPECT_EQ(drain(outbox), "1#4:20\n");
+  EXPECT_EQ(drain(outbox), "");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueDepth), 1U);
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kGroup), 4U);
+  outbox.push(kA, key(7, 17), now_ms(0));
+  outbox.push(kA, delta(8, 18), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#2:17\n1#3:18\n");
+  outbox.push(kA, delta(10, 20), now_ms(0));  // 9 was lost before this queue
+  EXPECT_EQ(drain(outbox), "");
+  expect_balance(outbox.counts(kA));
+}
+
+TEST(OutboxQueue, ANewGroupTakesThePlaceOfAnOlderOneThatWaits) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kNormal));
+  outbox.push(kA, key(1, 11), now_ms(0));
+  outbox.push(kA, delta(2, 12), now_ms(0));
+  OutMessage other = message(19);
+  other.subject = OriginId{77};
+  outbox.push(kA, other, now_ms(0));
+  outbox.push(kA, key(3, 13), now_ms(0));
+  outbox.push(kA, delta(4, 14), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:19\n1#2:13\n1#3:14\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kNewerAvailable), 2U);
   expect_balance(outbox.counts(kA));
 }
 

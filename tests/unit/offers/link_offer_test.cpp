@@ -94,7 +94,6 @@ TEST(LinkOffer, KeysThatAreNotOfferedAreFollowed) {
   Rule slower = everything();
   slower.treatment.max_rate = 1;
   slower.treatment.max_age = std::chrono::seconds(1);
-  slower.treatment.lossy = Lossy::kNever;
   s.policy = Policy({slower});
   EXPECT_EQ(s.review(true), "");
   EXPECT_EQ(s.subject.treatment().max_rate, 1);
