@@ -63,6 +63,11 @@ std::string_view last_token(std::string_view name) {
   return name.substr(std::min(name.rfind('/'), name.size()));
 }
 
+// One of them is the other in a namespace.
+bool is_end_of(std::string_view a, std::string_view b) {
+  return a.ends_with(b) || b.ends_with(a);
+}
+
 struct Why {
   MissingReason reason;
   std::string rule;
@@ -123,6 +128,9 @@ class Search {
       if (topic.publishers.empty() && key.first != "/clock")
         for (const Endpoint& subscriber : topic.subscribers) lookers_.insert(node_of(subscriber));
     lookers_.erase("");  // not known yet
+    for (const auto& [key, topic] : side.graph.topics())
+      if (!topic.publishers.empty() && may_be_wished(InterfaceKind::kTopic, key.first, key.second))
+        published_.try_emplace({last_token(key.first), key.second}, key.first);
   }
 
   void import(const Wish& wish);
@@ -162,6 +170,8 @@ class Search {
   std::map<std::pair<InterfaceKind, std::string_view>, std::vector<std::string_view>> offered_;
   // One of the names that end with this token.
   std::map<std::pair<InterfaceKind, std::string_view>, std::string_view> by_last_token_;
+  // One of the topics that are published here, by last token and type.
+  std::map<std::pair<std::string_view, std::string_view>, std::string_view> published_;
   MissingFound found_;
   std::vector<MissingName> lonely_;
   std::set<std::string> lookers_;  // nodes that subscribe to what nobody here publishes
@@ -192,8 +202,7 @@ std::string_view Search::similar_to(const Wish& wish) const {
   const auto found = by_last_token_.find({wish.kind, last_token(wish.name)});
   if (found == by_last_token_.end()) return {};
   const std::string_view name = found->second;
-  const bool is_similar = name.ends_with(wish.name) || std::string_view{wish.name}.ends_with(name);
-  return is_similar ? name : std::string_view{};
+  return is_end_of(wish.name, name) ? name : std::string_view{};
 }
 
 // With a prefix no name of the peer is the one that it has there.
@@ -291,6 +300,15 @@ void Search::export_heard(const TopicKey& heard) {
                {MissingReason::kOtherType, "", "the peer subscribes to it as " + heard.second},
                Waiting::kPeer);
   }
+  // The rule may be right, and the namespace wrong.
+  const auto similar = published_.find({last_token(heard.first), heard.second});
+  if (similar == published_.end() || !is_end_of(heard.first, similar->second)) return;
+  const Wish there{InterfaceKind::kTopic, true, std::string(similar->second), heard.second};
+  const auto wire_name_there = link_.names.to_wire(there.name);
+  auto why = wire_name_there ? forbidden(there, *wire_name_there) : std::nullopt;
+  if (!why) return;
+  why->text += "; the peer subscribes to " + heard.first;
+  add(there, *std::move(why), Waiting::kPeer);
 }
 
 // Channels that do not reach everybody.

@@ -367,6 +367,24 @@ TEST(BothEnds, SayWhichIsTheRobot) {
 
 // ---- our own rules
 
+struct MissingNamespace : MissingTest {
+  MissingNamespace() : MissingTest({rule({"/scan"}, {})}) {}
+};
+
+// The rule has the name that the peer subscribes to; the publisher here is in a namespace.
+TEST_F(MissingNamespace, ThePeerListensToATopicThatIsInANamespaceHere) {
+  s.graph({topic("/robot1/scan").pub(1), typed(topic("/front/scan").pub(2), "p/msg/Other")});
+  s.join(1);
+  s.say(1, Listeners{{{{1}, "/scan", kType, ""}}, {}});
+  settle();
+  EXPECT_EQ(missing(),
+            "export topic /robot1/scan no_rule: no rule here allows it; the peer subscribes to "
+            "/scan\n"
+            "export topic /front/scan no_rule: no rule here allows it\n");
+  const Status status = s.status();
+  EXPECT_EQ(status.links.at(0).missing.at(0).waits, Waiting::kPeer);
+}
+
 struct MissingRulesTest : MissingTest {
   MissingRulesTest() : MissingTest({typed_rule(), other_rule(), denying()}) {}
   static Rule typed_rule() {
