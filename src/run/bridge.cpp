@@ -341,6 +341,7 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
   if (audit_log_) run.audit = audit_log_->counts();
   run.relays = network_.relays();
   run.refused_parameters = parameters_.refused_files();
+  run.needs_restart = parameters_.needs_restart();
   return run;
 }
 

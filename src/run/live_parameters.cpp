@@ -206,6 +206,7 @@ void LiveParameters::reload(bool changed) {
     return refuse_files("in the parameter file: " + joined(found.problems));
   refused_files_.reset();
   speaking_ = speaking_files();
+  needs_restart_ = found.fixed;
   if (!found.fixed.empty())
     node_.log(LogLevel::kWarn,
               joined(found.fixed) + ": changed in the parameter file; this needs a restart");

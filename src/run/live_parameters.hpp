@@ -37,6 +37,8 @@ class LiveParameters {
   [[nodiscard]] const std::optional<RefusedParameters>& refused_files() const {
     return refused_files_;
   }
+  // The keys that a restart would change, by the files as they were last accepted.
+  [[nodiscard]] const std::vector<std::string>& needs_restart() const { return needs_restart_; }
   // Reads the parameter files again if one has changed and is not being written. The first check
   // after the start always reads, and logs nothing if nothing has changed. Blocks as long as the
   // disk does.
@@ -79,6 +81,7 @@ class LiveParameters {
   std::vector<std::string> speaking_;
   bool lacks_means_ = false;
   std::optional<RefusedParameters> refused_files_;
+  std::vector<std::string> needs_restart_;
   bool has_looked_ = false;  // whether a change since the program read them was looked for
 };
 

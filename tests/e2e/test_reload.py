@@ -205,6 +205,8 @@ def test_settings_that_may_change_do(world):
     world.server.wait_for(
         "dead_after; status_file: changed in the parameter file; this needs a restart"
     )
+    needs = lambda: world.server.status().get("needs_restart")  # noqa: E731
+    until(lambda: needs() == ["dead_after", "status_file"], "the status says so", 10)
     expect(world, ["a", "c"])
     said = world.server.text().count("rules:")
     world.server.set_parameters(

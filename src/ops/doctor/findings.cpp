@@ -200,6 +200,8 @@ constexpr Finding kFindings[] = {
     {"parameters_refused", kFault,
      "a changed parameter file was refused: what was before stays in use",
      "correct it (`ctl check FILE`); it is read again at once"},
+    {"needs_restart", kHint, "it was changed in the parameter file, and is as it was",
+     "start this program again: the other keys of the file apply at once"},
     {"loopback_alone", kHint,
      "nobody is linked, and the server listens on the loopback alone: other machines do not reach "
      "it",

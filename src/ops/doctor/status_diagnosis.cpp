@@ -24,6 +24,7 @@ constexpr double kClockApartMs = 100;  // tf2 fails from about here on
 constexpr double kOpenSeconds = 10;    // until something may be expected of a link
 constexpr std::size_t kBreaks = 3;     // in this time
 constexpr double kBreaksSeconds = 600;
+constexpr std::size_t kKeyBytes = 100;
 constexpr double kShortBreak = 1;     // s
 constexpr double kLargeBytes = 1000;  // a message that needs a large packet
 constexpr double kCrawls = 5000;      // bytes/s; a path on which large packets get through has more
@@ -420,6 +421,8 @@ void Doctor::resources(const Json& status) {
     add("audit_fails", {}, problem);
   if (const Json& refused = part_of(status, "refused_parameters"); !refused.empty())
     add("parameters_refused", {}, text_in(refused, "time") + ": " + text_in(refused, "problem"));
+  for (const Json& key : part_of(status, "needs_restart"))
+    if (key.is_string()) add("needs_restart", to_text(key.get<std::string>(), kKeyBytes));
   const auto end = moment_in(status, "certificate_valid_until");
   if (!end || !now_) return;
   const std::string until = text_in(status, "certificate_valid_until");

@@ -209,6 +209,11 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      {},
      {},
      SeenBy::kUser},
+    {"needs_restart", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.needs_restart.empty() ? OrderedJson() : OrderedJson(s.run.needs_restart);
+     },
+     "keys that were changed in the parameter file, and that a restart applies"},
     {"lately.loop_lag_ms", Unit::kMilliseconds, lately<&SideLately::loop_lag_ms>,
      "the most of the last 5 to 10 minutes"},
     {"lately.held_up", Unit::kSeconds, lately<&SideLately::held_up>,

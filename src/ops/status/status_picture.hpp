@@ -48,6 +48,7 @@ struct RunStatus {
   std::vector<std::string> listens = {};  // a server's addresses: "127.0.0.1:9090"
   std::vector<PlaceAtRelay> relays = {};
   std::optional<RefusedParameters> refused_parameters = {};  // since the last that was accepted
+  std::vector<std::string> needs_restart = {};               // keys that differ in the files by now
   bool is_robot = true;                                      // this end, and not the peer
   std::optional<SideLately> lately = {};
 };

@@ -309,6 +309,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"calls_wait", service_with(R"({"calls": 1, "pending": 1})")},
         StatusCase{"parameters_refused",
                    R"({"refused_parameters": {"time": "12:00", "problem": "it"}})"},
+        StatusCase{"needs_restart", R"({"needs_restart": ["prefix"]})"},
         StatusCase{"loop_slow", R"({"lately": {"loop_lag_ms": 900, "held_up": 5}})"},
         StatusCase{"memory_full", R"({"lately": {"memory_max_used_bytes": 95}})"},
         StatusCase{"path_full", link_with(R"({"lately": {"path_queue_ms": 2000}})")},

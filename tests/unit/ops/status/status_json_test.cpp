@@ -271,6 +271,10 @@ TEST(StatusJson, TheRelayAndARefusedFile) {
   EXPECT_EQ(json.at("relays").at(0).at("last_failure"), "no answer");
   EXPECT_EQ(json.at("relays").at(0).at("last_failure_code"), "relay_unreachable");
   EXPECT_EQ(json.at("refused_parameters").at("problem"), "");
+  EXPECT_FALSE(json.contains("needs_restart"));
+  run.needs_restart = {"prefix", "url"};
+  EXPECT_EQ(Json::parse(to_json({{}, run})).at("needs_restart"),
+            Json::parse(R"(["prefix", "url"])"));
 }
 
 TEST(StatusJson, TheLastMinutes) {
