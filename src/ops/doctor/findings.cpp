@@ -233,7 +233,7 @@ constexpr Finding kFindings[] = {
      "if it is meant for this peer, publish it below `prefix`; without `prefix` each name of this "
      "graph is meant for the peer"},
     {"not_there", kHint, "nobody publishes or serves it at the other side",
-     "start that node; does it use the same name, domain and prefix?"},
+     "start that node; does it use the same name, namespace, domain and prefix?"},
     {"type_not_installed", kFault, "the type is not installed where it has to be",
      "install the package there, or source its workspace before the bridge starts"},
     {"definitions_differ", kFault, "the type or its definition is another one at the other side",

@@ -362,6 +362,11 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
     add(fmt::format("the parameter file was refused at {}, the parameters before it stay: {}",
                     shown_moment(refused, "time", now), text_in(refused, "problem")),
         Tone::kBad);
+  for (const Json& key : part_of(now, "needs_restart"))
+    if (key.is_string())
+      add("changed in the parameter file, and needs a restart: " +
+              to_text(key.get<std::string>(), kCellBytes),
+          Tone::kWarn);
   for (const Json& relay : part_of(now, "relays"))
     if (!is_set(relay, "connected"))
       add(fmt::format("no connection to the relay {}: {}", text_in(relay, "relay"),

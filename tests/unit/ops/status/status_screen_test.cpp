@@ -99,6 +99,7 @@ TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
                                {"problem", "rule.drive.max_agee is unknown"}};
   now["relays"] = Json::parse(R"([{"relay": "wss://r@relay", "connected": false,
                                    "last_failure": "no answer"}])");
+  now["needs_restart"] = {"prefix", "url"};
   const std::string screen = status_screen(now, status(1, 0), {100, 80});
   std::istringstream lines(screen);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
@@ -106,6 +107,7 @@ TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
               AllOf(HasSubstr("/of_the_left_arm_of_the_press\n"), HasSubstr("not installed"),
                     HasSubstr("1 break, the last at 11:00:00 UTC, for 3 s: no answer"),
                     HasSubstr("No space left on device"), HasSubstr("max_agee"),
+                    HasSubstr("needs a restart: url"),
                     HasSubstr("no connection to the relay wss://r@relay: no answer")));
 }
 
