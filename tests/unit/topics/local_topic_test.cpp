@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "core/base/cdr.hpp"
+#include "core/wire/frame.hpp"
+#include "unit/flow/script.hpp"
 #include "unit/topics/exporting.hpp"
 
 namespace connect_bridge::topics_test {
@@ -307,6 +310,33 @@ TEST(LocalTopic, EndsWithItsLastOrigin) {
   EXPECT_EQ(s.did(), "unsubscribe 1\n");
   EXPECT_EQ(peer.said(), "withdraw 1\n");
   EXPECT_TRUE(s.subject.origins().empty());
+}
+
+// The newest of each set of frames arrives, in whatever order they leave.
+TEST(LocalTopic, ASampleOfOneOfSeveralStatesHasNoNumber) {
+  for (const bool latches : {false, true}) {
+    OneLink peer;
+    Exporting s({everything()}, "tf2_msgs/msg/TFMessage", "/tf");
+    Topic tf = topic("/tf").pub(1, latches ? latched(5) : qos(5));
+    tf.type = "tf2_msgs/msg/TFMessage";
+    s.see(tf);
+    ASSERT_TRUE(s.offer(peer));
+    Exporting::demand(peer);
+    CdrWriter frames;
+    frames.u32(1).u32(1).u32(0).string("map").string("odom");
+    for (int i = 0; i < 7; ++i) frames.u64(0);
+    s.subject.on_taken({{}, gid(1), flow_test::at_ms(5), frames.take(), 7}, ms(5));
+    std::vector<std::uint64_t> numbers;
+    while (const auto packet = peer.link.connection()->next_packet(ms(6))) {
+      const Bytes bytes = flow_test::joined(*packet);
+      FrameReader reader(bytes);
+      for (auto frame = reader.next(); !packet->text && frame && frame.value();
+           frame = reader.next())
+        if (const auto* message = std::get_if<MessageFrame>(&*frame.value()))
+          numbers.push_back(message->number);
+    }
+    EXPECT_EQ(numbers, std::vector<std::uint64_t>{latches ? 7U : 0U});
+  }
 }
 
 }  // namespace
