@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -157,9 +158,10 @@ void add_absent(std::vector<Found>& to, const std::vector<std::string>& addresse
       add_found(to, {diagnose(failure)}, subject);
 }
 
-// Something else listens where the status is to be: the program does not start.
+// Something else listens where the status is to be: the program does not start. Beyond loopback the
+// program itself may be there, which answers no plain question.
 std::vector<Found> look_at_status_port(const StatusOptions& status) {
-  if (status.address.empty()) return {};
+  if (status.address.empty() || !syntax::is_loopback(status.address)) return {};
   ListenOptions listen;
   listen.addresses = {status.address};
   listen.port = status.port;
@@ -258,14 +260,23 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
   const auto here = std::filesystem::current_path(failed);
   if (!failed) std::filesystem::current_path(program.folder, failed);  // relative names begin there
   if (failed) return found;
+  SideFacts joined;  // of the files together
+  joined.may_export = false;
+  bool any = false;
   for (const std::string& file : program.parameter_files()) {
     if (!std::filesystem::is_regular_file(file, failed)) continue;  // a pipe may never end
     const FileJudged judged = judge_file(file, role);
     for (const std::vector<Failure>& all : {judged.given.problems, judged.hints})
       for (const Failure& failure : all)
         if (may_have_come_later(failure.cause)) add_found(found, {diagnose(failure)}, file);
-    if (judged.config) facts = facts_of(*judged.config);
+    if (!judged.config) continue;
+    SideFacts own = facts_of(*judged.config);
+    any = true;
+    joined.may_export = joined.may_export || own.may_export;
+    joined.bytes_per_second = std::max(joined.bytes_per_second, own.bytes_per_second);
+    std::move(own.expired.begin(), own.expired.end(), std::back_inserter(joined.expired));
   }
+  if (any) facts = std::move(joined);
   std::filesystem::current_path(here, failed);
   return found;
 }

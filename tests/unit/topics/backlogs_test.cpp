@@ -203,7 +203,10 @@ TEST(Backlogs, UnderOtherRulesNothingGoesOn) {
   s.lose();
   EXPECT_TRUE(s.subject.may_stay(s.id()));
   Rule other = everything();
-  other.treatment.max_rate = 5;
+  other.treatment.max_rate = 5;  // followed
+  s.s.policy = Policy({other});
+  EXPECT_TRUE(s.subject.may_stay(s.id()));
+  other.treatment.qos.depth = 5;
   s.s.policy = Policy({other});
   EXPECT_FALSE(s.subject.may_stay(s.id()));
   EXPECT_FALSE(s.come_back());
