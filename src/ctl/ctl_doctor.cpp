@@ -111,6 +111,18 @@ std::vector<Found> silent_programs() {
   return found;
 }
 
+// A client of this user has a link.
+bool is_linked() {
+  for (const std::string& socket : status_sockets()) {
+    Asked asked(socket, "/api/status");
+    const Json status = asked.problem().empty() ? read_status(asked.rest()) : Json();
+    if (text_in(status, "role") != "client") continue;
+    for (const Json& link : part_of(status, "links"))
+      if (is_set(link, "open")) return true;
+  }
+  return false;
+}
+
 // The client's own code tries the path, TLS and the login.
 std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Assembly assembly = assemble(config, "/ctl_doctor");
@@ -121,6 +133,8 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   options.logs_in = logs_in;
   Probe probe(std::move(*assembly.parts), options);
   if (const Failure failure = probe.open(kPatienceOfDoctor)) {
+    // The client that runs has the only place, so its path and login are right.
+    if (failure.cause == Cause::kTooManyConnections && is_linked()) return found;
     found.push_back(diagnose(failure));
     if (failure.cause == Cause::kServerSilent && syntax::is_loopback(config.dial.url.host))
       add_found(found, silent_programs());

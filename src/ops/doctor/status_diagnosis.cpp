@@ -347,8 +347,7 @@ void Doctor::link(const Json& link) {
   missing(link);
   if (!is_broken) thin(link);  // a path that breaks carries less than it could
   bool exports = false;
-  bool is_heard =
-      false;  // a node here subscribes to what the peer sends: this graph is the right one
+  bool is_heard = false;  // a node here subscribes to a topic of the peer: the graph is right
   for (const Json& one : part_of(link, "topics")) {
     topic(link, one);
     exports = exports || is_exported(one);
