@@ -15,7 +15,7 @@ class ProxyNames {
 
  public:
   // A large robot has some hundred nodes.
-  static constexpr std::size_t kMost = 256;
+  static constexpr std::size_t kMost = 512;
 
   // The name is in use as long as one of its holds exists. A hold may outlive this object.
   using Hold = std::shared_ptr<const std::string>;
