@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -111,14 +110,15 @@ std::vector<Found> silent_programs() {
   return found;
 }
 
-// A client of this user has a link.
-bool is_linked() {
+// A client of this user has a link to this port.
+bool is_linked(const Url& url) {
+  const std::string end = ":" + std::to_string(url.port);
   for (const std::string& socket : status_sockets()) {
     Asked asked(socket, "/api/status");
     const Json status = asked.problem().empty() ? read_status(asked.rest()) : Json();
     if (text_in(status, "role") != "client") continue;
     for (const Json& link : part_of(status, "links"))
-      if (is_set(link, "open")) return true;
+      if (is_set(link, "open") && text_in(link, "peer").ends_with(end)) return true;
   }
   return false;
 }
@@ -134,7 +134,7 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
   Probe probe(std::move(*assembly.parts), options);
   if (const Failure failure = probe.open(kPatienceOfDoctor)) {
     // The client that runs has the only place, so its path and login are right.
-    if (failure.cause == Cause::kTooManyConnections && is_linked()) return found;
+    if (failure.cause == Cause::kTooManyConnections && is_linked(config.dial.url)) return found;
     found.push_back(diagnose(failure));
     if (failure.cause == Cause::kServerSilent && syntax::is_loopback(config.dial.url.host))
       add_found(found, silent_programs());
@@ -274,23 +274,19 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
   const auto here = std::filesystem::current_path(failed);
   if (!failed) std::filesystem::current_path(program.folder, failed);  // relative names begin there
   if (failed) return found;
-  SideFacts joined;  // of the files together
-  joined.may_export = false;
-  bool any = false;
+  ParameterMap parameters;  // of the files together: the last one that names a key has it
   for (const std::string& file : program.parameter_files()) {
     if (!std::filesystem::is_regular_file(file, failed)) continue;  // a pipe may never end
     const FileJudged judged = judge_file(file, role);
     for (const std::vector<Failure>& all : {judged.given.problems, judged.hints})
       for (const Failure& failure : all)
         if (may_have_come_later(failure.cause)) add_found(found, {diagnose(failure)}, file);
-    if (!judged.config) continue;
-    SideFacts own = facts_of(*judged.config);
-    any = true;
-    joined.may_export = joined.may_export || own.may_export;
-    joined.bytes_per_second = std::max(joined.bytes_per_second, own.bytes_per_second);
-    std::move(own.expired.begin(), own.expired.end(), std::back_inserter(joined.expired));
+    for (const auto& [key, value] : judged.given.parameters)
+      parameters.insert_or_assign(key, value);
   }
-  if (any) facts = std::move(joined);
+  const Role of = role == "client" ? Role::kClient : Role::kServer;
+  if (const Parsed parsed = parse_config(parameters, of, surroundings()); parsed.config)
+    facts = facts_of(*parsed.config);
   std::filesystem::current_path(here, failed);
   return found;
 }

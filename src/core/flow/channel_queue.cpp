@@ -85,7 +85,7 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
 
 void ChannelQueue::place(OutMessage message, std::uint64_t arrival, const Now& now) {
   const auto body_bytes = message.body.size();
-  if (message.video == VideoPart::kKey) drop_older_group(message.subject);
+  if (message.video == VideoPart::kKey) drop_older_group(message.subject, now);
   // Bytes alone bound the messages of a replay (Replay::takes). A message joins it only while no
   // other message waits before it, so the order of the channel stays.
   if (options_.newest_only) {
@@ -110,7 +110,9 @@ bool ChannelQueue::make_room(OutMessage& message, std::uint64_t arrival, const N
     }
     drop_overdue(now);
   }
-  while (options_.depth > 0 && waiting_.size() - first >= options_.depth) {
+  // Bytes and time bound packets of a video: the publisher's depth would tear each group.
+  const bool is_packet = message.video != VideoPart::kNone;
+  while (!is_packet && options_.depth > 0 && waiting_.size() - first >= options_.depth) {
     if (displace(message, arrival, now)) return true;  // mutant: turns_at_depth
     drop_waiting_at(first, DropReason::kQueueDepth);   // mutant: depth
   }
@@ -130,10 +132,12 @@ void ChannelQueue::drop_overdue(const Now& now) {
   }
 }
 
-// The link is behind by a packet at least, and a decoder needs none of them for the new group.
-void ChannelQueue::drop_older_group(Subject subject) {
+// The link is behind, and a decoder needs none of them for the new group. What came just now does
+// not wait for the link.
+void ChannelQueue::drop_older_group(Subject subject, const Now& now) {
   for (auto i = waiting_.size(); i-- > replay_.count();)
-    if (waiting_[i].message.subject == subject && waiting_[i].message.video != VideoPart::kNone)
+    if (waiting_[i].message.subject == subject && waiting_[i].since < now.steady &&
+        waiting_[i].message.video != VideoPart::kNone)
       drop_waiting_at(i, DropReason::kNewerAvailable);
 }
 

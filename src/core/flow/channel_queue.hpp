@@ -114,6 +114,7 @@ class ChannelQueue {
   void forget_base(OriginId origin) {
     front_.reset();
     turns_.erase(origin);
+    groups_.forget(origin);
     if (deltas_) deltas_->forget(origin);
   }
 
@@ -251,7 +252,7 @@ class ChannelQueue {
   }
   void drop_overdue(const Now& now);
   // Drops waiting packets of the subject's video: a new group begins.
-  void drop_older_group(Subject subject);
+  void drop_older_group(Subject subject, const Now& now);
   // Beside messages of others, the oldest of its own publisher gives way, and the rest of these
   // move up. A state without an older one waits for its publisher's turn, and the last message is
   // dropped. So publishers of one topic take turns. False: the oldest of all must give way, or too

@@ -11,11 +11,11 @@
 
 namespace connect_bridge {
 
-// In the form in which it is sent. Its sequence is 0 until it is begun, its stamp is 0 if it has no
-// age, and without a codec the body's size is used for raw_bytes.
-// A message of a video: a decoder can begin with it, or needs the one with the number before.
+// A message of a video: a decoder can begin with it, or needs the one before.
 enum class VideoPart : std::uint8_t { kNone, kKey, kRefers };
 
+// In the form in which it is sent. Its sequence is 0 until it is begun, its stamp is 0 if it has no
+// age, and without a codec the body's size is used for raw_bytes.
 struct OutMessage : MessageHead {
   Payload body;
   // Set: it tells a state, and a newer message of the same subject and state replaces it. An event
@@ -23,6 +23,8 @@ struct OutMessage : MessageHead {
   std::optional<std::uint64_t> state = {};
   Moment moment = {};
   VideoPart video = VideoPart::kNone;
+  // Rises by one with each sample of the origin; one that is missing was lost before. 0: not known.
+  std::uint64_t order = 0;
   bool reports_leaving = false;  // the owner is told when all of it was handed out
   bool tracked = false;          // its arrival is reported to the owner (Outbox::acknowledge)
   bool resumes = false;  // kept until it has arrived, to be sent again on another connection

@@ -27,6 +27,7 @@ struct OutSample {
   Stamp header = 0;                         // of the Header with which it begins; 0: none
   std::uint64_t node = 0;                   // company_node() of its publisher
   TimePoint taken{};
+  std::uint64_t order = 0;  // as in OutMessage
 };
 
 // Small samples are compressed at once, large ones by a worker, one at a time, so that order is

@@ -327,6 +327,7 @@ void LocalTopic::unpark(const Now& now) {
 // middleware does not count. A clock that is set back then suppresses samples for as long.
 void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const Now& now) {
   auto age = TopicOffer::Age::kNew;
+  const std::uint64_t order = taken.number != 0 ? taken.number : ++origin.taken;
   if (origin.qos.durability == Durability::kTransientLocal) origins_.number(taken);
   if (subscription_qos_.durability == Durability::kTransientLocal) {
     if (!Origins::is_new(origin, taken)) return offers_.drop(DropReason::kDuplicate, 1);
@@ -339,6 +340,7 @@ void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const
       age = is_new ? TopicOffer::Age::kFirst : TopicOffer::Age::kKept;
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
+  sample.order = order;
   read(sample, at);
   // A newer sample of one state may pass an older one of another: their order is not that of the
   // numbers, by which the importer would drop the second.

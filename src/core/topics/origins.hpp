@@ -21,6 +21,7 @@ struct Origin {
   std::string node;  // empty: not in the graph (yet)
   Qos qos;
   std::uint64_t last_number = 0;  // transient local: number of the newest forwarded sample
+  std::uint64_t taken = 0;        // samples, where the middleware does not number them
   std::uint64_t kept = 0;  // samples that the publisher had kept for the subscription and that came
   ExportTimers::Timer vanishes;  // set: the publisher has left the graph
   bool lingering = false;        // the publisher has left, but samples still wait in a queue

@@ -86,10 +86,10 @@ void TopicOffer::follow_rates() {
   std::vector<OutSample> held;
   take_all_held(held);
   for (OutSample& sample : held) {
-    const OriginId origin = sample.subject.origin();
-    const std::uint64_t key = rates_.of(origin).key(sample.state.value_or(0));
+    const HeldBack<OutSample, LocalTopic*>::Key key{sample.subject.origin(),
+                                                    sample.state.value_or(0)};
     const std::size_t bytes = sample.raw.size();
-    if (const auto lost = held_.hold({origin, key}, std::move(sample), bytes, TimePoint{}))
+    if (const auto lost = held_.hold(key, std::move(sample), bytes, TimePoint{}))
       lose(*lost, DropReason::kRate);
   }
 }
@@ -373,8 +373,12 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const std::uint64_t state = sample.state.value_or(0);
   const bool passes = rate.admit(bytes, sample.header, now.steady, state);
   const std::uint64_t key = rate.key(state);
+  const auto lose_older = [&](std::uint64_t held) {
+    if (const auto older = held_.take({origin, held})) lose(*older, DropReason::kRate);
+  };
+  if (key != state) lose_older(state);  // other rates have held it (follow_rates)
   if (passes) {
-    if (const auto older = held_.take({origin, key})) lose(*older, DropReason::kRate);
+    lose_older(key);
     return true;
   }
   if (const auto lost = held_.hold({origin, key}, sample, bytes, rate.leaves_at(state)))
@@ -436,6 +440,8 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.reports_leaving = is_vp8(codec);
   message.video = video_part_of(sample);
   if (message.video != VideoPart::kNone) message.state.reset();
+  // Who wants all of it, later too, gets all of it.
+  if (message.resumes || treatment().keep == Keep::kAll) message.video = VideoPart::kNone;
   if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();  // mutant: picture_replaced
   message.moment = moment_of(sample);
   note_form(codec, sample.raw.size(), body);
@@ -496,7 +502,6 @@ void TopicOffer::tell_late() {
 }
 
 VideoPart TopicOffer::video_part_of(const OutSample& sample) const {
-  if (treatment().keep == Keep::kAll) return VideoPart::kNone;
   const auto packet = video::read_packet(type(), sample.raw.view());
   if (!packet) return VideoPart::kNone;
   return packet->is_key ? VideoPart::kKey : VideoPart::kRefers;
@@ -507,6 +512,7 @@ OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Pa
   message.subject = sample.subject;
   message.stamp = sample.stamp;
   message.number = sample.number;
+  message.order = sample.order;
   message.state = sample.state;
   message.codec = codec;
   // A thinned cloud is smaller than its sample, and a picture leaves out the sample's padding.

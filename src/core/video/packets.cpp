@@ -179,10 +179,6 @@ const KnownMessage* known_message(std::string_view type) {
 
 }  // namespace
 
-bool has_packets(std::string_view type) {
-  return known_message(type) != nullptr;
-}
-
 std::optional<VideoPacket> read_packet(std::string_view type, ByteView raw) {
   const KnownMessage* const message = known_message(type);
   if (message == nullptr) return std::nullopt;

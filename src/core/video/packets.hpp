@@ -17,8 +17,6 @@ struct VideoPacket {
   bool is_key = false;        // a decoder needs no packet before it
 };
 
-// Messages of the type may be packets.
-[[nodiscard]] bool has_packets(std::string_view type);
 // nullopt: no packet, or of a codec whose key frames are not known here.
 [[nodiscard]] std::optional<VideoPacket> read_packet(std::string_view type, ByteView raw);
 

@@ -82,7 +82,7 @@ class Network {
   void allow(ConnectionId connection, std::size_t packet_bytes_max);
 
   // Sends what was pulled, then a close frame (the reason is cut at 120 bytes). Nothing more is
-  // read; ConnectionClosed (or, for a dial under way, DialFailed) does, within a second.
+  // read; ConnectionClosed (or, for a dial under way, DialFailed) follows within a second.
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
 
   // Stops listening and closes everything with kGoingAway. Within a second the io_context has

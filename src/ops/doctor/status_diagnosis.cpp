@@ -236,7 +236,7 @@ void Doctor::thin(const Json& link) {
   for (const Json& topic : part_of(link, "topics")) {
     const Json& dropped = part_of(lately_of(topic), "dropped");
     const double lost = number_in(dropped, "newer_available") + number_in(dropped, "queue_time") +
-                        number_in(dropped, "queue_bytes");
+                        number_in(dropped, "queue_bytes") + number_in(dropped, "group");
     const double messages = lately_in(topic, "messages"), sent = lately_in(topic, "wire_bytes");
     if (messages > 0) published += sent * (messages + lost) / messages;
     if (lost == 0 || lost < kDroppedShare * (lost + messages)) continue;

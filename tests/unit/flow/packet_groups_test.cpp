@@ -11,7 +11,7 @@ namespace {
 
 OutMessage packet(std::uint64_t number, VideoPart part, std::size_t size = 50) {
   OutMessage made = message(size);
-  made.number = number;
+  made.order = number;
   made.video = part;
   return made;
 }
@@ -39,14 +39,26 @@ TEST(PacketGroups, OtherMessagesAndUnknownNumbersPass) {
   PacketGroups groups;
   groups.left(key(8));
   OutMessage other = message(50);
-  other.number = 20;
+  other.order = 20;
   EXPECT_FALSE(groups.misses(other));
   EXPECT_FALSE(groups.misses(delta(0)));
   OutMessage of_another = delta(20);
   of_another.subject = OriginId{77};
   EXPECT_TRUE(groups.misses(of_another));
-  of_another.number = 1;  // the first one ever
+  of_another.order = 1;  // the first one ever
   EXPECT_FALSE(groups.misses(of_another));
+}
+
+TEST(PacketGroups, ParametersBetweenPacketsAreNoGap) {
+  PacketGroups groups;
+  groups.left(key(1));
+  OutMessage parameters = message(50);
+  parameters.order = 2;
+  groups.left(parameters);
+  EXPECT_FALSE(groups.misses(delta(3)));
+  parameters.order = 5;  // 3 and 4 were lost
+  groups.left(parameters);
+  EXPECT_TRUE(groups.misses(delta(6)));
 }
 
 TEST(PacketGroups, WithoutKeysGoOnAfterSomeTime) {
@@ -63,14 +75,13 @@ TEST(PacketGroups, WithoutKeysGoOnAfterSomeTime) {
 TEST(OutboxQueue, WhatRefersToADroppedPacketIsDropped) {
   Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
-  options.depth = 4;
+  options.depth = 1;  // it does not bound packets
   outbox.add_channel(kA, options);
   outbox.push(kA, key(1, 11), now_ms(0));
   EXPECT_EQ(drain(outbox), "1#1:11\n");
-  for (std::uint64_t number = 2; number < 7; ++number)  // the depth takes number 2
+  for (std::uint64_t number = 3; number < 7; ++number)  // number 2 was lost before
     outbox.push(kA, delta(number, 10 + number), now_ms(0));
   EXPECT_EQ(drain(outbox), "");
-  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueDepth), 1U);
   EXPECT_EQ(dropped(outbox, kA, DropReason::kGroup), 4U);
   outbox.push(kA, key(7, 17), now_ms(0));
   outbox.push(kA, delta(8, 18), now_ms(0));
@@ -88,9 +99,10 @@ TEST(OutboxQueue, ANewGroupTakesThePlaceOfAnOlderOneThatWaits) {
   OutMessage other = message(19);
   other.subject = OriginId{77};
   outbox.push(kA, other, now_ms(0));
-  outbox.push(kA, key(3, 13), now_ms(0));
-  outbox.push(kA, delta(4, 14), now_ms(0));
-  EXPECT_EQ(drain(outbox), "1#1:19\n1#2:13\n1#3:14\n");
+  outbox.push(kA, key(3, 13), now_ms(1));
+  outbox.push(kA, delta(4, 14), now_ms(1));
+  outbox.push(kA, key(5, 15), now_ms(1));  // all of one moment leave
+  EXPECT_EQ(drain(outbox), "1#1:19\n1#2:13\n1#3:14\n1#4:15\n");
   EXPECT_EQ(dropped(outbox, kA, DropReason::kNewerAvailable), 2U);
   expect_balance(outbox.counts(kA));
 }

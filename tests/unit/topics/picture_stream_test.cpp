@@ -97,6 +97,7 @@ struct Camera {
                     Payload::adopt(form.sample(encoding)),
                     {}};
     taken.taken = ms(now).steady;
+    taken.order = number;
     taken.node = company_node(node_of(s.graph.find({form.topic, form.type})->publishers.front()));
     subject.send(taken, TopicOffer::Age::kNew, ms(now));
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "core/media/sample_codec.hpp"
 #include "unit/media/samples.hpp"
@@ -89,6 +90,28 @@ TEST(TopicOffer, AChangedRateOrAgeIsFollowed) {
   s.policy = Policy({everything()});
   EXPECT_FALSE(s.offer.review());
   EXPECT_TRUE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(30)));
+}
+
+TEST(TopicOffer, AChangedRateLosesNoStateThatWasHeld) {
+  auto slow = everything();
+  slow.treatment.max_rate = 1;
+  for (const double rate : {0.0, 2.0}) {
+    Offering s(slow);
+    ASSERT_TRUE(s.offer.open());
+    s.offer.on_demand({{1}, 1}, ms(0));
+    for (const std::uint64_t state : {5U, 6U, 5U, 6U}) {
+      OutSample one = sized(10);
+      one.state = state;
+      static_cast<void>(s.offer.admit(one, TopicOffer::Age::kNew, ms(10)));
+    }
+    auto other = slow;
+    other.treatment.max_rate = rate;
+    s.policy = Policy({other});
+    EXPECT_FALSE(s.offer.review());
+    std::set<std::uint64_t> left;
+    while (const auto held = s.offer.take_held(ms(11))) left.insert(held->state.value_or(0));
+    EXPECT_EQ(left, (std::set<std::uint64_t>{5, 6}));
+  }
 }
 
 // The peer has mirrors of the type that it was offered.
