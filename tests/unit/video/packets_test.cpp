@@ -37,7 +37,8 @@ Bytes units(std::initializer_list<std::uint8_t> heads) {
 }
 
 std::optional<bool> is_key(std::string_view codec, ByteView data) {
-  const auto packet = read_packet(kVideo, video_sample(data, codec));
+  const Bytes sample = video_sample(data, codec);  // views of the packet point into it
+  const auto packet = read_packet(kVideo, sample);
   if (!packet) return std::nullopt;
   EXPECT_EQ(packet->codec, codec);
   EXPECT_EQ(packet->frame_id, "left");
@@ -90,13 +91,15 @@ TEST(VideoPackets, OfVp8Vp9AndAv1AreKeysByTheirHeads) {
 }
 
 TEST(VideoPackets, AreThoseOfThreeTypes) {
-  const auto ffmpeg = read_packet(kPacket, ffmpeg_sample(1)).value();
+  const Bytes of_ffmpeg = ffmpeg_sample(1);
+  const auto ffmpeg = read_packet(kPacket, of_ffmpeg).value();
   EXPECT_TRUE(ffmpeg.is_key);
   EXPECT_EQ(ffmpeg.codec, "hevc");
   EXPECT_EQ(ffmpeg.frame_id, "right");
   EXPECT_FALSE(read_packet(kPacket, ffmpeg_sample(2)).value().is_key);
   const Bytes key = units({0x67, 0x65});
-  const auto image = read_packet(kImage, media::compressed_sample(key, "H264")).value();
+  const Bytes compressed = media::compressed_sample(key, "H264");
+  const auto image = read_packet(kImage, compressed).value();
   EXPECT_TRUE(image.is_key);
   EXPECT_EQ(image.frame_id, "camera");
   EXPECT_FALSE(read_packet(kImage, media::compressed_sample(key, "jpeg")));
