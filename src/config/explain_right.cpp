@@ -236,7 +236,8 @@ class Explainer {
                      key("lossy: never")));
   }
 
-  // What makes all messages exact; empty: nothing. The importer's `keep` and `compression` do not.
+  // The key that makes all messages exact; empty: none does. `keep` and `compression` of an
+  // importer do not.
   [[nodiscard]] std::string_view exact_by(const Treatment& treatment) const {
     if (treatment.lossy == Lossy::kNever) return "lossy: never";
     if (treatment.resume == true) return "resume: true";

@@ -110,12 +110,19 @@ std::vector<Found> silent_programs() {
   return found;
 }
 
+// The status of each program of this user that answers.
+std::vector<Json> statuses() {
+  std::vector<Json> all;
+  for (const std::string& socket : status_sockets())
+    if (Asked asked(socket, "/api/status"); asked.problem().empty())
+      all.push_back(read_status(asked.rest()));
+  return all;
+}
+
 // A client of this user has a link to this port.
 bool is_linked(const Url& url) {
   const std::string end = ":" + std::to_string(url.port);
-  for (const std::string& socket : status_sockets()) {
-    Asked asked(socket, "/api/status");
-    const Json status = asked.problem().empty() ? read_status(asked.rest()) : Json();
+  for (const Json& status : statuses()) {
     if (text_in(status, "role") != "client") continue;
     for (const Json& link : part_of(status, "links"))
       if (is_set(link, "open") && text_in(link, "peer").ends_with(end)) return true;
@@ -148,12 +155,9 @@ std::vector<Found> look_through_link(const Config& config, bool logs_in) {
 // A server of this user listens at the port: the one that is asked about, as it seems.
 bool is_ours(const Config& config) {
   const std::string end = ":" + std::to_string(config.listen.port);
-  for (const std::string& socket : status_sockets()) {
-    Asked asked(socket, "/api/status");
-    const Json status = asked.problem().empty() ? read_status(asked.rest()) : Json();
+  for (const Json& status : statuses())
     for (const Json& address : part_of(status, "listens"))
       if (address.is_string() && address.get<std::string>().ends_with(end)) return true;
-  }
   return false;
 }
 

@@ -161,8 +161,8 @@ class Accounts {
   void on_time(const Now& now) {
     now_ = now.steady;
     if (now_ < next_review_) return;
-    next_review_ =
-        now_ + std::chrono::seconds(1);  // not at each deadline: there may be many accounts
+    // Not at each deadline: there may be many accounts.
+    next_review_ = now_ + std::chrono::seconds(1);
     for (auto& [name, account] : accounts_) account->logged.on_time(now);
   }
 

@@ -17,11 +17,11 @@
 namespace connect_bridge {
 
 // Packets that wait to be handled, in a queue for each identity. The identity that has used least
-// of the loop's time lately comes first, with one packet of one connection. So an
-// identity that uses little waits for at most one step of the others, however many connections or
-// identities they have. A packet waits only for packets of others. A packet that has waited for
-// `patience` comes before those of identities that have used more. The cost hardly grows with the
-// number of waiting packets. Single-threaded.
+// of the loop's time lately comes first, with one packet of one connection. So an identity that
+// uses little waits for at most one step of the others, however many connections or identities they
+// have. A packet waits only for packets of others. A packet that has waited for `patience` comes
+// before those of identities that have used more. The cost hardly grows with the number of waiting
+// packets. Single-threaded.
 class LoopTurns {
  public:
   explicit LoopTurns(Duration patience) : patience_(patience) {}

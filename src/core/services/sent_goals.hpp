@@ -57,7 +57,7 @@ class SentGoals {
   // The server of the action is gone, and its goals with it.
   void on_server_gone(const std::string& action);
   void on_link_lost(LinkId link, TimePoint now);
-  // Its calls have ended: the server gets no goal of it any longer.
+  // The calls of the link have ended: the server gets no goal of it any longer.
   void on_link_dead(LinkId link, TimePoint now);
   // The process that has sent goals may come back by another link. Another process does not know
   // them, also if it goes on with the link.

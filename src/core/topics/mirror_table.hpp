@@ -59,9 +59,9 @@ class MirrorTable {
   [[nodiscard]] const Mirrors& all() const { return mirrors_; }
   [[nodiscard]] auto of(const TopicKey& topic) { return Range(mirrors_.equal_range(topic)); }
   [[nodiscard]] auto of(const TopicKey& topic) const { return Range(mirrors_.equal_range(topic)); }
-  // Of a name with any type.
+  // Mirrors of a name with any type.
   [[nodiscard]] auto named(std::string_view name) { return Range(mirrors_.equal_range(name)); }
-  // Those whose origins the link offers or is expected to offer again, in the order of their keys.
+  // Mirrors whose origins the link offers or is expected to offer again, in the order of keys.
   [[nodiscard]] std::vector<TopicMirror*> of(const Link& link);
 
   // ---- beginning and end

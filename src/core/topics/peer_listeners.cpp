@@ -168,8 +168,8 @@ void PeerListeners::count(const TopicKey& key, Topic& topic, bool counts) {
 }
 
 void PeerListeners::on_graph(const Now& now) {
-  // As many steps as this graph has topics: the peers may have reported many more. Published topics
-  // give their places back before other topics take them.
+  // The topics of this graph are the steps here: the peers may have reported many more. Published
+  // topics give their places back before other topics take them.
   for (const auto& [key, state] : side_.graph.topics()) {
     if (state.publishers.empty()) continue;
     const auto reported = topics_.find(key);

@@ -440,7 +440,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.reports_leaving = is_vp8(codec);
   message.video = video_part_of(sample);
   if (message.video != VideoPart::kNone) message.state.reset();
-  // Who wants all of it, later too, gets all of it.
+  // A recorder gets every packet, later too.
   if (message.resumes || treatment().keep == Keep::kAll) message.video = VideoPart::kNone;
   if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();  // mutant: picture_replaced
   message.moment = moment_of(sample);

@@ -19,8 +19,8 @@ class JpegReader {
   JpegReader& operator=(JpegReader&&) noexcept;
 
   // The planes of the JPEG, with chroma halved. False: it has another size than the shape, other
-  // colours than YCbCr, or cannot be decoded. A JPEG that only ends too early can: cameras lose
-  // bytes, and its remainder is grey.
+  // colours than YCbCr, too many scans, or cannot be decoded. A JPEG that ends too early or has
+  // damaged data can: cameras lose bytes, and the remainder is grey.
   [[nodiscard]] bool read(ByteView jpeg, const Shape& shape, Yuv& to);
 
  private:
