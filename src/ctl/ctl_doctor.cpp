@@ -250,19 +250,6 @@ std::vector<std::string> expired_in(const std::string& token_file) {
   return names;
 }
 
-SideFacts facts_of(const Config& config) {
-  const auto& rules = config.policy.rules();
-  const auto exports = [](const Rule& rule) {
-    const auto& opened = rule.opens[Direction::kExport].values;
-    return std::any_of(opened.begin(), opened.end(), [](const auto& of) { return !of.empty(); });
-  };
-  SideFacts facts{std::any_of(rules.begin(), rules.end(), exports),
-                  config.limits.bytes_per_second_max};
-  if (config.role == Role::kServer && !config.auth.token_file.empty())
-    facts.expired = expired_in(config.auth.token_file);
-  return facts;
-}
-
 // The program has read its files, and what became wrong with them since then shows here.
 bool may_have_come_later(Cause cause) {
   return cause == Cause::kFileMissing || cause == Cause::kFileDistrusted ||
@@ -289,8 +276,13 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
       parameters.insert_or_assign(key, value);
   }
   const Role of = role == "client" ? Role::kClient : Role::kServer;
-  if (const Parsed parsed = parse_config(parameters, of, surroundings()); parsed.config)
-    facts = facts_of(*parsed.config);
+  if (const Parsed parsed = parse_config(parameters, of, surroundings()); parsed.config) {
+    const Config& config = *parsed.config;
+    facts = facts_of(config);
+    add_found(found, diagnose_config(config));
+    if (config.role == Role::kServer && !config.auth.token_file.empty())
+      facts.expired = expired_in(config.auth.token_file);
+  }
   std::filesystem::current_path(here, failed);
   return found;
 }
@@ -348,7 +340,8 @@ std::vector<Found> look_at_what_runs() {
     const std::string name = looked.facts.node.substr(looked.facts.node.starts_with('/') ? 1 : 0);
     if (sockets.size() > 1 && !name.empty())
       for (Found& one : looked.found)
-        one.program = name + (process != 0 ? " (" + std::to_string(process) + ")" : "");
+        one.program = name + (process != 0 ? " (" + std::to_string(process) + ")" : "") +
+                      (one.program.empty() ? "" : ", " + one.program);
     if (looked.role != "relay") programs.push_back(looked.facts);
     add_found(found, std::move(looked.found));
   }

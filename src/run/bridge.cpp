@@ -13,6 +13,7 @@
 #include "net/tls/certified.hpp"
 #include "ops/audit/audit_json.hpp"
 #include "ops/doctor/diagnostics.hpp"
+#include "ops/doctor/status_diagnosis.hpp"
 #include "ops/doctor/worth_telling.hpp"
 #include "ops/status/status_json.hpp"
 #include "run/exit_codes.hpp"
@@ -20,6 +21,8 @@
 
 namespace connect_bridge {
 namespace {
+
+constexpr Duration kDiagnosesPeriod = std::chrono::seconds(5);
 
 constexpr char kNotRecorded[] = "the call cannot be recorded, and audit.required is set";
 
@@ -346,19 +349,22 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
 }
 
 void Bridge::take_status(double lag_ms) {
+  const TimePoint now = loop_.now().steady;
+  const bool is_diagnosed = now - diagnosed_at_ >= kDiagnosesPeriod;
   const bool wanted =
-      status_site_.wanted() || gateway_.diagnostics_wanted() || lately_.is_due(loop_.now().steady);
+      status_site_.wanted() || gateway_.diagnostics_wanted() || is_diagnosed || lately_.is_due(now);
   if (taking_ || (parameters_.config().status_file.empty() && !wanted)) return;
   taking_ = Taking{
       std::make_shared<StatusPicture>(StatusPicture{side_.own_status(), run_status(lag_ms, true)}),
-      side_.links()};
+      side_.links(), is_diagnosed};
+  if (is_diagnosed) diagnosed_at_ = now;
   std::reverse(taking_->left.begin(), taking_->left.end());
-  lately_.add(taking_->picture->run, taking_->picture->side, loop_.now().steady);
+  lately_.add(taking_->picture->run, taking_->picture->side, now);
   take_status_of_next();
 }
 
 void Bridge::take_status_of_next() {
-  auto& [picture, left] = *taking_;
+  auto& [picture, left, is_diagnosed] = *taking_;
   if (left.empty()) {
     link_places_.follow(picture->side.links);
     picture->places = link_places_;
@@ -366,6 +372,7 @@ void Bridge::take_status_of_next() {
     if (gateway_.diagnostics_wanted()) publish_diagnostics(*picture);
     if (const std::string& file = parameters_.config().status_file; !file.empty())
       status_file_.write(file, picture);
+    if (is_diagnosed) diagnose(picture);
     return taking_.reset();
   }
   if (auto link = side_.status_of(left.back(), loop_.now())) {
@@ -383,6 +390,17 @@ void Bridge::publish_diagnostics(const StatusPicture& picture) {
   const auto all = diagnostics_of(picture, system_now());
   const Payload message = diagnostic_array(all, node_.facts().full_name, node_.ros_now());
   gateway_.publish_diagnostics(message.view());
+}
+
+// On a thread of its own: a diagnosis takes as long as the status is.
+void Bridge::diagnose(std::shared_ptr<const StatusPicture> picture) {
+  if (std::exchange(diagnosing_, true)) return;
+  boost::asio::post(diagnosis_,
+                    [this, picture = std::move(picture), facts = facts_of(parameters_.config())] {
+                      const Json status = Json::parse(to_json(*picture), nullptr, false);
+                      feed_later(FindingsMade{findings_for_peers(status, facts)});
+                      boost::asio::post(io_, [this] { diagnosing_ = false; });
+                    });
 }
 
 void Bridge::stop() {

@@ -4,6 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -83,6 +84,8 @@ class Bridge {
   void take_status(double lag_ms);
   void take_status_of_next();
   void publish_diagnostics(const StatusPicture& picture);
+  // Peers are told what concerns them.
+  void diagnose(std::shared_ptr<const StatusPicture> picture);
   void stop();
 
   boost::asio::io_context io_{1};
@@ -102,6 +105,7 @@ class Bridge {
   struct Taking {
     std::shared_ptr<StatusPicture> picture;
     std::vector<LinkId> left;
+    bool is_diagnosed;
   };
   std::optional<Taking> taking_;
   LinkPlaces link_places_;
@@ -116,6 +120,9 @@ class Bridge {
   Hangup hangup_;
   Workers workers_;
   Workers picture_workers_;
+  TimePoint diagnosed_at_{};
+  bool diagnosing_ = false;
+  boost::asio::thread_pool diagnosis_{1};
   LoginDesk login_desk_;    // its threads end before the members that they use
   StatusSite status_site_;  // the same
   LoopGuard guard_;         // last: it does not watch the destructors, LastSteps does

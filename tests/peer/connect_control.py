@@ -29,6 +29,7 @@ WILDCARD_BYTES_MAX = 4096  # of these, each from its first star on
 ORIGINS_MAX = 1024  # of a channel
 LISTENERS_MAX = 1024  # of a link
 ASKED_MAX = 64  # names of an ask
+FINDINGS_MAX = 16
 CREDENTIAL_MAX = 3900
 
 
@@ -282,6 +283,10 @@ def decode_control(text):
         _check_ask(message)
     elif kind == "answer":
         _check_answer(message)
+    elif kind == "findings":
+        for finding in items(message, "list", FINDINGS_MAX):
+            require(re.fullmatch("[a-z0-9_]+", string(finding, "id", 32)), "id")
+            string(finding, "name", 255, "")
     elif kind == "renew":
         require(re.fullmatch("[a-z0-9_]+", string(message, "method", 32)), "method")
         string(message, "credential", CREDENTIAL_MAX)

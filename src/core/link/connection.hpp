@@ -144,6 +144,7 @@ class Connection {
   [[nodiscard]] const ClockEstimate& clock() const { return clock_; }
   // The time at which a silent peer counts as gone.
   [[nodiscard]] TimePoint dead_at() const { return last_heard_ + options_.dead_after; }
+  [[nodiscard]] Duration unheard(const Now& now) const { return now.steady - last_heard_; }
   [[nodiscard]] std::uint64_t received_bytes() const { return acknowledger_.received_bytes(); }
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
   [[nodiscard]] std::uint64_t open_bytes() const { return reassembly_.open_bytes(); }

@@ -68,6 +68,8 @@ void Link::drop_connection() {
   if (connection_) keep_texts();
   incoming_.clear();
   declined_.clear();
+  sent_findings_.clear();
+  peer_findings_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
   channels_.release();
@@ -124,6 +126,30 @@ void Link::withdraw(ChannelId number, const Ending& why) {
 
 // ---- status
 
+void Link::send_findings(const std::vector<PeerFinding>& findings) {
+  Findings told;
+  for (const PeerFinding& finding : findings) {
+    if (told.list.size() == kFindingsMax) break;
+    auto name = finding.name.empty() ? std::optional<std::string>(std::string())
+                                     : names.to_wire(finding.name);
+    if (name) told.list.push_back({finding.id, *std::move(name)});
+  }
+  if (told.list == sent_findings_) return;
+  sent_findings_ = told.list;
+  send(told);
+}
+
+// The peer's words are shown to people, so only names are taken.
+Result<Nothing> Link::on(Findings& findings, const Now&) {
+  peer_findings_.clear();
+  for (PeerFinding& finding : findings.list) {
+    if (!finding.name.empty() && !is_canonical_name(finding.name)) continue;
+    if (!finding.name.empty()) finding.name = names.to_local(finding.name);
+    peer_findings_.push_back(std::move(finding));
+  }
+  return Nothing{};
+}
+
 void Link::note_break(Failure why, bool by_peer, const Now& now) {
   if (breaks_.size() == LinkBreak::kShownMax) breaks_.pop_front();
   why.text = to_text(why.text, LinkBreak::kReasonBytesMax);
@@ -143,6 +169,7 @@ LinkStatus Link::status() const {
   shown.memory_bytes = memory.used();
   if (!connection_) return shown;
   shown.connection = connection_->id();
+  shown.peer_findings = peer_findings_;
   shown.login_end = login.end(connection_->peer().expires);
   const Outbox& outbox = connection_->outbox();
   shown.sent_bytes = connection_->sent_bytes();

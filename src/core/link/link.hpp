@@ -243,6 +243,9 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel_; }
 
   // ---- for people
+  // Sends the faults here that concern the peer: at most kFindingsMax, and only if they differ from
+  // the last ones of this connection. Local names.
+  void send_findings(const std::vector<PeerFinding>& findings);
   // Why the link is about to be lost: kept for its status, the newest LinkBreak::kShownMax.
   void note_break(Failure why, bool by_peer, const Now& now);
   // The link's own part of its status.
@@ -282,6 +285,7 @@ class Link final : public ConnectionUser {
   Result<Nothing> on(Refuse& refuse, const Now& now);
   Result<Nothing> on(Forget& forget, const Now& now);
   Result<Nothing> on(Wheel& wheel, const Now& now);
+  Result<Nothing> on(Findings& findings, const Now& now);
   template <class Other>
   Result<Nothing> on(const Other& message, const Now& now) {
     return user_.on(*this, message, now);
@@ -303,6 +307,8 @@ class Link final : public ConnectionUser {
   std::unique_ptr<Connection> connection_;
   LinkPeer peer_;
   std::deque<LinkBreak> breaks_;
+  // Findings of this connection: those sent, by wire names, and the peer's, by local names.
+  std::vector<PeerFinding> sent_findings_, peer_findings_;
   // Behind the connection, so that their streams end first. Not hashed: the peer chooses the
   // numbers.
   std::map<ChannelId, Incoming> incoming_;

@@ -5,6 +5,7 @@
 
 #include "core/base/timers.hpp"
 #include "core/link/standing.hpp"
+#include "core/wire/text.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -84,6 +85,7 @@ bool Strangers::puts_off(Authenticated& answer, TimePoint not_before, const Now&
   if (const std::string why = refusal(answer, now); !why.empty()) {
     if (!answer.judged) return false;
     ++counts_.wrong_logins;
+    counts_.last_wrong_login = to_text(why, LinkBreak::kReasonBytesMax);
     if (!is_one_too_many(place, now)) return false;  // mutant: wrong_logins
     ++counts_.wrong_logins_late;
     place.due = std::min(end, now.steady + kLateAnswer);

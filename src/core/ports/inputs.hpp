@@ -1,6 +1,7 @@
 // The inputs of the core: from the graph, the network, the login, the workers and the operator.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -12,6 +13,7 @@
 #include "core/policy/policy.hpp"
 #include "core/ports/failure.hpp"
 #include "core/wire/codec.hpp"
+#include "core/wire/control.hpp"
 
 namespace connect_bridge {
 
@@ -247,6 +249,10 @@ struct LimitsChanged {
 struct TrafficCounted {
   std::uint64_t sent_bytes = 0;
 };
+// Faults here that concern a peer. A link that is not named has none.
+struct FindingsMade {
+  std::map<LinkId, std::vector<PeerFinding>> of_links;  // local names
+};
 // Close everything orderly; the actions end with Stopped when all connections have been closed.
 struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
@@ -259,6 +265,6 @@ using Input =
                  ServiceTypeDiffers, ServiceClientFailed, ConnectionOpened, DialFailed,
                  PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
                  CredentialChanged, JobDone, PolicyChanged, LimitsChanged, TrafficCounted,
-                 StopRequested, TimePassed>;
+                 FindingsMade, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

@@ -89,6 +89,8 @@ struct TopicStatus {
   std::string misfit;
   // Of a topic that drives a robot: who steers, as the operator is told. nullopt: not known.
   std::optional<WheelState> wheel;
+  // Imported: a node of this graph that publishes the topic, too; empty: none does.
+  std::string also_from;
   // Imported: the clock of a publisher's machine is ahead of its bridge's.
   std::optional<double> ahead_ms;
 
@@ -133,6 +135,8 @@ struct ServiceStatus {
   std::string declined;       // exported: why the peer does not import it; empty if it does
   std::string declined_code;  // its word in the protocol
   std::string rule;           // of ours, that lets it cross
+  bool also_here = false;     // imported: not mirrored, as a node of this graph serves it
+  bool several_here = false;  // exported: several nodes of this graph serve it
 
   // As of a topic.
   struct Lately {
@@ -248,6 +252,8 @@ struct LinkStatus {
   bool same_graph = false;        // the peer's bridge is in the graph of this side
   bool two_of_a_kind = false;     // both ends say that they are the robot, or both the operator
   ConnectionId connection;        // while it is open
+  Duration unheard{};             // time since the peer was heard, while it is open
+  std::vector<PeerFinding> peer_findings;  // of the peer about this link; local names
   // TCP segments with data on this connection, and of these the retransmitted ones. Whoever owns
   // the socket adds them.
   std::uint64_t segments = 0;
@@ -293,6 +299,7 @@ struct StrangersStatus {
   std::uint64_t login_timeouts = 0;        // no login in time
   std::uint64_t logins_without_place = 0;  // right ones, refused with 4012
   std::uint64_t logins_not_judged = 0;     // the login method did not answer as it should
+  std::string last_wrong_login{};          // why it was wrong; empty: there was none
 };
 
 struct Status {

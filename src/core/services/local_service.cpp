@@ -49,9 +49,9 @@ void LocalService::update_servers(const ServiceState& state, const Now& now) {
   node_ = node_of(state.servers.front());
   // Two servers of one node are mostly a killed process, which stays in the graph for a while, and
   // its successor.
-  const bool several = std::any_of(state.servers.begin(), state.servers.end(),
-                                   [&](const Server& s) { return node_of(s) != node_; });
-  if (several && !std::exchange(warned_several_, true))
+  has_several_servers_ = std::any_of(state.servers.begin(), state.servers.end(),
+                                     [&](const Server& s) { return node_of(s) != node_; });
+  if (has_several_servers_ && !std::exchange(warned_several_, true))
     exports_.outputs.log(LogLevel::kWarn, key().first +
                                               " has several servers: each call reaches all of "
                                               "them, and the first answer counts");

@@ -68,6 +68,7 @@ class LocalService {
   [[nodiscard]] ServiceClientId client() const { return client_; }
   [[nodiscard]] CallGate& gate() { return gate_; }
   [[nodiscard]] bool is_ready() const { return ready_; }
+  [[nodiscard]] bool has_several_servers() const { return has_several_servers_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
 
   void add_status(const Link& link, LinkStatus& status) const;
@@ -99,6 +100,7 @@ class LocalService {
   std::string action_;  // whose goals come here; empty: none
   std::string node_;
   std::map<Gid, TimePoint> servers_;  // ids, with the time since when each is known
+  bool has_several_servers_ = false;
   bool warned_several_ = false;
   ServiceClientId client_;  // none: no link is attached
   bool ready_ = false;

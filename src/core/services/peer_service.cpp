@@ -424,6 +424,7 @@ void PeerService::add_status(LinkStatus& status) const {
   s.type = service_.key().second;
   s.rule = decision_.rule;
   s.attached = attached_ && service_.mirror();
+  s.also_here = service_.is_served_here();
   s.pending = static_cast<std::uint32_t>(calls_.size());
   status.services.push_back(std::move(s));
 }

@@ -187,6 +187,11 @@ bool ServiceMirror::is_served_by_bridge() const {
   return imports_.claims.serves(gid_);
 }
 
+bool ServiceMirror::is_served_here() const {
+  return !mirror_ && imports_.graph.has_server(key_.first) && !is_served_by_bridge() &&
+         !is_peer_here();
+}
+
 bool ServiceMirror::may_exist(const PeerService& peer_service) {
   if (!imports_.graph_since || failed_ || peer_service.is_unfit()) return false;
   if (imports_.claims.service_taken(gid_, claiming_.holds())) return false;

@@ -85,6 +85,8 @@ class ServiceMirror final : private Appearing::Waiting {
   // it.
   [[nodiscard]] LinkId feeder() const { return feeder_; }
 
+  // No mirror is made, as a node of this graph serves it.
+  [[nodiscard]] bool is_served_here() const;
   void add_status(const Link& link, LinkStatus& status) const;
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
 

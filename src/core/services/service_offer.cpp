@@ -346,6 +346,7 @@ void ServiceOffer::add_status(LinkStatus& status) const {
   s.exported = true;
   s.rule = offer_.decision().rule;
   s.attached = attached_;
+  s.several_here = service_.has_several_servers();
   if (!requests_) {
     s.declined = offer_.declined().reason;
     s.declined_code = offer_.declined().code;

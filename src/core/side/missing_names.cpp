@@ -26,14 +26,26 @@ bool may_be_wished(InterfaceKind kind, const std::string& name, const std::strin
   if (is_of_bridges(name) || name == kRosout || name == kParameterEvents ||
       name == kDiagnosticsTopic)
     return false;
-  if (!has_action_token(name)) return !is_hidden(name);
+  if (!has_action_token(name)) return true;
   const auto part = part_of_action(kind, name, type);
-  return part && part->part == ActionPart::kSendGoal && !is_hidden(part->action);
+  return part && part->part == ActionPart::kSendGoal;
+}
+
+// Wildcards do not match hidden names, which surprises who uses one.
+std::string with_hidden(std::string text, std::string_view name) {
+  if (is_hidden(name)) text += "; * and ** match no name that begins with _: write it out";
+  return text;
 }
 
 std::string_view action_type_of(const Wish& wish) {
   const auto part = part_of_action(wish.kind, wish.name, wish.type);
   return part ? part->action_type : std::string_view{};
+}
+
+// Without the action's hidden parts.
+std::string_view action_or_name(const Wish& wish) {
+  const auto part = part_of_action(wish.kind, wish.name, wish.type);
+  return std::string_view(wish.name).substr(0, part ? part->action.size() : std::string::npos);
 }
 
 MissingName named(const Wish& wish) {
@@ -76,7 +88,7 @@ struct Why {
 };
 
 // No rule here opens it: which came nearest.
-Why why_forbidden(const PolicyTrace& trace) {
+Why why_forbidden(const PolicyTrace& trace, std::string_view name, const Identity& who) {
   for (const RuleTrace& said : trace)
     if (said.applies && said.denied_by)
       return {MissingReason::kDenied, said.rule->name,
@@ -88,8 +100,8 @@ Why why_forbidden(const PolicyTrace& trace) {
   for (const RuleTrace& said : trace)
     if (said.opened_by && said.type_fits)
       return {MissingReason::kOtherPeer, said.rule->name,
-              "the rule " + said.rule->name + " here is for other peers"};
-  return {MissingReason::kNoRule, "", "no rule here allows it"};
+              "the rule " + said.rule->name + " here is for other peers than " + who.name};
+  return {MissingReason::kNoRule, "", with_hidden("no rule here allows it", name)};
 }
 
 // The types for which the peer spells the name out; none: not known.
@@ -100,9 +112,11 @@ std::vector<std::string> types_taken(const Accepts& accepts, const std::string& 
   return {};
 }
 
-std::optional<Why> why_answered(const std::string& code, InterfaceKind kind) {
+std::optional<Why> why_answered(const std::string& code, InterfaceKind kind,
+                                std::string_view name) {
   if (code == "not_permitted")
-    return Why{MissingReason::kNotGiven, "", "the peer's rules do not export it to this side"};
+    return Why{MissingReason::kNotGiven, "",
+               with_hidden("the peer's rules do not export it to this side", name)};
   if (code == "other_type")
     return Why{MissingReason::kOtherType, "", "it has another type at the peer"};
   if (code == "type_unknown")
@@ -123,7 +137,10 @@ class Search {
       if (!channel.exported) {
         offered_[{channel.kind, channel.name}].push_back(channel.type);
         by_last_token_.try_emplace({channel.kind, last_token(channel.name)}, channel.name);
+        auto& of_type = by_type_[{channel.kind, channel.type}];
+        if (of_type.size() < kOfTypeMax) of_type.emplace_back(channel.name);
       }
+    for (const auto& [name, type] : picture.heard) heard_by_type_.try_emplace(type, name);
     for (const auto& [key, topic] : side.graph.topics())
       if (topic.publishers.empty() && key.first != "/clock")
         for (const Endpoint& subscriber : topic.subscribers) lookers_.insert(node_of(subscriber));
@@ -137,6 +154,7 @@ class Search {
   void export_lonely(const Wish& wish);
   void export_heard(const TopicKey& heard);
   void channels();
+  void declines();
   MissingFound take();
 
  private:
@@ -161,6 +179,10 @@ class Search {
   [[nodiscard]] std::optional<Why> elsewhere(const Wish& wish) const;
   // A name of the peer that ends with this one, or the other way round; empty: there is none.
   [[nodiscard]] std::string_view similar_to(const Wish& wish) const;
+  // Another name of its type that the peer offers: in its namespace, or the only one. Empty: none.
+  [[nodiscard]] std::string_view of_same_type(const Wish& wish) const;
+  // "; the peer listens to /cmd_vel of this type", or nothing.
+  [[nodiscard]] std::string heard_of_same_type(const Wish& wish) const;
   [[nodiscard]] bool sends(const Wish& wish) const;
 
   const SideView& side_;
@@ -170,6 +192,10 @@ class Search {
   std::map<std::pair<InterfaceKind, std::string_view>, std::vector<std::string_view>> offered_;
   // One of the names that end with this token.
   std::map<std::pair<InterfaceKind, std::string_view>, std::string_view> by_last_token_;
+  // The names of a type that the peer offers, and one that it listens to.
+  static constexpr std::size_t kOfTypeMax = 8;
+  std::map<std::pair<InterfaceKind, std::string_view>, std::vector<std::string_view>> by_type_;
+  std::map<std::string_view, std::string_view> heard_by_type_;
   // One of the topics that are published here, by last token and type.
   std::map<std::pair<std::string_view, std::string_view>, std::string_view> published_;
   MissingFound found_;
@@ -187,7 +213,7 @@ std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_n
   PolicyTrace trace;
   if (found_.names.size() < MissingName::kMissingMax)
     static_cast<void>(side_.policy.decide(direction, what, who, &trace));
-  return why_forbidden(trace);
+  return why_forbidden(trace, action_or_name(wish), who);
 }
 
 std::optional<Why> Search::declined(const Wish& wish) const {
@@ -203,6 +229,24 @@ std::string_view Search::similar_to(const Wish& wish) const {
   if (found == by_last_token_.end()) return {};
   const std::string_view name = found->second;
   return is_end_of(wish.name, name) ? name : std::string_view{};
+}
+
+std::string_view Search::of_same_type(const Wish& wish) const {
+  const auto found = by_type_.find({wish.kind, wish.type});
+  if (found == by_type_.end()) return {};
+  const auto& names = found->second;
+  const auto space_of = [](std::string_view name) { return name.substr(0, name.rfind('/')); };
+  const auto near = std::find_if(names.begin(), names.end(), [&](std::string_view name) {
+    return space_of(name) == space_of(wish.name);
+  });
+  if (near != names.end()) return *near;
+  return names.size() == 1 ? names.front() : std::string_view{};
+}
+
+std::string Search::heard_of_same_type(const Wish& wish) const {
+  const auto found = heard_by_type_.find(wish.type);
+  if (found == heard_by_type_.end() || found->second == wish.name) return {};
+  return "; the peer listens to " + std::string(found->second) + " of this type";
 }
 
 // With a prefix no name of the peer is the one that it has there.
@@ -233,9 +277,13 @@ void Search::import(const Wish& wish) {
   }
   const auto answer = picture_.answers.find(wish);
   if (answer == picture_.answers.end()) return found_.unanswered.push_back(wish);
-  auto why = why_answered(answer->second, wish.kind);
-  if (why && why->reason == MissingReason::kNotThere)
-    if (auto there = elsewhere(wish)) why = std::move(there);
+  auto why = why_answered(answer->second, wish.kind, action_or_name(wish));
+  if (why && why->reason == MissingReason::kNotThere) {
+    if (auto there = elsewhere(wish))
+      why = std::move(there);
+    else if (const auto other = of_same_type(wish); !other.empty())
+      why->text += "; it has " + std::string(other) + " of this type";
+  }
   // The rule may be right, and the namespace wrong.
   if (why && why->reason == MissingReason::kNotGiven)
     if (const auto similar = similar_to(wish); !similar.empty())
@@ -250,13 +298,16 @@ void Search::export_lonely(const Wish& wish) {
   const Waiting waits = sends(wish) ? Waiting::kSender : Waiting::kNobody;
   if (auto why = forbidden(wish, *wire_name)) {
     auto& names = why->reason == MissingReason::kNoRule ? lonely_ : found_.names;
+    why->text += heard_of_same_type(wish);
     return add(names, wish, *std::move(why), waits);
   }
   const TopicState* topic = side_.graph.find({wish.name, wish.type});
   if (!link_.accepts->takes({wish.kind, *wire_name, wish.type})) {
     const auto types = types_taken(link_.accepts->list(), *wire_name);
     if (types.empty() || std::find(types.begin(), types.end(), wish.type) != types.end())
-      return add(lonely_, wish, {MissingReason::kNotTaken, "", "the peer's rules do not import it"},
+      return add(lonely_, wish,
+                 {MissingReason::kNotTaken, "",
+                  "the peer's rules do not import it" + heard_of_same_type(wish)},
                  waits);
     return add(wish, {MissingReason::kNotTaken, "", "the peer imports it only as " + joined(types)},
                waits);
@@ -336,6 +387,18 @@ void Search::channels() {
   }
 }
 
+// Declines of this side, also where nobody here can ask: a type that is not installed has no
+// subscriber.
+void Search::declines() {
+  for (const auto& [number, offer] : link_.declined()) {
+    const Wish wish{offer.kind, false, offer.key.first, offer.key.second};
+    if (may_be_wished(wish.kind, wish.name, wish.type))
+      add(wish,
+          {MissingReason::kDeclined, "", "declined here: " + offer.why.reason, offer.why.code},
+          Waiting::kNobody);
+  }
+}
+
 MissingFound Search::take() {
   auto& names = found_.names;
   if (lonely_.size() <= kLonelyMax) {
@@ -358,7 +421,7 @@ std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims) {
     if (!may_be_wished(InterfaceKind::kTopic, key.first, key.second)) continue;
     if (topic.publishers.empty() && !graph.is_brought(key) && imports.size() < kWishesMax)
       imports.push_back({InterfaceKind::kTopic, false, key.first, key.second});
-    if (topic.subscribers.empty() && exports.size() < kWishesMax)
+    if (topic.subscribers.empty() && !is_hidden(key.first) && exports.size() < kWishesMax)
       exports.push_back({InterfaceKind::kTopic, true, key.first, key.second});
   }
   for (const auto& [name, type] : graph.called()) {
@@ -377,6 +440,7 @@ MissingFound find_missing(const std::vector<Wish>& wishes, const SideView& side,
   search.channels();
   for (const TopicKey& heard : picture.heard) search.export_heard(heard);
   for (const Wish& wish : wishes) wish.exported ? search.export_lonely(wish) : search.import(wish);
+  search.declines();
   return search.take();
 }
 

@@ -1,4 +1,5 @@
 // Names that somebody here wants and does not get over a link, and why: from values alone.
+// One unit: all reasons are tried in one order, and share the picture of the link.
 #pragma once
 
 #include <map>
@@ -26,9 +27,9 @@ struct Wish {
   auto operator<=>(const Wish&) const = default;
 };
 
-// Without hidden names but those of actions, each of which is one wish, by its goals; without
-// bridges' own, /rosout and the parameter events, which every node has, and /diagnostics, which
-// every bridge publishes. At most kWishesMax of each direction.
+// Hidden names only where somebody subscribes or calls; an action is one wish, by its goals.
+// Without bridges' own, /rosout and the parameter events, which every node has, and /diagnostics,
+// which every bridge publishes. At most kWishesMax of each direction.
 inline constexpr std::size_t kWishesMax = 512;
 [[nodiscard]] std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims);
 

@@ -175,6 +175,11 @@ void Side::on(LimitsChanged& input, const Now& now) {
   links_.on(input, now);
 }
 
+void Side::on(FindingsMade& input, const Now&) {
+  for (auto& [id, link] : links_.all())
+    if (link.open()) link.send_findings(input.of_links[id]);
+}
+
 Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {
   if (options_.role == Role::kClient) return Error{CloseCode::kIllegal, "a server does not log in"};
   return ask_for_renewal(link, renew, outputs_, now);
@@ -387,6 +392,7 @@ LinkStatus Side::status_of(const Link& link, const Now& now) const {
   LinkStatus shown = link.status();
   if (link.open()) {
     shown.open_for = link.life.open_for(now);
+    shown.unheard = link.connection()->unheard(now);
     shown.same_graph = local_.claims.is_here(link.connection()->peer().side);
     shown.two_of_a_kind =
         !options_.robot.empty() && link.accepts && link.accepts->list().robot == options_.robot;

@@ -93,6 +93,7 @@ class Side final : private LinkUser {
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
   void on(LimitsChanged& input, const Now& now);
+  void on(FindingsMade& input, const Now& now);
   void on(TrafficCounted& input, const Now& now) { links_.on(input, now); }
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);

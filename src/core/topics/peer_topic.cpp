@@ -677,6 +677,8 @@ void PeerTopic::add_status(LinkStatus& status) const {
   s.sent_as = sent_as_;
   s.misfit = misfit();
   if (command_ && treatment().wheel) s.wheel = sent_wheel_;
+  if (const TopicState* here = context_.graph.find(key_); here && !here->publishers.empty())
+    s.also_from = node_of(here->publishers.front());
   s.ahead_ms = ahead_ms_;
   status.topics.push_back(std::move(s));
 }

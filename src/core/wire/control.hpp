@@ -40,6 +40,7 @@ inline constexpr std::size_t kNameBytesMax = 255;        // a name, pattern, typ
 inline constexpr std::size_t kListenersMax = 1024;       // listeners of a link
 inline constexpr std::size_t kCallIdsMax = 8192;         // calls in one message
 inline constexpr std::size_t kAskedMax = 64;             // names in one question
+inline constexpr std::size_t kFindingsMax = 16;          // of one side about one link
 inline constexpr std::size_t kCodeBytesMax = 32;         // of a decline, refuse, withdraw or answer
 inline constexpr std::size_t kReasonBytesMax = 512;      // the sentence with it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
@@ -253,9 +254,21 @@ struct Renewed {
   bool accepted = false;
 };
 
+// A fault at the sender that concerns the receiver, for people.
+struct PeerFinding {
+  std::string id;    // of docs/findings.md
+  std::string name;  // of a topic or service; empty: the whole link
+
+  friend bool operator==(const PeerFinding&, const PeerFinding&) = default;
+};
+// "findings": all that there are now.
+struct Findings {
+  std::vector<PeerFinding> list;
+};
+
 using Control =
     std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach, Attached,
-                 Refuse, Forget, Renew, Renewed, Listeners, Ask, Answered, Wheel>;
+                 Refuse, Forget, Renew, Renewed, Listeners, Ask, Answered, Wheel, Findings>;
 
 // The size of all lists of an `accepts` together.
 struct AcceptsSize {

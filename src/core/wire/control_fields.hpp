@@ -40,7 +40,7 @@ concept Is = std::same_as<std::remove_const_t<T>, Message>;
 // The "type" of each message, in the order of Control.
 inline constexpr auto kControlTypes = std::to_array<std::string_view>(
     {"offer", "origins", "withdraw", "demand", "accepts", "decline", "attach", "attached", "refuse",
-     "forget", "renew", "renewed", "listeners", "ask", "answer", "wheel"});
+     "forget", "renew", "renewed", "listeners", "ask", "answer", "wheel", "findings"});
 static_assert(kControlTypes.size() == std::variant_size_v<Control>);
 
 void fields(auto& io, Is<Qos> auto& qos) {
@@ -136,6 +136,15 @@ void fields(auto& io, Is<Wheel> auto& wheel) {
   io.optional_word("want", wheel.want, kWheelWantWords);
   io.check(wheel.state.has_value() != wheel.want.has_value(), "state",
            "and \"want\" are not exactly one");
+}
+
+void fields(auto& io, Is<PeerFinding> auto& finding) {
+  identifier(io, "id", finding.id);
+  io.text("name", finding.name, kNameBytesMax, Presence::kOptional);
+}
+
+void fields(auto& io, Is<Findings> auto& findings) {
+  io.list("list", findings.list, kFindingsMax);
 }
 
 void fields(auto& io, Is<AcceptedNames> auto& names) {

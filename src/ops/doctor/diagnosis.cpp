@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <iterator>
 #include <utility>
 
+#include "core/driving/command.hpp"
 #include "core/wire/text.hpp"
 
 namespace connect_bridge {
@@ -51,12 +53,59 @@ Found diagnose(const Failure& failure) {
   return {finding_for(failure.cause), {}, to_text(failure.text, kSeenBytes)};
 }
 
+namespace {
+
+// Of a wildcard only what is plain: the same one, or all names.
+bool takes_all_of(const Pattern& by, const Pattern& names) {
+  const bool is_hidden = names.text().find("/_") != std::string::npos;
+  if (by == names || (by.text() == "/**" && !is_hidden)) return true;
+  return !has_wildcard(names.text()) && by.matches(names.text());
+}
+
+// Whether all that `rule` opens is opened before it, for everybody.
+bool is_hidden_by(const Rule& before, const Rule& rule) {
+  if (!before.identities.empty() || !before.groups.empty() || !before.types.empty()) return false;
+  bool opens = false;
+  for (const Direction direction : {Direction::kExport, Direction::kImport})
+    for (std::size_t by = 0; by < rule.opens[direction].values.size(); ++by) {
+      const auto& first = before.opens[direction].values[by];
+      for (const Pattern& names : rule.opens[direction].values[by]) {
+        opens = true;
+        if (std::none_of(first.begin(), first.end(),
+                         [&](const Pattern& all) { return takes_all_of(all, names); }))
+          return false;
+      }
+    }
+  return opens && before.treatment != rule.treatment;
+}
+
+void look_at_order(const std::vector<Rule>& rules, std::vector<Found>& found) {
+  for (auto rule = rules.begin(); rule != rules.end(); ++rule)
+    for (auto before = rules.begin(); before != rule; ++before)
+      if (is_hidden_by(*before, *rule)) {
+        found.push_back({"rule_hidden", rule->name, "by the rule " + before->name});
+        break;
+      }
+}
+
+// Types that a rule names, of which none can be halted.
+void look_at_halts(const Rule& rule, std::vector<Found>& found) {
+  const auto halts = [](const std::string& type) { return driving::command_type(type); };
+  if (rule.treatment.halt_after != kForever && !rule.types.empty() &&
+      std::none_of(rule.types.begin(), rule.types.end(), halts))
+    found.push_back({"halts_nothing", rule.name, rule.types.front()});
+}
+
+}  // namespace
+
 std::vector<Found> diagnose_config(const Config& config) {
   std::vector<Found> found;
+  look_at_order(config.policy.rules(), found);
   bool opens = false;
   for (const Rule& rule : config.policy.rules()) {
     for (const auto& in_direction : rule.opens.values)
       for (const auto& patterns : in_direction.values) opens = opens || !patterns.empty();
+    look_at_halts(rule, found);
     if (rule.treatment.max_age == kForever) continue;
     for (const auto& in_direction : rule.opens.values)
       for (const Pattern& pattern : in_direction[OpenedBy::kTopics])

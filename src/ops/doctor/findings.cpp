@@ -216,12 +216,13 @@ constexpr Finding kFindings[] = {
      "add the name to a rule of this side, below the key of its direction and kind: export_topics, "
      "import_topics, export_services, export_actions ..."},
     {"other_peer", kHint, "a rule of this side allows it, and not to this peer",
-     "add the peer's identity or group to the rule, or log in as another one"},
+     "add the peer's identity or group to the rule; or let the peer log in as one that it names"},
     {"denied", kHint, "a rule of this side denies it", "change `deny` of this rule"},
     {"rule_type", kFault, "the rule of this side is for another type",
      "use the type of the rule (Twist is not TwistStamped), or change `types`"},
     {"not_taken", kFault, "the rules of the peer do not let it in, for this login or this type",
-     "change the rules at the other side, or its `remap`"},
+     "change the rules at the other side, or its `remap`; or publish by the name that the peer "
+     "listens to"},
     {"not_given", kFault, "the rules of the peer do not let it out, for this login or this type",
      "change the rules at the other side: topics, services and actions have keys of their own, and "
      "`parameters` names the nodes whose parameters cross. Or is the name here in the wrong "
@@ -233,7 +234,8 @@ constexpr Finding kFindings[] = {
      "if it is meant for this peer, publish it below `prefix`; without `prefix` each name of this "
      "graph is meant for the peer"},
     {"not_there", kHint, "nobody publishes or serves it at the other side",
-     "start that node; does it use the same name, namespace, domain and prefix?"},
+     "start that node; does it use the same name, namespace, domain, discovery range and prefix? "
+     "Nodes of another computer need ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"},
     {"type_not_installed", kFault, "the type is not installed where it has to be",
      "install the package there, or source its workspace before the bridge starts"},
     {"definitions_differ", kFault, "the type or its definition is another one at the other side",
@@ -248,10 +250,51 @@ constexpr Finding kFindings[] = {
      "give the publishing node config/fastdds_large_data.xml (docs/troubles.md, \"Large images\")"},
     {"nothing_arrives", kHint,
      "it has a publisher and is demanded, and no message has reached the bridge yet",
-     "if it publishes: run the bridge as the user of the nodes (Fast DDS's shared memory), or with "
-     "FASTDDS_BUILTIN_TRANSPORTS=UDPv4"},
+     "does it publish (ros2 topic hz)? A lifecycle node does only while it is active (ros2 "
+     "lifecycle "
+     "get). If it does, its shared memory does not reach the bridge: run both as one user, in "
+     "containers with --ipc=host; or with FASTDDS_BUILTIN_TRANSPORTS=UDPv4"},
     {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
      "subscribe there"},
+    {"published_here_too", kHint,
+     "it comes from the other side, and a node here publishes it, too: subscribers get both",
+     "stop one of the two, or give this side a `prefix`; for commands a multiplexer decides "
+     "(docs/recipes.md)"},
+    {"two_of_one_driver", kFault,
+     "two nodes of one operator publish these commands: one of them drives, and the other's are "
+     "dropped",
+     "end one of the two, or put a multiplexer before the bridge (twist_mux, docs/recipes.md)"},
+    {"halts_nothing", kFault,
+     "`halt_after` has no effect on this type: when its sender falls silent, nothing stops the "
+     "robot",
+     "cross the speed itself (Twist, TwistStamped, AckermannDrive or its stamped form), so "
+     "that `halt_after` publishes a zero (docs/driving.md)"},
+    {"rule_hidden", kHint,
+     "a rule before it allows all of its names, so it decides nothing and its other keys have no "
+     "effect",
+     "put it before that rule in `rules`: the first rule that allows a name decides"},
+    {"several_servers", kHint,
+     "several nodes here serve it: each call reaches all of them, and the first answer counts",
+     "end all but one of them"},
+    {"server_ends", kFault, "its server ended while it had calls, again and again",
+     "look at the log of the node that serves it: it crashes in these calls, or is killed"},
+    {"path_too_long", kFault,
+     "the path takes longer than a rule's `max_age`, so what crosses is too old when it arrives",
+     "raise `max_age` above that time, or use a faster path"},
+    {"path_slow", kHint, "the path answers late: something fills it, or it is very long",
+     "look for an upload or download beside the bridge; limit it, or give the bridge its own share "
+     "at the router"},
+    {"urgent_is_heavy", kFault,
+     "more is published than the link carries, and an urgent topic takes most: all others wait "
+     "behind it",
+     "`priority: bulk` for it; urgent is for small messages such as commands"},
+    {"served_here_too", kHint,
+     "a node here serves it, too: calls of nodes here do not reach the server at the other side",
+     "end the server here, or give this side a `prefix`"},
+    {"path_silent", kFault,
+     "nothing comes from the other end, and what was sent is not acknowledged: the path may be "
+     "dead",
+     "look at the network; a smaller `dead_after` (by default 3 s) ends such a connection sooner"},
     {"drops_rate", kHint, "a rule's `max_rate` or `max_bytes_per_second` drops messages",
      "raise it, if all of them are to arrive"},
     {"drops_max_age", kFault, "messages are older than a rule's `max_age`",

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "config/syntax.hpp"
+#include "core/driving/command.hpp"
 #include "core/ports/failure.hpp"
 #include "core/wire/words.hpp"
 #include "ops/doctor/diagnosis.hpp"
@@ -24,6 +25,10 @@ constexpr double kClockApartMs = 100;  // tf2 fails from about here on
 constexpr double kOpenSeconds = 10;    // until something may be expected of a link
 constexpr std::size_t kBreaks = 3;     // in this time
 constexpr double kBreaksSeconds = 600;
+constexpr double kMostOfAge = 0.8;    // of a rule's max_age
+constexpr double kRoundTripMs = 800;  // more than by a satellite
+constexpr double kServersLost = 3;
+constexpr double kUnheard = 10;  // s; a peer acknowledges at once
 constexpr std::size_t kKeyBytes = 100;
 constexpr double kShortBreak = 1;     // s
 constexpr double kLargeBytes = 1000;  // a message that needs a large packet
@@ -79,14 +84,40 @@ std::string_view finding_at_relay(Cause cause) {
   }
 }
 
+// The findings that a peer is told: of what crosses the link, and of the path. Rules, files and
+// logins are this side's own.
+constexpr std::string_view kForPeers[] = {
+    "drops_rate",         "drops_max_age",
+    "stamps_old",         "clocks_differ",
+    "publisher_ahead",    "drops_too_large",
+    "drops_memory",       "link_too_thin",
+    "own_limit",          "qos",
+    "path_loses",         "path_full",
+    "loop_slow",          "lost_in_middleware",
+    "nothing_arrives",    "service_silent",
+    "calls_refused",      "calls_wait",
+    "published_here_too", "path_too_long",
+    "two_of_one_driver",  "urgent_is_heavy",
+    "path_slow",          "server_ends",
+    "several_servers",    "halts_nothing",
+};
+
+bool is_for_peers(std::string_view id) {
+  return std::find(std::begin(kForPeers), std::end(kForPeers), id) != std::end(kForPeers);
+}
+
 class Doctor {
  public:
   explicit Doctor(const SideFacts& facts) : facts_(facts) {}
   void side(const Json& status);
+  // The findings of this link that its peer is told.
+  std::vector<PeerFinding> for_peer(const Json& status, const Json& link);
   void relay(const Json& status);
-  std::vector<Found> take();
+  // `gathers`: those that differ by their subjects alone are one.
+  std::vector<Found> take(bool gathers = true);
 
  private:
+  void know(const Json& status);
   void add(std::string_view id, std::string subject = {}, std::string detail = {},
            bool waits = false) {
     found_.push_back({id, std::move(subject), std::move(detail), waits, {}});
@@ -100,10 +131,12 @@ class Doctor {
   bool breaks(const Json& link, const std::string& who);
   void identities(const Json& links);
   [[nodiscard]] bool is_missed(const Json& name) const;
+  [[nodiscard]] RuleFacts rule_of(const Json& topic) const;
   void missing(const Json& link);
   void topic(const Json& link, const Json& topic);
   void service(const Json& service);
   void silent_topics(const Json& link);
+  void peer_findings(const Json& link, const std::string& who);
   void thin(const Json& link);
 
   const SideFacts facts_;
@@ -114,13 +147,13 @@ class Doctor {
   std::vector<Found> found_;
 };
 
-std::vector<Found> Doctor::take() {
+std::vector<Found> Doctor::take(bool gathers) {
   const auto is = [](std::string_view id) {
     return [id](const Found& one) { return one.id == id; };
   };
   if (std::any_of(found_.begin(), found_.end(), is("clocks_differ")))
     std::erase_if(found_, is("clocks_apart"));
-  return gathered(found_);
+  return gathers ? gathered(found_) : std::move(found_);
 }
 
 // Counts of the last minutes; of all time where the program is older.
@@ -131,6 +164,12 @@ const Json& lately_of(const Json& of) {
 
 double lately_in(const Json& of, const char* name) {
   return number_in(lately_of(of), name);
+}
+
+// Topics that nodes share, with names or frames of their own in what they say.
+bool is_shared_by_nodes(const std::string& topic) {
+  return topic == "/tf" || topic == "/tf_static" || topic == "/diagnostics" || topic == "/rosout" ||
+         topic == "/joint_states" || topic.find("/_action/") != std::string::npos;
 }
 
 bool is_exported(const Json& of) {
@@ -157,6 +196,11 @@ void Doctor::missing(const Json& link) {
   }
 }
 
+RuleFacts Doctor::rule_of(const Json& topic) const {
+  const auto found = facts_.rules.find(text_in(topic, "rule"));
+  return found == facts_.rules.end() ? RuleFacts() : found->second;
+}
+
 void Doctor::topic(const Json& link, const Json& topic) {
   const std::string name = text_in(topic, "topic");
   const Json& dropped = part_of(lately_of(topic), "dropped");
@@ -169,11 +213,23 @@ void Doctor::topic(const Json& link, const Json& topic) {
     return fmt::format("{} {:.0f} of {:.0f}", reason, number_in(dropped, reason),
                        messages + number_in(dropped, reason));
   };
-  if (many("rate", kStarvedShare)) add("drops_rate", name, counted("rate"));
+  if (const std::string node = text_in(topic, "also_from");
+      !node.empty() && messages > 0 && is_set(topic, "demanded") && !is_shared_by_nodes(name))
+    add("published_here_too", name, node, true);
+  const RuleFacts rule = rule_of(topic);
+  if (many("rate", rule.limits_bytes ? kDroppedShare : kStarvedShare))
+    add("drops_rate", name, counted("rate"));
   if (many("too_large", kDroppedShare)) add("drops_too_large", name, counted("too_large"), true);
   if (many("memory", kDroppedShare)) add("drops_memory", name, counted("memory"), true);
-  if (many("wheel", kDroppedShare)) add("another_drives", name, counted("wheel"));
   const std::string wheel = text_in(topic, "wheel");
+  // Who has the wheel, and has one publisher, was not the one whose commands were dropped.
+  if (many("wheel", kDroppedShare) && (wheel != "yours" || number_in(topic, "origins") > 1))
+    add(wheel == "halted"  ? "let_go_first"
+        : wheel == "yours" ? "two_of_one_driver"
+                           : "another_drives",
+        name, counted("wheel"));
+  if (rule.halts && !is_exported(topic) && !driving::command_type(text_in(topic, "type")))
+    add("halts_nothing", name, text_in(topic, "type"));
   if (is_exported(topic) && messages > 0 && wheel == "taken") add("another_drives", name);
   if (is_exported(topic) && messages > 0 && wheel == "halted") add("let_go_first", name);
   if (const double ahead = number_in(topic, "ahead_ms"); ahead > 0)
@@ -181,6 +237,14 @@ void Doctor::topic(const Json& link, const Json& topic) {
   if (!many("max_age", kDroppedShare)) return;
   const double offset = number_in(part_of(link, "clock"), "offset_ms");
   const bool all = number_in(dropped, "max_age") > 0 && messages == 0;
+  const double way_ms = number_in(part_of(link, "clock"), "round_trip_ms") / 2;
+  if (rule.max_age > 0 && way_ms >= kMostOfAge * 1e3 * rule.max_age)
+    return add(
+        "path_too_long", name,
+        fmt::format("one way takes {:.0f} ms, max_age is {:.0f} ms", way_ms, rule.max_age * 1e3),
+        true);
+  // A halted driver's commands are dropped, whatever their age.
+  if (wheel == "halted") return;
   if (std::abs(offset) >= kClockOffsetMs)
     add("clocks_differ", name, fmt::format("by {:.1f} s", offset / 1e3), true);
   else
@@ -192,8 +256,14 @@ void Doctor::service(const Json& service) {
   const double late = lately_in(service, "timed_out");
   const double refused = number_in(service, "refused");
   const bool is_of_action = name.find("/_action/") != std::string::npos;
+  if (is_set(service, "several_here")) add("several_servers", name);
+  if (is_set(service, "also_here") && !is_of_action) add("served_here_too", name);
   if (late > 0 && lately_in(service, "answered") == 0)
     add("service_silent", name, fmt::format("{:.0f} calls timed out, none was answered", late),
+        true);
+  else if (is_exported(service) && number_in(service, "lost") >= kServersLost &&
+           number_in(service, "answered") == 0)
+    add("server_ends", name, fmt::format("{:.0f} calls were lost", number_in(service, "lost")),
         true);
   else if (refused > 0 && number_in(service, "answered") == 0)
     add("calls_refused", name, fmt::format("{:.0f} calls, none was answered", refused), true);
@@ -251,7 +321,7 @@ void Doctor::thin(const Json& link) {
     return add("own_limit", text_in(*heaviest, "topic"), fmt::format("{:.0f} bytes/s", limit),
                true);
   if (published > 0 && rate * seconds > published * kAmple) return;
-  add("link_too_thin", text_in(*heaviest, "topic"),
+  add(rule_of(*heaviest).urgent ? "urgent_is_heavy" : "link_too_thin", text_in(*heaviest, "topic"),
       fmt::format("it is the heaviest: {:.1f} MB; the path carries {:.0f} kB/s",
                   lately_in(*heaviest, "wire_bytes") / 1e6, rate / 1e3),
       true);
@@ -321,11 +391,16 @@ void Doctor::path(const Json& link, const std::string& who) {
                                    number_in(part_of(link, "lately"), "path_queue_ms"));
   if (queue_ms >= kQueueMsWorthTelling)
     add("path_full", who, fmt::format("{:.1f} s", queue_ms / 1e3));
+  else if (const double round_trip = number_in(part_of(link, "clock"), "round_trip_ms");
+           round_trip >= kRoundTripMs)
+    add("path_slow", who, fmt::format("a round trip takes {:.1f} s", round_trip / 1e3));
   const double segments = lately_in(link, "segments"), again = lately_in(link, "retransmitted");
   if (segments >= kSegments && again >= kDroppedShare * segments)
     add("path_loses", who,
         fmt::format("{:.0f} % of {:.0f} TCP segments were sent again", 100 * again / segments,
                     segments));
+  if (number_in(link, "unheard_seconds") >= kUnheard && number_in(link, "unacknowledged_bytes") > 0)
+    add("path_silent", who, fmt::format("for {:.0f} s", number_in(link, "unheard_seconds")), true);
   const Json& clock = part_of(link, "clock");
   const double apart = std::abs(number_in(clock, "offset_ms")) - number_in(clock, "error_bound_ms");
   if (apart >= kClockApartMs)
@@ -344,6 +419,7 @@ void Doctor::link(const Json& link) {
   if (is_set(link, "two_of_a_kind"))
     add("robot_word", who, is_robot_ ? "both are the robot" : "none is the robot", true);
   path(link, who);
+  peer_findings(link, who);
   missing(link);
   if (!is_broken) thin(link);  // a path that breaks carries less than it could
   bool exports = false;
@@ -363,6 +439,15 @@ void Doctor::link(const Json& link) {
   if (!exports && !is_heard && is_robot_ && facts_.may_export &&
       number_in(link, "open_seconds") >= kOpenSeconds)
     add("nothing_here", who);
+}
+
+// The other end sees why something does not arrive, and somebody here waits for it.
+void Doctor::peer_findings(const Json& link, const std::string& who) {
+  for (const Json& one : part_of(link, "peer_findings")) {
+    const Finding* const known = finding_of(text_in(one, "id"));
+    if (!known || !is_for_peers(known->id)) continue;
+    found_.push_back({known->id, text_in(one, "name"), {}, true, "the other end of " + who});
+  }
 }
 
 // "::1" of "[::1]:9090"
@@ -445,11 +530,28 @@ void Doctor::identities(const Json& links) {
       add("identity_twice", who.first, fmt::format("{} links of {}", links_of, who.second), true);
 }
 
-void Doctor::side(const Json& status) {
+void Doctor::know(const Json& status) {
   is_client_ = text_in(status, "role") == "client";
   is_robot_ = status.contains("is_robot") ? is_set(status, "is_robot") : !is_client_;
   now_ = moment_in(status, "time");
   carries_ = carries_data(status);
+}
+
+std::vector<PeerFinding> Doctor::for_peer(const Json& status, const Json& of_link) {
+  know(status);
+  resources(status);
+  link(of_link);
+  std::vector<PeerFinding> all;
+  for (const Found& one : take(false)) {
+    if (!is_for_peers(one.id) || !one.program.empty()) continue;
+    all.push_back(
+        {std::string(one.id), one.subject.starts_with('/') ? one.subject : std::string()});
+  }
+  return all;
+}
+
+void Doctor::side(const Json& status) {
+  know(status);
   const Json& links = part_of(status, "links");
   const bool open = std::any_of(links.begin(), links.end(),
                                 [](const Json& link) { return is_set(link, "open"); });
@@ -461,7 +563,9 @@ void Doctor::side(const Json& status) {
                            ? number_in(part_of(status, "lately"), "wrong_logins")
                            : number_in(part_of(status, "strangers"), "wrong_logins");
   if (!is_client_ && wrong > 0) {
-    add("wrong_logins", {}, fmt::format("{:.0f} times", wrong));
+    const std::string last = text_in(part_of(status, "strangers"), "last_wrong_login");
+    add("wrong_logins", {},
+        fmt::format("{:.0f} times", wrong) + (last.empty() ? "" : ", the last: " + last));
     for (const std::string& name : facts_.expired) add("token_expired", name);
   }
   resources(status);
@@ -484,6 +588,34 @@ std::vector<Found> diagnose_status(const Json& status, const SideFacts& facts) {
   Doctor doctor(facts);
   text_in(status, "role") == "relay" ? doctor.relay(status) : doctor.side(status);
   return doctor.take();
+}
+
+SideFacts facts_of(const Config& config) {
+  const auto& rules = config.policy.rules();
+  const auto exports = [](const Rule& rule) {
+    const auto& opened = rule.opens[Direction::kExport].values;
+    return std::any_of(opened.begin(), opened.end(), [](const auto& of) { return !of.empty(); });
+  };
+  SideFacts facts{std::any_of(rules.begin(), rules.end(), exports),
+                  config.limits.bytes_per_second_max};
+  for (const Rule& rule : rules) {
+    const Treatment& how = rule.treatment;
+    facts.rules[rule.name] = {
+        how.max_age == kForever ? 0 : std::chrono::duration<double>(how.max_age).count(),
+        how.priority == Priority::kUrgent, how.bytes_per_second_max > 0,
+        how.halt_after != kForever};
+  }
+  return facts;
+}
+
+std::map<LinkId, std::vector<PeerFinding>> findings_for_peers(const Json& status,
+                                                              const SideFacts& facts) {
+  std::map<LinkId, std::vector<PeerFinding>> all;
+  for (const Json& link : part_of(status, "links"))
+    if (is_set(link, "open"))
+      all[LinkId{static_cast<std::uint64_t>(number_in(link, "link"))}] =
+          Doctor(facts).for_peer(status, link);
+  return all;
 }
 
 std::set<std::string> brought_topics(const Json& status) {

@@ -243,6 +243,16 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      "handshakes that got none"},
     {"strangers.wrong_logins", Unit::kNone, of_strangers<&StrangersStatus::wrong_logins>,
      "wrong or expired logins", counter("wrong_logins", "Wrong logins")},
+    {"strangers.last_wrong_login",
+     Unit::kNone,
+     [](const StatusPicture& side) {
+       const std::string& why = side.side.strangers.last_wrong_login;
+       return why.empty() ? OrderedJson() : OrderedJson(why);
+     },
+     "why the last of them was wrong",
+     {},
+     {},
+     SeenBy::kUser},
     {"strangers.wrong_logins_late", Unit::kNone, of_strangers<&StrangersStatus::wrong_logins_late>,
      "of these: answered late, since there were too many"},
     {"strangers.shut_out", Unit::kNone, of_strangers<&StrangersStatus::shut_out>,
@@ -290,6 +300,14 @@ OrderedJson breaks(const LinkStatus& link) {
   return all;
 }
 
+OrderedJson peer_findings(const LinkStatus& link) {
+  if (link.peer_findings.empty()) return {};
+  OrderedJson all = OrderedJson::array();
+  for (const PeerFinding& one : link.peer_findings)
+    all.push_back({{"id", one.id}, {"name", one.name}});
+  return all;
+}
+
 constexpr StatusField<LinkStatus> kLinkFields[] = {
     {"link", Unit::kNone, get<&LinkStatus::number>, "number of the link"},
     {"peer", Unit::kNone, get<&LinkStatus::peer>, "address of the peer"},
@@ -309,6 +327,11 @@ constexpr StatusField<LinkStatus> kLinkFields[] = {
        return OrderedJson(std::chrono::floor<std::chrono::seconds>(l.open_for).count());
      },
      "since the link was connected"},
+    {"unheard_seconds", Unit::kSeconds,
+     [](const LinkStatus& l) {
+       return OrderedJson(std::chrono::floor<std::chrono::seconds>(l.unheard).count());
+     },
+     "since the last packet of the peer, while the link is open"},
     {"connects", Unit::kNone, get<&LinkStatus::connects>, "times that the link was connected",
      counter("link_connects", "Times that the link was connected")},
     {"breaks",
@@ -316,6 +339,14 @@ constexpr StatusField<LinkStatus> kLinkFields[] = {
      breaks,
      "the last 8 breaks: `lost`, `reason`, its `code` of [the causes](#causes), whether the "
      "connection was closed `by_peer`, and once it is over `back` and `seconds`",
+     {},
+     {},
+     SeenBy::kUser},
+    {"peer_findings",
+     Unit::kNone,
+     peer_findings,
+     "what does not work at the other end and concerns this link: `id` of "
+     "[a finding](findings.md), `name` of its topic or service",
      {},
      {},
      SeenBy::kUser},
@@ -565,6 +596,8 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      {"age", As::kText, In::kWide}},
     {"wheel", Unit::kNone, [](const TopicStatus& t) { return wheel_word(t.wheel); },
      "of a topic that drives the robot: who steers"},
+    {"also_from", Unit::kNone, if_any<&TopicStatus::also_from>,
+     "import: a node here that publishes it, too"},
     {"ahead_ms", Unit::kMilliseconds,
      [](const TopicStatus& t) { return t.ahead_ms ? OrderedJson(*t.ahead_ms) : OrderedJson(); },
      "of a topic that drives the robot: the clock of a publisher's machine is ahead of its "
@@ -608,6 +641,10 @@ constexpr StatusField<ServiceStatus> kServiceFields[] = {
      {},
      {"state", As::kWord, In::kNarrow}},
     {"attached", Unit::kNone, get<&ServiceStatus::attached>, "calls can be made"},
+    {"also_here", Unit::kNone, if_set<&ServiceStatus::also_here>,
+     "import, true: a node here serves it, so the peer's server is not reached from here"},
+    {"several_here", Unit::kNone, if_set<&ServiceStatus::several_here>,
+     "export, true: several nodes here serve it, and each call reaches all of them"},
     {"pending",
      Unit::kNone,
      get<&ServiceStatus::pending>,

@@ -1,4 +1,5 @@
 // What somebody here wants and does not get, and what a peer is told that asks for it.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -256,8 +257,43 @@ TEST_F(MissingTest, ManyThatNobodyWantsMakeNoNoise) {
   EXPECT_EQ(logged().find(" not forwarded to "), std::string::npos);
 }
 
-TEST_F(MissingTest, HiddenNamesAndThoseOfEveryNodeAreLeftOut) {
-  s.graph({topic("/a/_hidden").sub(1), topic("/_connect_bridge/x").sub(1),
+// Somebody who subscribes to a hidden name wants it; who publishes one does not say so.
+TEST_F(MissingTest, AHiddenNameThatIsWantedIsNamedWithItsTrap) {
+  s.give(PolicyChanged{Policy({rule({"/given/_hidden"}, {"/given/_hidden"})})});
+  s.graph({topic("/a/_hidden").sub(1), topic("/b/_hidden").pub(2), topic("/given/_hidden").sub(3)});
+  s.join(1);
+  s.say(1, Accepts{});
+  settle();
+  const std::string trap = "; * and ** match no name that begins with _: write it out\n";
+  EXPECT_EQ(missing(),
+            "import topic /a/_hidden no_rule: no rule here allows it" + trap +
+                "import topic /given/_hidden not_given: the peer's rules do not export it "
+                "to this side" +
+                trap);
+}
+
+// A type that is not installed has no subscriber, so nobody here asks for its topic.
+TEST_F(MissingTest, ADeclineOfThisSideIsNamed) {
+  s.join(1);
+  Offer offer;
+  offer.channels.resize(1);
+  offer.channels[0].channel = {1};
+  offer.channels[0].kind = InterfaceKind::kTopic;
+  offer.channels[0].name = "not a name";
+  offer.channels[0].type = kType;
+  s.say(1, offer);
+  settle();
+  EXPECT_EQ(missing(), "");
+  offer.channels[0].channel = {2};
+  offer.channels[0].name = "/scan";
+  offer.channels[0].type = "no type";
+  s.say(1, offer);
+  settle();
+  EXPECT_THAT(missing(), testing::StartsWith("import topic /scan declined by not_permitted: "));
+}
+
+TEST_F(MissingTest, NamesOfEveryNodeAreLeftOut) {
+  s.graph({topic("/_connect_bridge/x").sub(1),
            typed(topic("/rosout").pub(2), "rcl_interfaces/msg/Log"),
            typed(topic("/parameter_events").pub(3), "rcl_interfaces/msg/ParameterEvent"),
            typed(topic("/diagnostics").pub(5), "diagnostic_msgs/msg/DiagnosticArray"),
@@ -426,6 +462,46 @@ TEST_F(MissingRulesTest, TheRuleThatDecidesIsNamed) {
 AskedName asks(const std::string& name, const std::string& type = kType,
                InterfaceKind kind = InterfaceKind::kTopic) {
   return {kind, name, type};
+}
+
+// ---- findings
+
+std::string text_of(const std::vector<PeerFinding>& findings) {
+  std::string text;
+  for (const PeerFinding& one : findings) text += one.id + " " + one.name + "\n";
+  return text;
+}
+
+TEST_F(MissingTest, FindingsAreSentWhenTheyChange) {
+  s.join(1);
+  const auto said = [&](std::vector<PeerFinding> findings) {
+    s.give(FindingsMade{{{LinkId{s.status().links.at(0).number}, std::move(findings)}}});
+    std::string all;
+    for (const Findings& one : heard<Findings>(1)) all += "now\n" + text_of(one.list);
+    return all;
+  };
+  EXPECT_EQ(said({}), "");
+  EXPECT_EQ(said({{"qos", "/a"}, {"path_full", ""}}), "now\nqos /a\npath_full \n");
+  EXPECT_EQ(said({{"qos", "/a"}, {"path_full", ""}}), "");
+  EXPECT_EQ(said({}), "now\n");
+  const std::vector<PeerFinding> many(kFindingsMax + 1, {"qos", "/a"});
+  heard<Findings>(1);
+  s.give(FindingsMade{{{LinkId{s.status().links.at(0).number}, many}}});
+  const auto sent = heard<Findings>(1);
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_EQ(sent[0].list.size(), kFindingsMax);
+}
+
+// They are for people, so a name that is none is left out.
+TEST_F(MissingTest, FindingsOfThePeerAreThoseOfItsConnection) {
+  s.join(1);
+  const auto known = [&] { return text_of(s.status().links.at(0).peer_findings); };
+  s.say(1, Findings{{{"qos", "/scan"}, {"path_full", ""}, {"qos", "not a name"}}});
+  EXPECT_EQ(known(), "qos /scan\npath_full \n");
+  s.say(1, Findings{{{"qos", "/odom"}}});
+  EXPECT_EQ(known(), "qos /odom\n");
+  s.give(ConnectionClosed{{1}, 1006, ""});
+  EXPECT_EQ(known(), "");
 }
 
 TEST_F(MissingTest, AQuestionIsAnsweredByTheRulesFirst) {

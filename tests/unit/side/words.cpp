@@ -216,6 +216,7 @@ std::string word_of(const Control& control) {
           [&](const Forget& m) {
             return "forget " + std::to_string(m.channel.value) + " " + ids(m.calls);
           },
+          [](const Findings& m) { return "findings " + std::to_string(m.list.size()); },
       },
       control);
 }

@@ -142,6 +142,38 @@ TEST(DoctorConfig, ARuleThatKeepsLatchedTopicsFromLateSubscribers) {
   EXPECT_THAT(ids_of(diagnose_config(config)), ElementsAre("max_age_and_latched"));
 }
 
+TEST(DoctorConfig, ARuleBehindOneThatAllowsAll) {
+  const auto found = [](const std::string& rules) {
+    return ids_of(diagnose_config(config_of(
+        yaml("{auth: {method: none}, rules: [all, cam], rule: " + rules + "}"), Role::kServer)));
+  };
+  EXPECT_THAT(
+      found("{all: {export_topics: [/**]}, cam: {export_topics: [/c/a, /b/**], max_rate: 2.0}}"),
+      ElementsAre("rule_hidden"));
+  EXPECT_THAT(
+      found("{all: {export_topics: [/c/*]}, cam: {export_topics: [/c/a, /b], max_rate: 2.0}}"),
+      IsEmpty());
+  EXPECT_THAT(found("{all: {export_topics: [/**], identities: [anna]}, cam: {export_topics: [/c], "
+                    "max_rate: 2.0}}"),
+              IsEmpty());
+  EXPECT_THAT(found("{all: {export_topics: [/**]}, cam: {import_topics: [/c], max_rate: 2.0}}"),
+              IsEmpty());
+  EXPECT_THAT(
+      found("{all: {export_topics: [/**]}, cam: {export_topics: [/_hidden], max_rate: 2.0}}"),
+      IsEmpty());
+}
+
+TEST(DoctorConfig, AHaltThatNothingHears) {
+  const auto found = [](const std::string& types) {
+    return ids_of(diagnose_config(config_of(
+        yaml("{auth: {method: none}, rules: [a], rule: {a: {import_topics: [/joy], types: [" +
+             types + "], halt_after: 0.5}}}"),
+        Role::kServer)));
+  };
+  EXPECT_THAT(found("sensor_msgs/msg/Joy"), ElementsAre("halts_nothing"));
+  EXPECT_THAT(found("geometry_msgs/msg/Twist"), IsEmpty());
+}
+
 // ---- a running side
 
 Json status_of(const std::string& text) {
@@ -413,6 +445,145 @@ TEST(DoctorStatus, AnOperatorWhoOnlyLooksHasNoFinding) {
   Json& tool = status["links"][0]["missing"][0];
   tool["waits"] = "sender";
   EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("not_taken")) << "of teleop";
+}
+
+// ---- the other end
+
+// Somebody here waits for what only the other end can see.
+TEST(DoctorStatus, FindingsOfThePeerAreTold) {
+  const auto found = diagnose_status(status_of(link_with(R"({"peer_findings": [
+    {"id": "stamps_old", "name": "/cmd_vel"}, {"id": "path_full", "name": ""},
+    {"id": "login_refused", "name": ""}, {"id": "no finding", "name": "/x"}]})")));
+  ASSERT_THAT(ids_of(found), UnorderedElementsAre("stamps_old", "path_full"));
+  EXPECT_EQ(found[0].program, "the other end of link 1 to /peer");
+  EXPECT_EQ(found[0].subject, "/cmd_vel");
+  EXPECT_TRUE(found[0].waits);
+}
+
+std::string for_peer(const std::string& text) {
+  std::string told;
+  for (const auto& [link, findings] : findings_for_peers(status_of(text), {}))
+    for (const PeerFinding& finding : findings)
+      told += std::to_string(link.value) + " " + finding.id + " " + finding.name + "\n";
+  return told;
+}
+
+TEST(DoctorStatus, APeerIsToldWhatConcernsIt) {
+  EXPECT_EQ(for_peer(topic_with(R"({"dropped": {"max_age": 50}})")), "1 drops_max_age /t\n");
+  EXPECT_EQ(for_peer(link_with(R"({"lately": {"segments": 1000, "retransmitted": 500}})")),
+            "1 path_loses \n");
+  EXPECT_EQ(for_peer(link_with("{}")), "");
+  EXPECT_EQ(for_peer(link_with(R"({"open": false, "path_queue_ms": 5000})")), "");
+}
+
+// Names that no rule allows, files and logins are this side's own; and nobody is told what it said.
+TEST(DoctorStatus, APeerIsNotToldOfOtherNames) {
+  for (const char* reason : {"no_rule", "denied", "other_peer", "not_given", "not_taken"})
+    EXPECT_EQ(for_peer(missing_for(reason)), "") << reason;
+  EXPECT_EQ(for_peer(link_with(R"({"peer_findings": [{"id": "stamps_old", "name": "/a"}]})")), "");
+  EXPECT_EQ(for_peer(R"({"audit": {"problem": "disk full"}, "lately": {"wrong_logins": 3}})"), "");
+}
+
+TEST(DoctorStatus, APublisherAtBothEndsIsNamed) {
+  constexpr char kTwo[] = R"({"direction": "import", "also_from": "/nav"})";
+  const auto found = diagnose_status(status_of(topic_with(kTwo)));
+  ASSERT_THAT(ids_of(found), ElementsAre("published_here_too"));
+  EXPECT_EQ(found[0].detail, "/nav");
+  Json shared = status_of(topic_with(kTwo));
+  shared["links"][0]["topics"][0]["topic"] = "/tf";
+  EXPECT_THAT(ids_of(diagnose_status(shared)), IsEmpty());
+  EXPECT_THAT(ids_of(diagnose_status(status_of(service_with(R"({"also_here": true})")))),
+              ElementsAre("served_here_too"));
+}
+
+// ---- rules explain what their topics lack
+
+std::vector<std::string> ids_by_rule(const RuleFacts& rule, const std::string& topic,
+                                     const std::string& link = "{}") {
+  SideFacts facts;
+  facts.rules["r"] = rule;
+  Json status = status_of(topic_with(topic));
+  status["links"][0].merge_patch(Json::parse(link));
+  status["links"][0]["topics"][0]["rule"] = "r";
+  return ids_of(diagnose_status(status, facts));
+}
+
+TEST(DoctorStatus, APathThatTakesLongerThanTheAge) {
+  RuleFacts rule;
+  rule.max_age = 0.1;
+  constexpr char kOld[] = R"({"messages": 0, "dropped": {"max_age": 50}})";
+  EXPECT_THAT(ids_by_rule(rule, kOld, R"({"clock": {"round_trip_ms": 600}})"),
+              ElementsAre("path_too_long"));
+  EXPECT_THAT(ids_by_rule(rule, kOld, R"({"clock": {"round_trip_ms": 20}})"),
+              ElementsAre("stamps_old"));
+  EXPECT_THAT(ids_by_rule({}, kOld, R"({"clock": {"round_trip_ms": 600}})"),
+              ElementsAre("stamps_old"));
+}
+
+TEST(DoctorStatus, ALimitOfBytesIsNoRateOnPurpose) {
+  RuleFacts rule;
+  constexpr char kLess[] = R"({"messages": 36, "dropped": {"rate": 121}})";
+  EXPECT_THAT(ids_by_rule(rule, kLess), IsEmpty());
+  rule.limits_bytes = true;
+  EXPECT_THAT(ids_by_rule(rule, kLess), ElementsAre("drops_rate"));
+}
+
+TEST(DoctorStatus, AnUrgentTopicFillsAThinLink) {
+  RuleFacts rule;
+  rule.urgent = true;
+  constexpr char kHeavy[] = R"({"wire_bytes": 9000, "dropped": {"newer_available": 900}})";
+  EXPECT_THAT(ids_by_rule(rule, kHeavy), ElementsAre("urgent_is_heavy"));
+  EXPECT_THAT(ids_by_rule({}, kHeavy), ElementsAre("link_too_thin"));
+}
+
+TEST(DoctorStatus, ATypeThatCannotBeHalted) {
+  RuleFacts rule;
+  rule.halts = true;
+  EXPECT_THAT(ids_by_rule(rule, R"({"direction": "import", "type": "sensor_msgs/msg/Joy"})"),
+              ElementsAre("halts_nothing"));
+  EXPECT_THAT(ids_by_rule(rule, R"({"direction": "import", "type": "geometry_msgs/msg/Twist"})"),
+              IsEmpty());
+}
+
+// One of an operator's two publishers holds the wheel; another operator's would be another peer's.
+TEST(DoctorStatus, TwoPublishersOfOneDriver) {
+  const auto dropped = [](const char* wheel, int origins) {
+    Json topic = {{"direction", "import"}, {"origins", origins}, {"wheel", wheel}};
+    topic["dropped"] = {{"wheel", 300}};
+    return ids_of(diagnose_status(status_of(topic_with(topic.dump()))));
+  };
+  EXPECT_THAT(dropped("yours", 2), ElementsAre("two_of_one_driver"));
+  EXPECT_THAT(dropped("yours", 1), IsEmpty());
+  EXPECT_THAT(dropped("taken", 2), ElementsAre("another_drives"));
+  EXPECT_THAT(dropped("halted", 1), ElementsAre("let_go_first"));
+}
+
+TEST(DoctorStatus, ServersThatEndOrAreSeveral) {
+  const auto found = [](const char* text) {
+    return ids_of(diagnose_status(status_of(service_with(text))));
+  };
+  EXPECT_THAT(found(R"({"direction": "export", "lost": 10})"), ElementsAre("server_ends"));
+  EXPECT_THAT(found(R"({"direction": "export", "lost": 10, "answered": 5})"), IsEmpty());
+  EXPECT_THAT(found(R"({"direction": "export", "several_here": true})"),
+              ElementsAre("several_servers"));
+}
+
+TEST(DoctorStatus, APathThatAnswersLate) {
+  const auto found = [](const char* clock) {
+    return ids_of(diagnose_status(status_of(link_with(clock))));
+  };
+  EXPECT_THAT(found(R"({"clock": {"round_trip_ms": 1200}})"), ElementsAre("path_slow"));
+  EXPECT_THAT(found(R"({"clock": {"round_trip_ms": 600}})"), IsEmpty()) << "a satellite";
+}
+
+TEST(DoctorStatus, APathIsSilentWhileDataWaits) {
+  const auto silent = [](const char* unheard) {
+    return ids_of(diagnose_status(status_of(link_with(unheard))));
+  };
+  EXPECT_THAT(silent(R"({"unheard_seconds": 25, "unacknowledged_bytes": 900})"),
+              ElementsAre("path_silent"));
+  EXPECT_THAT(silent(R"({"unheard_seconds": 25, "unacknowledged_bytes": 0})"), IsEmpty());
+  EXPECT_THAT(silent(R"({"unheard_seconds": 2, "unacknowledged_bytes": 900})"), IsEmpty());
 }
 
 // What was yesterday is in the counts, and not told.
