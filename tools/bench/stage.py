@@ -37,6 +37,12 @@ def profile_environment(large):
     return {("FASTRTPS" if old else "FASTDDS") + "_DEFAULT_PROFILES_FILE": str(LARGE_DATA)}
 
 
+def use_programs(bridge, folder):
+    for side in bridge.sides:
+        at = side.command.index(str(build_dir() / side.name))
+        side.command[at] = str(folder.resolve() / side.name)
+
+
 class Workshop:
     """Starts everything, and ends everything however the benchmark ends."""
 
@@ -58,7 +64,8 @@ class Workshop:
         self._started.append(worker.close)
         return worker
 
-    def bridge(self, large=False):
+    def bridge(self, large=False, programs=None):
+        """`programs`: the folder of server and client; None: that of the build."""
         folder = tempfile.mkdtemp(dir=self.folder)
         bridge = Bridge(
             *take_domains(2),
@@ -69,9 +76,11 @@ class Workshop:
         )
         self._started.append(bridge.stop)
         self._bridges.append(bridge)
-        for program in ("server", "client"):
-            if not (build_dir() / program).exists():
-                raise Missing(f"{build_dir() / program} is not built")
+        if programs:
+            use_programs(bridge, programs)
+        for side in bridge.sides:
+            if not (programs or build_dir()).joinpath(side.name).exists():
+                raise Missing(f"{(programs or build_dir()) / side.name} is not built")
         try:
             return bridge.start()
         except RuntimeError as error:
@@ -180,12 +189,12 @@ def one_node_path(shop, name, large):
     return path
 
 
-def ros_path(shop, name, bridged, large):
+def ros_path(shop, name, bridged, large, programs=None):
     """Operator pings, robot echoes; robot floods, operator counts: in one graph or in two."""
     path = Path(name)
     try:
         if bridged:
-            path.bridge = shop.bridge(large)
+            path.bridge = shop.bridge(large, programs)
             robot, operator = path.bridge.domains
         else:
             robot = operator = take_domains(1)[0]
