@@ -44,14 +44,19 @@ std::optional<Bytes> parse_ip(int family, std::string_view text) {
   return bytes;
 }
 
+// "fe80::1", without a zone.
+bool is_link_local(std::string_view text) {
+  const auto address = parse_ip(AF_INET6, text);
+  return address && (*address)[0] == 0xfe && ((*address)[1] & 0xc0) == 0x80;
+}
+
 // "fe80::1%eth0": a link-local address exists once on each interface (RFC 4007 section 11).
 bool is_zoned_ip(std::string_view text) {
   const std::size_t at = text.find('%');
   if (at == std::string_view::npos) return false;
   const std::string_view zone = text.substr(at + 1);
-  const auto address = parse_ip(AF_INET6, text.substr(0, at));
-  return address && (*address)[0] == 0xfe && ((*address)[1] & 0xc0) == 0x80 &&
-         zone.size() < IF_NAMESIZE && consists_of(zone, [](char c) {
+  return is_link_local(text.substr(0, at)) && zone.size() < IF_NAMESIZE &&
+         consists_of(zone, [](char c) {
            return is_letter(c) || is_digit(c) || c == '-' || c == '.' || c == '_';
          });
 }
@@ -252,11 +257,15 @@ Complaint check_address_range(std::string_view text) {
 }
 
 Complaint check_url(std::string_view text) {
-  if (text.find('@') != std::string_view::npos && !parse_url(text)) {
+  const auto url = parse_url(text);
+  if (url && is_link_local(url->host))
+    return "an address with its interface, since fe80:: exists on each of them (ip addr shows "
+           "them), e.g. wss://[fe80::1%eth0]:9090/";
+  if (text.find('@') != std::string_view::npos && !url) {
     return "a URL without user and password (a token belongs in auth.token_file), or with the name "
            "of a robot at a relay: a to z, 0 to 9 and -, as in wss://robot7@relay.example/";
   }
-  return expect(parse_url(text).has_value(),
+  return expect(url.has_value(),
                 "a URL that begins with wss:// (or ws://), e.g. wss://robot.example/");
 }
 

@@ -74,6 +74,9 @@ std::optional<Digest> parse_digest(std::string_view hex) {
 
 std::string token_problem(std::string_view token) {
   if (token.empty()) return "the token is empty";
+  if (token.starts_with("\xff\xfe") || token.starts_with("\xfe\xff"))
+    return "the text is UTF-16, as of PowerShell's >: save it as plain text (ASCII; in PowerShell "
+           "with Out-File -Encoding ascii)";
   if (token.size() < kTokenCharactersMin) {
     return "the token has " + std::to_string(token.size()) + " characters, at least " +
            std::to_string(kTokenCharactersMin) + " are needed ('openssl rand -hex 24' makes one)";

@@ -109,7 +109,9 @@ std::string PairingFolder::make() const {
   for (std::size_t end = path_.find('/', 1);; end = path_.find('/', end + 1)) {
     const std::string part = path_.substr(0, end);
     if (::mkdir(part.c_str(), 0700) != 0 && errno != EEXIST)
-      return "the folder " + part + " cannot be made: " + std::strerror(errno);
+      return "the folder " + part + " cannot be made: " + std::strerror(errno) +
+             " (the pairing needs a folder that stays: set HOME or ROS_HOME to one that this user "
+             "may write, in a container a volume)";
     // Another user may have made the folder before.
     if (end == std::string::npos) return distrusted(path_);
   }

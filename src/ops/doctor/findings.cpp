@@ -21,16 +21,21 @@ constexpr Finding kFindings[] = {
      "check this machine's network and name server (/etc/resolv.conf), or give an IP address in "
      "`url`"},
     {"port_closed", kFault, "nobody listens at this address and port",
-     "start the server; check the port in `url` against `listen.port` (9090 by default); for other "
-     "machines the server needs `listen.address`: by default it listens on 127.0.0.1 alone"},
+     "start the server; check the port in `url` (443 if it names none) against `listen.port` (9090 "
+     "by default). For other machines the server needs `listen.address`: by default it listens on "
+     "127.0.0.1 alone, with 0.0.0.0 on IPv4 alone, with * on all. A name that leads to 127.x.x.x "
+     "is this machine itself (/etc/hosts)"},
     {"no_route", kFault, "this machine has no route to the address",
      "look at this machine's own network: cable, Wi-Fi, gateway (ip route)"},
     {"no_answer", kFault, "nothing answers at this address",
-     "check the address and the firewall: one TCP port must be open at the server"},
+     "check the address: has the server another one now, or is that of its name an old one "
+     "(/etc/hosts)? Check the firewall: one TCP port must be open at the server"},
     {"server_silent", kFault, "something accepts the connection there and does not answer",
-     "look at the server: is its process stopped or overloaded? A forwarded port without a server "
-     "behind it does the same, and a path that loses large packets only (a tunnel: try a smaller "
-     "mtu)"},
+     "look at the server: is its process stopped or overloaded? A forwarded port, tunnel or "
+     "balancer (ssh -L, DNAT) without a server behind it does the same, and a proxy whose PROXY "
+     "header the server does not expect (its log says so). So does a path that loses large packets "
+     "only (a tunnel: try a smaller mtu), or that delays by seconds, since an upload or download "
+     "fills it"},
     {"path_wrong", kFault, "an HTTP server answers, and has nothing at this path",
      "check the path in `url` against the configuration of the proxy"},
     {"proxy_without_server", kFault, "a proxy answers, and has no server behind it",
@@ -61,7 +66,9 @@ constexpr Finding kFindings[] = {
      "renew it; a running side takes the new files by itself"},
     {"certificate_foreign", kFault, "the server's certificate is of an authority unknown here",
      "`tls.ca` names the file of the authority that signed it: copy the server's again (ca.crt of "
-     "`ctl certs`), or set `tls.pin`"},
+     "`ctl certs`), or set `tls.pin`. If the issuer is an intermediate authority, append its "
+     "certificate to the server's `tls.certificate`. If the server does not know the issuer, a "
+     "firewall that inspects TLS shows a certificate of its own"},
     {"certificate_name", kFault, "the server's certificate is for another name",
      "dial a name that is in it, or set `tls.pin`"},
     {"certificate_pin", kFault, "the server has another key than the one that is pinned",
@@ -111,9 +118,11 @@ constexpr Finding kFindings[] = {
     {"version", kFault, "the two programs speak other versions of the protocol",
      "install the same version at both sides"},
     {"login_refused", kFault, "the server refuses the login",
-     "check the token: is its entry in the server's token file, has it expired (`ctl token`)? Is "
-     "it "
-     "written without quotes? Have both ends one `auth.method`?"},
+     "the server's log says why. A token: is its entry in the server's token file, has it expired "
+     "(`ctl token`), is it written without quotes? A JWT: are its issuer and audience those of "
+     "`auth.jwt_issuer` and `auth.jwt_audience`, has it expired? A certificate: is its authority "
+     "in "
+     "the server's `tls.ca`? Have both ends one `auth.method`?"},
     {"login_timeout", kFault, "the login was not complete in time",
      "look at the server's log; its login method or the path is slow"},
     {"login_not_tried", kHint, "the way to the server is fine; no login was tried",
@@ -147,7 +156,8 @@ constexpr Finding kFindings[] = {
     {"section_missing", kFault, "the parameter file has nothing for this program",
      "name its section as the node: /connect_server, /connect_client, or /** for every node"},
     {"token_missing", kFault, "there is no usable token",
-     "make one (`ctl token`) and name its file in `auth.token_file`"},
+     "make one (`ctl token`) and name its file in `auth.token_file`; the file is plain text "
+     "(ASCII), not UTF-16 as of PowerShell's >"},
     {"file_distrusted", kFault, "other users of this machine may change or read a file that counts",
      "chmod it, or keep it elsewhere"},
     {"file_readable", kHint, "other users of this machine may read a secret", "chmod 600 the file"},
@@ -173,8 +183,9 @@ constexpr Finding kFindings[] = {
 
     // ---- a running side
     {"nobody_runs", kFault, "no server or client of this user runs here",
-     "start it; if it runs as another user, or with another XDG_RUNTIME_DIR, name its socket as "
-     "that user: `ctl doctor FILE`, `ctl status FILE`"},
+     "start it. If it ends at once, its last line says why, and `ctl doctor FILE` with its "
+     "parameter file names the cure. If it runs as another user, or with another XDG_RUNTIME_DIR, "
+     "name its socket as that user: `ctl doctor SOCKET`, `ctl status SOCKET`"},
     {"program_silent", kFault, "a program runs here and does not answer",
      "it is stopped (kill -CONT), or hangs: look at its log, else end it and start it again"},
     {"not_linked", kFault, "the client has no link", "see the other findings, and the log"},
@@ -208,7 +219,9 @@ constexpr Finding kFindings[] = {
      "set `listen.address`, or pair with `server --pair`; a client on this machine, or a proxy or "
      "tunnel here, needs no change. One end must run a client: two servers do not link"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
-     "look at the server's log; make a token for who is to come (`ctl token`)"},
+     "the server's log says who and why. `auth.method` token: make one for who is to come (`ctl "
+     "token`); jwt: compare issuer, audience and expiry of the JWT with `auth.jwt_issuer` and "
+     "`auth.jwt_audience`; certificate: sign one with the authority in `tls.ca`"},
     {"token_expired", kHint,
      "somebody comes with a wrong login, and this identity's token has expired",
      "make another one (`ctl token`), and give it to the client"},

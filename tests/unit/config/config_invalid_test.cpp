@@ -69,6 +69,7 @@ const Case kCases[] = {
     {"groups_without_tls", kClient,
      "{url: ws://localhost, rules: [a], rule: {a: {import_topics: [/a], groups: [x]}}}",
      "expected a url that begins with wss://, else the rule applies to nobody"},
+    {"link_local_without_interface", kClient, "url: 'wss://[fe80::1]:9090/'", "[fe80::1%eth0]"},
     {"relay_without_a_pin", kClient, "url: wss://robot7@relay.example/",
      "tls.pin: expected tls.pin, or tls.ca with an authority of your own and a "
      "certificate for 'robot7'"},

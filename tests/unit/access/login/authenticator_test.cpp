@@ -292,6 +292,8 @@ TEST(Credential, ReportsProblems) {
   const Credential two = client_credential(options);
   EXPECT_THAT(two.problems, ElementsAre(HasSubstr("a blank or a character")));
   EXPECT_THAT(two.warnings, ElementsAre(HasSubstr("chmod go-r")));
+  options.token_file = write_file("wide.token", {"\xff\xfet\0o\0k\0e\0n\0\r\0\n\0", 16});
+  EXPECT_THAT(client_credential(options).problems, ElementsAre(HasSubstr("UTF-16")));
   options.token_file = test::scratch_folder();
   EXPECT_THAT(client_credential(options).problems, ElementsAre(HasSubstr("directory")));
 }
