@@ -15,6 +15,7 @@
 #include "core/base/base64.hpp"
 #include "core/base/sha256.hpp"
 #include "core/ports/pin.hpp"
+#include "core/wire/text.hpp"
 #include "net/tls/openssl_owned.hpp"
 
 namespace connect_bridge {
@@ -106,7 +107,28 @@ TlsContext make_context(std::string& problem) {
   }
 }
 
-Failure certificate_failure(long result, const std::string& name) {
+std::string name_text(const X509_NAME* of) {
+  const OpenSslOwned<BIO> name{BIO_new(BIO_s_mem())};
+  if (!name) return {};
+  X509_NAME_print_ex(name.get(), of, 0, XN_FLAG_RFC2253);
+  return written_to(name.get());
+}
+
+// ", issued by 'CN=Example Intermediate'": the authority that the server's certificates lead to.
+// The server chooses the name.
+std::string issuer_shown(SSL* tls) {
+  constexpr std::size_t kNameBytes = 80;
+  const STACK_OF(X509)* const chain = SSL_get_peer_cert_chain(tls);
+  if (chain == nullptr || sk_X509_num(chain) <= 0) return {};
+  const X509_NAME* issuer = X509_get_issuer_name(sk_X509_value(chain, 0));
+  // Each certificate is issued by the next (RFC 8446 section 4.4.2).
+  for (int i = 1; i < sk_X509_num(chain); ++i)
+    if (X509_NAME_cmp(X509_get_subject_name(sk_X509_value(chain, i)), issuer) == 0)
+      issuer = X509_get_issuer_name(sk_X509_value(chain, i));
+  return ", issued by '" + to_text(name_text(issuer), kNameBytes) + "'";
+}
+
+Failure certificate_failure(long result, const std::string& name, SSL* tls) {
   switch (result) {
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
@@ -123,7 +145,7 @@ Failure certificate_failure(long result, const std::string& name) {
     case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
       return {Cause::kCertificateForeign,
-              std::string{"the server's certificate is from an unknown authority ("} +
+              "the server's certificate is from an unknown authority" + issuer_shown(tls) + " (" +
                   X509_verify_cert_error_string(result) + "; tls.ca names the authority to trust)"};
     default:
       return {Cause::kCertificateForeign, std::string{"the server's certificate is refused: "} +
@@ -217,10 +239,7 @@ Failure pin_failure(SSL* tls, const std::vector<std::string>& pins) {
 }
 
 std::string subject_text(const X509* certificate) {
-  const OpenSslOwned<BIO> name{BIO_new(BIO_s_mem())};
-  if (!name) return {};
-  X509_NAME_print_ex(name.get(), X509_get_subject_name(certificate), 0, XN_FLAG_RFC2253);
-  return written_to(name.get());
+  return name_text(X509_get_subject_name(certificate));
 }
 
 std::string certificate_text(asio::ssl::context& context) {
@@ -238,7 +257,7 @@ bool is_plain_http(const ErrorCode& error) {
 Failure failure_of(const ErrorCode& error, SSL* tls, const std::string& name) {
   if (is_tls_reason(error, SSL_R_CERTIFICATE_VERIFY_FAILED) && tls != nullptr) {
     const long result = SSL_get_verify_result(tls);
-    if (SSL_is_server(tls) == 0) return certificate_failure(result, name);
+    if (SSL_is_server(tls) == 0) return certificate_failure(result, name, tls);
     return {Cause::kClientCertificate, std::string{"the client's certificate is refused: "} +
                                            X509_verify_cert_error_string(result)};
   }

@@ -1,11 +1,13 @@
 #include "net/tls/way.hpp"
 
+#include <algorithm>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/status.hpp>
+#include <set>
 
 #include "core/base/base64.hpp"
 #include "net/tls/tls.hpp"
@@ -38,6 +40,22 @@ Failure refusal_in(const http::response<http::empty_body>& answer, const HttpPro
   return {Cause::kProxyRefuses, "it refuses CONNECT with HTTP " +
                                     std::to_string(answer.result_int()) + " " +
                                     std::string{reason.data(), reason.size()}};
+}
+
+// Sorted: name servers rotate the addresses, and the same reason is logged once.
+std::string addresses_text(const std::string& name, const std::vector<Race::Endpoint>& found) {
+  constexpr std::size_t kShown = 3;
+  std::set<asio::ip::address> all;
+  for (const Race::Endpoint& one : found) all.insert(one.address());
+  const bool is_here = name != "localhost" &&
+                       std::all_of(all.begin(), all.end(),
+                                   [](const asio::ip::address& one) { return one.is_loopback(); });
+  std::string text;
+  std::size_t shown = 0;
+  for (const asio::ip::address& one : all)
+    if (shown++ < kShown) text += (text.empty() ? " (" : ", ") + one.to_string();
+  if (shown > kShown) text += " and " + std::to_string(shown - kShown) + " more";
+  return text + (is_here ? ", this machine itself)" : ")");
 }
 
 }  // namespace
@@ -73,6 +91,7 @@ void Way::start(Done done) {
         const auto self = weak.lock();
         if (!self || !self->done_) return;
         if (error) return self->finish({}, self->failure_by(error, host));
+        self->led_to_ = addresses_text(host, found);
         self->race(found);
       });
 }
@@ -82,9 +101,18 @@ void Way::race(const std::vector<Race::Endpoint>& addresses) {
   tried_ = addresses.front().address();
   race_->start(addresses, [self = shared_from_this()](auto socket, const ErrorCode& error) {
     if (!socket) return self->finish({}, self->failure_by(error, {}));
+    self->note_answer(*socket);
     if (self->proxy_) return self->ask_proxy(std::move(*socket));
     self->finish(std::move(socket), {});
   });
+}
+
+// Of several addresses, what follows concerns this one.
+void Way::note_answer(const TcpSocket& socket) {
+  ErrorCode gone;
+  const auto answered = socket.remote_endpoint(gone);
+  if (!gone && !led_to_.empty())
+    led_to_ = addresses_text(proxy_ ? proxy_->host : host_, {answered});
 }
 
 void Way::ask_proxy(TcpSocket socket) {

@@ -38,11 +38,15 @@ class Way : public std::enable_shared_from_this<Way> {
   [[nodiscard]] Failure silence() const;
   // The first address, once it is known.
   [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return tried_; }
+  // " (10.9.0.77)": the addresses of the name, or the one that answered, for people. Empty while
+  // they are unknown, and for an address literal.
+  [[nodiscard]] const std::string& led_to() const { return led_to_; }
 
  private:
   struct Asking;
 
   void race(const std::vector<Race::Endpoint>& addresses);
+  void note_answer(const TcpSocket& socket);
   void ask_proxy(TcpSocket socket);
   void on_asked(const ErrorCode& error);
   void on_answered(const ErrorCode& error);
@@ -57,6 +61,7 @@ class Way : public std::enable_shared_from_this<Way> {
   const std::shared_ptr<Race> race_;
   std::unique_ptr<Asking> asking_;  // null: no proxy is asked yet
   std::optional<asio::ip::address> tried_;
+  std::string led_to_;
   Failure silence_{Cause::kResolverSilent, "the name look-up"};  // what is being waited for
   Done done_;
 };

@@ -27,6 +27,13 @@ bool offers_tls(const websocket::response_type& response) {
   return std::string_view{offers.data(), offers.size()}.starts_with("TLS/");
 }
 
+// Other programs answer something.
+Failure ended_at_once() {
+  return {Cause::kServerSilent,
+          "it accepts the connection and ends it without a byte (does a forwarded port, tunnel or "
+          "balancer there reach no server?)"};
+}
+
 Cause cause_of_answer(const websocket::response_type& response) {
   if (offers_tls(response)) return Cause::kPlainToTlsPort;
   if (response.result_int() == 503 && response[http::field::server] == kProgramName)
@@ -167,6 +174,7 @@ Failure Dialing::upgrade_failure(const ErrorCode& error) const {
   if (error == http::error::body_limit)
     return {Cause::kCaptivePortal,
             "the answer to the WebSocket handshake is too large (is it a ROS2 Connect server?)"};
+  if (error == http::error::end_of_stream && heard_nothing()) return ended_at_once();
   if (error == http::error::end_of_stream || error == http::error::partial_message)
     return {Cause::kNotThisProgram,
             "the other end ended the connection instead of answering the WebSocket handshake"};
@@ -180,9 +188,17 @@ Failure Dialing::upgrade_failure(const ErrorCode& error) const {
   return failure_by(error);
 }
 
-// A peer that closes the connection before it sends anything of our protocol is another program.
+bool Dialing::heard_nothing() const {
+  Transport& transport = socket_->next_layer();
+  SSL* const tls = transport.tls();
+  return tls ? BIO_number_read(SSL_get_rbio(tls)) == 0 : transport.read_bytes() == 0;
+}
+
+// A peer that answers and closes the connection before it sends anything of our protocol is another
+// program.
 Failure Dialing::failure_by(const ErrorCode& error) const {
   Failure why = failure_of(error, socket_->next_layer().tls(), server_name(options_));
+  if (why.cause == Cause::kConnectionLost && heard_nothing()) return ended_at_once();
   if (why.cause == Cause::kConnectionLost) why.cause = Cause::kNotThisProgram;
   const std::string& robot = options_.url.robot;
   if (why.cause == Cause::kNameNotServed && !robot.empty())
@@ -199,6 +215,7 @@ void Dialing::fail(const Failure& why) {
   if (socket_) socket_->next_layer().abort();
   const auto& proxy = options_.proxy;
   std::string by = proxy ? " by the proxy " + host_and_port(proxy->host, proxy->port) : "";
+  by += way_->led_to();
   if (proxy && !proxy->variable.empty()) by += " (" + proxy->variable + " of the environment)";
   const bool is_relay = !proxy && !options_.url.robot.empty();
   const bool is_unreachable = why.cause == Cause::kPortClosed || why.cause == Cause::kNoAnswer;

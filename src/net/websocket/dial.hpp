@@ -55,6 +55,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   void on_upgraded(const ErrorCode& error);
   [[nodiscard]] Failure upgrade_failure(const ErrorCode& error) const;
   [[nodiscard]] Failure failure_by(const ErrorCode& error) const;
+  // Whether not one byte has come on this connection.
+  [[nodiscard]] bool heard_nothing() const;
   void fail(const Failure& why);
   void finish(std::shared_ptr<WebSocket> socket, Failure why);
 

@@ -197,6 +197,17 @@ TEST_F(Tls, ChecksTheAuthorityAndTheDates) {
   Pair pair{server_of(good())};
   EXPECT_FALSE(pair.connect(pair.dial_options("wss")));  // the system's store
   EXPECT_EQ(pair.client.causes[kDial], Cause::kCertificateForeign);
+  EXPECT_THAT(pair.client.failures[kDial], HasSubstr("issued by 'CN=Test authority'"));
+}
+
+// The name is the server's choice.
+TEST_F(Tls, TheNameOfAnUnknownIssuerIsTextAndShort) {
+  Authority odd{scratch_folder() + "odd_", "a\n\x1b[2J" + std::string(50, 'x')};
+  Pair pair{server_of(odd.sign("robot", "IP:127.0.0.1"))};
+  EXPECT_FALSE(pair.connect(trusting(pair)));
+  const std::string& text = pair.client.failures[kDial];
+  EXPECT_THAT(text, HasSubstr("issued by 'CN=a\\0A\\1B[2Jxxx"));
+  EXPECT_EQ(text.find_first_of("\n\x1b"), std::string::npos);
 }
 
 TEST_F(Tls, RefusesOldVersions) {

@@ -100,6 +100,33 @@ TEST(DialProxy, OfTheEnvironmentIsNamedWithItsVariable) {
               HasSubstr(" by the proxy 127.0.0.1:1 (https_proxy of the environment): "));
 }
 
+// A name may lead elsewhere than its user believes: an old line of /etc/hosts.
+TEST(Dial, TheAddressOfANameIsShown) {
+  Pair pair;
+  DialOptions options;
+  options.url = {false, "localhost", 1, "/"};
+  EXPECT_FALSE(pair.connect(options));
+  EXPECT_THAT(pair.client.failures[kDial],
+              testing::MatchesRegex("ws://localhost:1/ \\(.*(127.0.0.1|::1)\\): .+"));
+  options.url.host = "127.0.0.1";
+  EXPECT_FALSE(pair.connect(options, {78}));
+  EXPECT_THAT(pair.client.failures[{78}], HasSubstr("ws://127.0.0.1:1/: connection refused"));
+}
+
+// As ssh -L does whose target is not there.
+TEST(Dial, WhoEndsTheConnectionWithoutAByteForwardsToNobody) {
+  for (const bool secure : {false, true}) {
+    Pair pair;
+    tcp::acceptor forwards{pair.loop.io, {asio::ip::address_v4::loopback(), 0}};
+    forwards.async_accept([](ErrorCode, tcp::socket accepted) { accepted.close(); });
+    DialOptions options;
+    options.url = {secure, "127.0.0.1", forwards.local_endpoint().port(), "/"};
+    EXPECT_FALSE(pair.connect(options));
+    EXPECT_EQ(pair.client.causes[kDial], Cause::kServerSilent);
+    EXPECT_THAT(pair.client.failures[kDial], HasSubstr("without a byte"));
+  }
+}
+
 // Half a minute of a resolver cannot be waited for: what would be said at the end of the time.
 TEST(Dial, ANameServerThatIsSilentIsNoFirewall) {
   Loop loop;

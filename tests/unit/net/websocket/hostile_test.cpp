@@ -364,7 +364,8 @@ TEST(Hostile, AServerThatIsNoneOfOursIsReported) {
       {"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: upgrade\r\n"
        "Sec-WebSocket-Accept: wrong\r\n\r\n",
        Cause::kNotThisProgram},
-      {"", Cause::kNotThisProgram},
+      {"HTTP/1.1 101", Cause::kNotThisProgram},
+      {"", Cause::kServerSilent},
   };
   for (const auto& [text, expected] : cases) {
     Pair pair;
