@@ -37,6 +37,10 @@ std::string to_string(beast::string_view text) {
   return {text.data(), text.size()};
 }
 
+constexpr char kHeaderRefused[] =
+    "its header of the PROXY protocol is refused: listen.trusted_proxies does not name it, or "
+    "listen.proxy_header is not proxy_protocol";
+
 // Detects both versions, where HTTP was expected. The parser may have passed over empty lines.
 bool is_proxy_protocol(asio::const_buffer received) {
   const std::string_view text{static_cast<const char*>(received.data()), received.size()};
@@ -71,6 +75,8 @@ std::optional<Refusal> refusal_of(const UpgradeRequest& request, bool secure) {
   }
   return std::nullopt;
 }
+
+constexpr std::size_t kHeaderBytesSeen = 12;  // the signature of version 2
 
 // Handshakes wait for their turn for as long as so many may take.
 constexpr int kWaitTimes = 4;
@@ -143,14 +149,27 @@ void Listener::Visitor::look_for_hello() {
   tcp.async_wait(TcpSocket::wait_read, [self = shared_from_this(), &tcp](ErrorCode error) {
     if (!self->listener_) return;
     if (error) return self->fail(failure_of(error, nullptr, {}).text);
-    char first = 0;
-    const ssize_t got = ::recv(tcp.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT);
+    std::array<char, kHeaderBytesSeen> first{};
+    const ssize_t got =
+        ::recv(tcp.native_handle(), first.data(), first.size(), MSG_PEEK | MSG_DONTWAIT);
     // A late event of a closed descriptor can wake the next one with its number.
     if (got < 0 && (errno == EAGAIN || errno == EINTR)) return self->look_for_hello();
     if (got <= 0) return self->fail("the connection ended before TLS");
+    // Behind the header of a trusted proxy another one is no business of this one's settings.
+    const bool header =
+        is_proxy_protocol(asio::buffer(first.data(), static_cast<std::size_t>(got)));
+    if (header && self->proxy_header_.empty()) {
+      self->note_header();
+      return self->fail(kHeaderRefused);
+    }
     if (!self->listener_->on_hello(*self)) return self->fail("dropped, too many handshakes");
     self->line_up();
   });
+}
+
+void Listener::Visitor::note_header() {
+  ++listener_->counts_.proxy_headers;
+  notice = kHeaderRefused;
 }
 
 void Listener::Visitor::read_forwarded() {
@@ -228,9 +247,8 @@ void Listener::Visitor::on_request(const ErrorCode& error) {
     return refuse(431, "The HTTP header is too long.");
   }
   if (error && is_proxy_protocol(request_->buffer.cdata())) {
-    notice =
-        "its header of the PROXY protocol is refused: listen.trusted_proxies does not name it, or "
-        "listen.proxy_header is not proxy_protocol";
+    note_header();
+    return refuse(400, "This is no HTTP request, but a header of the PROXY protocol.");
   }
   const bool http = error.category() == make_error_code(http::error::bad_version).category();
   if (error && http && error != http::error::end_of_stream &&

@@ -47,6 +47,8 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   void line_up();
   void await_hello();
   void look_for_hello();
+  // The connection begins with a header of the PROXY protocol that is not expected of it.
+  void note_header();
   void read_forwarded();
   void on_tls(const ErrorCode& error);
   void read_request();

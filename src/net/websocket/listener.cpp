@@ -174,6 +174,7 @@ void Listener::note_refused(const ConnectionOpened& from, const std::string& why
   ++counts_.refused;
   const std::string text = to_text(why.substr(0, why.find('\n')), kReasonBytesMax);
   log(LogLevel::kDebug, from.peer + ": " + text);
+  counts_.last_refused = host_of(from.peer) + ": " + text;
   refusals_.add(from.peer, text);
 }
 

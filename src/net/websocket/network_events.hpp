@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "core/base/ids.hpp"
 #include "core/flow/outbox.hpp"
@@ -32,6 +33,8 @@ struct DoorCounts {
   std::uint64_t handshakes_dropped = 0;  // their address had begun too many
   std::uint64_t handshakes_waited = 0;   // for their turn, since all together had begun too many
   std::uint64_t gave_way = 0;            // without a login, to those that came later
+  std::uint64_t proxy_headers = 0;       // refused: they began with a PROXY header
+  std::string last_refused{};            // "203.0.113.5: HTTP 400: ...", text for people
 };
 
 }  // namespace connect_bridge

@@ -63,6 +63,7 @@ Diagnostic of_side(const StatusPicture& picture, Stamp now) {
   Diagnostic made{Level::kOk, named_at(picture, "bridge"), {}, {}};
   OrderedJson facts = facts_of(picture, Names::kHidden);
   facts.erase("last_failure");
+  if (facts.contains("strangers")) facts["strangers"].erase("last_refused");
   if (facts.contains("relay")) facts["relay"].erase("last_failure");
   add_values(made, facts);
   if (run.loop_lag_ms > kLagMsWorthTelling)

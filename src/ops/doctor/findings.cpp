@@ -218,6 +218,12 @@ constexpr Finding kFindings[] = {
      "it",
      "set `listen.address`, or pair with `server --pair`; a client on this machine, or a proxy or "
      "tunnel here, needs no change. One end must run a client: two servers do not link"},
+    {"proxy_header_unexpected", kHint,
+     "nobody is linked, and a proxy came with a header of the PROXY protocol that this server does "
+     "not expect",
+     "set `listen.proxy_header: proxy_protocol`, and name the proxy in `listen.trusted_proxies`; "
+     "or "
+     "let the proxy send none (HAProxy: no send-proxy)"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "the server's log says who and why. `auth.method` token: make one for who is to come (`ctl "
      "token`); jwt: compare issuer, audience and expiry of the JWT with `auth.jwt_issuer` and "

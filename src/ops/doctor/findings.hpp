@@ -1,4 +1,5 @@
 // The findings of `ctl doctor`: one list, which the program, its tests and the documents use.
+// One unit: the findings are one list, and who words a cure reads its neighbours.
 #pragma once
 
 #include <span>

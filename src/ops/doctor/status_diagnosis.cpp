@@ -477,7 +477,11 @@ void Doctor::way(const Json& status) {
                                  : add(finding_for(cause), {}, text, true);
   }
   const bool is_local = part_of(status, "relays").empty() && listens_on_loopback_alone(status);
-  add(is_local ? "loopback_alone" : "nobody_linked");
+  const Json& strangers = part_of(status, "strangers");
+  const std::string refused = text_in(strangers, "last_refused");
+  if (number_in(strangers, "proxy_headers") > 0) add("proxy_header_unexpected", {}, refused);
+  add(is_local ? "loopback_alone" : "nobody_linked", {},
+      refused.empty() ? "" : "the last connection that was refused came from " + refused);
 }
 
 // Also while clients are linked that come by another way.

@@ -229,6 +229,19 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      "server: [connections without a login](#unauthenticated-connections)"},
     {"strangers.refused", Unit::kNone, at_door<&NetworkCounts::refused>, "refused before a login",
      counter("connections_refused", "Connections refused before a login")},
+    {"strangers.last_refused",
+     Unit::kNone,
+     [](const StatusPicture& s) {
+       const std::string& last = s.run.network.last_refused;
+       return last.empty() ? OrderedJson() : OrderedJson(last);
+     },
+     "the last of these, and why, for people",
+     {},
+     {},
+     SeenBy::kUserOfServer},
+    {"strangers.proxy_headers", Unit::kNone, at_door<&NetworkCounts::proxy_headers>,
+     "of these: they began with a header of the PROXY protocol, which this server does not expect "
+     "of them"},
     {"strangers.waiting", Unit::kNone, of_strangers<&StrangersStatus::waiting>, "now"},
     {"strangers.gave_way", Unit::kNone,
      [](const StatusPicture& s) {

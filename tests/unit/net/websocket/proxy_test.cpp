@@ -145,6 +145,24 @@ bool shakes(Pair& pair, const std::string& header) {
   return brought(pair, header)->shakes(pair.loop);
 }
 
+// As HAProxy with send-proxy before a server that is not told of it.
+TEST(Proxy, AHeaderThatIsNotExpectedIsCountedAndNamed) {
+  ListenOptions options = behind_header("unexpected_");
+  options.named_by = NamedBy::kXForwardedFor;
+  for (const bool secure : {true, false}) {
+    if (!secure) options.tls.reset();
+    Pair pair{options};
+    RawPeer peer(pair.server.network.listen_port());
+    peer.send(kProxied + upgrade_request());
+    ASSERT_TRUE(peer.ends(pair.loop));
+    ASSERT_TRUE(pair.loop.until([&] { return pair.server.network.counts().refused == 1; }));
+    const NetworkCounts counts = pair.server.network.counts();
+    EXPECT_EQ(counts.proxy_headers, 1U);
+    EXPECT_THAT(counts.last_refused, testing::StartsWith("127.0.0.1: "));
+    EXPECT_THAT(counts.last_refused, HasSubstr("header of the PROXY protocol"));
+  }
+}
+
 // The same server, where an address may begin one handshake.
 ListenOptions for_one_each(const std::string& name) {
   ListenOptions options = behind_header(name);

@@ -284,6 +284,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"relay_refuses", R"({"relays": [{"connected": false,
                                        "last_failure_code": "relay_refuses"}]})"},
         StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
+        StatusCase{"proxy_header_unexpected", R"({"strangers": {"proxy_headers": 1}})"},
         StatusCase{"loop_slow", R"({"loop_lag_ms": 700})"},
         StatusCase{"memory_full", R"({"memory_max_used_bytes": 95})"},
         StatusCase{"audit_fails", R"({"audit": {"problem": "disk full"}})"},

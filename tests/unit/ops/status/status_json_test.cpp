@@ -64,9 +64,10 @@ TEST(StatusJson, WhoCameToAServer) {
   RunStatus run{"", true, "/connect", Role::kClient};
   EXPECT_FALSE(Json::parse(to_json({status, run})).contains("strangers"));
   run.role = Role::kServer;
-  run.network = {{6, 7, 8, 9, 10}};
+  run.network = {{6, 7, 8, 9, 10, 11, "192.0.2.1: no"}};
   EXPECT_EQ(Json::parse(to_json({status, run})).at("strangers"), Json::parse(R"({
-    "accepted": 6, "refused": 7, "waiting": 1, "gave_way": 12, "handshakes_dropped": 8,
+    "accepted": 6, "refused": 7, "last_refused": "192.0.2.1: no", "proxy_headers": 11,
+    "waiting": 1, "gave_way": 12, "handshakes_dropped": 8,
     "handshakes_waited": 9, "wrong_logins": 3, "wrong_logins_late": 4, "shut_out": 5,
     "login_timeouts": 11, "logins_without_place": 12, "logins_not_judged": 13})"));
 }
