@@ -290,7 +290,9 @@ Failure failure_of(const ErrorCode& error, SSL* tls, const std::string& name) {
     return {Cause::kNoAnswer, "no answer from the other end (TCP timed out)"};
   if (error == asio::error::network_unreachable)
     return {Cause::kNoRoute, "this machine has no route there (" + error.message() + ")"};
-  if (error == asio::error::host_unreachable) return {Cause::kNoAnswer, error.message()};
+  if (error == asio::error::host_unreachable)
+    return {Cause::kNoAnswer,
+            error.message() + " (no machine has this address there, or a firewall refuses)"};
   const bool waits = error == asio::error::host_not_found_try_again;
   if (waits || error == asio::error::host_not_found || error == asio::error::no_data)
     return {waits ? Cause::kResolverSilent : Cause::kHostUnknown,

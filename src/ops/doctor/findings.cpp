@@ -57,7 +57,8 @@ constexpr Finding kFindings[] = {
      "environment"},
     {"proxy_login", kFault, "the HTTP proxy wants another login", "set `http_proxy_login`"},
     {"proxy_refuses", kFault, "the HTTP proxy does not connect to this server",
-     "have the proxy allow it, or set `http_proxy` to another one, or to none"},
+     "have the proxy allow it (many allow port 443 alone), or set `http_proxy` to another one, or "
+     "to none"},
     {"clock_or_certificate_early", kFault, "the server's certificate is not valid yet",
      "set this machine's clock; else the server's certificate was made with a wrong clock"},
     {"certificate_expired", kFault, "a certificate has expired",

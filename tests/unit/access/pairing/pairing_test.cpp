@@ -51,6 +51,14 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   EXPECT_EQ(serve({}).parameters, moved.parameters);
 }
 
+// As in a container whose root is read-only.
+TEST_F(PairingStart, WhereNoFolderCanBeMadeTheCureIsNamed) {
+  ::setenv("ROS_HOME", "/proc/nowhere", 1);
+  EXPECT_THAT(serve({"--pair"}).problems,
+              ElementsAre(testing::AllOf(HasSubstr("/proc/nowhere cannot be made"),
+                                         HasSubstr("set HOME or ROS_HOME"))));
+}
+
 // A client that pairs to operate is in one more group, for which the same parameters have a rule.
 TEST_F(PairingStart, AClientMayLookUnlessItIsToOperate) {
   const Start look = serve({"--pair"});
