@@ -27,11 +27,13 @@ bool offers_tls(const websocket::response_type& response) {
   return std::string_view{offers.data(), offers.size()}.starts_with("TLS/");
 }
 
-// Other programs answer something.
-Failure ended_at_once() {
-  return {Cause::kServerSilent,
-          "it accepts the connection and ends it without a byte (does a forwarded port, tunnel or "
-          "balancer there reach no server?)"};
+// Other programs answer something, but for some with TLS that are asked in plain HTTP.
+Failure ended_at_once(bool secure) {
+  return {
+      Cause::kServerSilent,
+      std::string{"it accepts the connection and ends it without a byte (does a forwarded port, "
+                  "tunnel or balancer there reach no server?"} +
+          (secure ? ")" : " Or is it a TLS port, for wss://?)")};
 }
 
 Cause cause_of_answer(const websocket::response_type& response) {
@@ -174,7 +176,8 @@ Failure Dialing::upgrade_failure(const ErrorCode& error) const {
   if (error == http::error::body_limit)
     return {Cause::kCaptivePortal,
             "the answer to the WebSocket handshake is too large (is it a ROS2 Connect server?)"};
-  if (error == http::error::end_of_stream && heard_nothing()) return ended_at_once();
+  if (error == http::error::end_of_stream && heard_nothing())
+    return ended_at_once(options_.url.secure);
   if (error == http::error::end_of_stream || error == http::error::partial_message)
     return {Cause::kNotThisProgram,
             "the other end ended the connection instead of answering the WebSocket handshake"};
@@ -198,7 +201,8 @@ bool Dialing::heard_nothing() const {
 // program.
 Failure Dialing::failure_by(const ErrorCode& error) const {
   Failure why = failure_of(error, socket_->next_layer().tls(), server_name(options_));
-  if (why.cause == Cause::kConnectionLost && heard_nothing()) return ended_at_once();
+  if (why.cause == Cause::kConnectionLost && heard_nothing())
+    return ended_at_once(options_.url.secure);
   if (why.cause == Cause::kConnectionLost) why.cause = Cause::kNotThisProgram;
   const std::string& robot = options_.url.robot;
   if (why.cause == Cause::kNameNotServed && !robot.empty())

@@ -31,11 +31,11 @@ constexpr Finding kFindings[] = {
      "check the address: has the server another one now, or is that of its name an old one "
      "(/etc/hosts)? Check the firewall: one TCP port must be open at the server"},
     {"server_silent", kFault, "something accepts the connection there and does not answer",
-     "look at the server: is its process stopped or overloaded? A forwarded port, tunnel or "
-     "balancer (ssh -L, DNAT) without a server behind it does the same, and a proxy whose PROXY "
-     "header the server does not expect (its log says so). So does a path that loses large packets "
-     "only (a tunnel: try a smaller mtu), or that delays by seconds, since an upload or download "
-     "fills it"},
+     "look at the server: is its process stopped or overloaded? Others do the same: a forwarded "
+     "port, tunnel or balancer (ssh -L, DNAT) without a server behind it; a proxy whose PROXY "
+     "header the server does not expect (its log says so); a TLS port that ws:// dials; a path "
+     "that loses large packets only (a tunnel: try a smaller mtu), or that delays by seconds since "
+     "an upload or download fills it"},
     {"path_wrong", kFault, "an HTTP server answers, and has nothing at this path",
      "check the path in `url` against the configuration of the proxy"},
     {"proxy_without_server", kFault, "a proxy answers, and has no server behind it",
