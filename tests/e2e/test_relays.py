@@ -38,7 +38,7 @@ def test_its_status_says_who_is_there_and_who_was_refused(joined, relay, topic):
     assert "connect_bridge_robots 1" in metrics
     env = ros_environment(0)
     shown = subprocess.run([build_dir() / "ctl", "status", address], env=env, capture_output=True)
-    assert "robot7" in shown.stdout.decode() and "no_such_robot 1" in shown.stdout.decode()
+    assert "robot7" in shown.stdout.decode() and "1 no such robot" in shown.stdout.decode()
     # This user's programs are found without an address.
     found = list(pathlib.Path(env["XDG_RUNTIME_DIR"]).glob("connect_bridge/relay-*.status"))
     assert len(found) == 1

@@ -299,41 +299,66 @@ def test_the_page_shows_trouble(world, topic):
             "text": "no rule here allows it",
         }
     ]
+    for part in ("get_parameters", "set_parameters"):
+        one = {"kind": "service", "name": f"/arm/{part}", "type": "p/srv/S", "direction": "import"}
+        link["missing"].append({**one, "reason": "no_rule", "text": "no rule here allows it"})
+    link["topics"] += [
+        {**shown, "topic": "/camera", "state": "flows"},
+        {**shown, "topic": "/cmd_vel", "direction": "import", "state": "flows", "wheel": "taken"},
+    ]
+    link["wheel"] = "taken"
     status["time"] = "2026-01-31T12:00:00.000Z"
     later = json.loads(json.dumps(status))
     (link,) = later["links"]
     link["topics"][0].update(
         state="overloaded", published=10, messages=1, dropped={"newer_available": 9}
     )
+    link["topics"][1].update(published=10, messages=4, dropped={"newer_available": 6})
+    link["same_graph"] = True
     link["breaks"] = [
         {"lost": "2026-01-31T11:00:00.000Z", "back": "2026-01-31T11:00:04.000Z", "seconds": 4.0}
     ]
-    link["breaks"][0]["reason"] = "no answer"
+    link["breaks"][0]["code"] = "connection_lost"  # loopback has no reason
     lost = {**link, "link": 99, "open": False, "state": "lost", "topics": [], "services": []}
     later["links"].append({**lost, "missing": [], "clock": None})
     later["audit"] = {"lines": 1, "left_out": 1, "problem": "No space left on device"}
     later["refused_parameters"] = {"time": later["time"], "problem": "rule.a: unknown"}
     later["relays"] = [{"relay": "wss://r@relay", "connected": False, "last_failure": "no answer"}]
+    later["needs_restart"] = ["prefix"]
     later["time"] = "2026-01-31T12:00:01.000Z"
     page = Browser(world.http + "/")
     try:
         until(lambda: topic in str(page.value(ROWS)), "the topic is on the page", step=0.2)
         take = f"take({json.dumps(status)}); take({json.dumps(later)});"
-        row, whole, services, gaps = page.value(
-            f"""{take} [{ROWS}[0], document.body.innerText,
+        heads = "[...document.querySelectorAll('#topics th')].map(h => h.getBoundingClientRect().x)"
+        page.value(f"take({json.dumps(status)})")
+        places = page.value(heads)
+        rows, whole, services, gaps = page.value(
+            f"""{take} [{ROWS}, document.body.innerText,
             [...document.querySelectorAll('#services td.name')].map(cell => cell.textContent),
             document.querySelectorAll('.link')[1].querySelectorAll('polyline').length]"""
         )
-        assert row[3] == "1.0 of 10" and row[7:] == ["newer available 9", "overloaded"]
+        (row,) = [row for row in rows if row[0] == topic]
+        assert row[3] == "1.0 of 10" and row[7:] == ["9 replaced by newer", "overloaded"]
         assert services.count("/dock (action)") == 1 and not any("_action" in s for s in services)
         assert gaps == 0
+        states = {row[0]: row[-1] for row in rows}
+        assert states["/camera"] == "flows in part"
+        assert states["/cmd_vel"] == "another operator drives"
+        later["links"].pop()
+        page.value(f"take({json.dumps({**later, 'time': '2026-01-31T12:00:02.000Z'})})")
+        assert page.value(heads) == places  # the columns stay where they are
         for said in (
-            f"carries less than is published on {topic}",
+            f"fewer messages are forwarded than published on {topic}",
             "No space left on device",
             "rule.a: unknown",
             "No connection to the relay wss://r@relay: no answer",
             "1 link open, 1 lost",
-            "for 4 s: no answer",
+            "for 4 s: connection lost",
+            "both sides are in one ROS graph",
+            "needs a restart: prefix",
+            "another operator drives",
+            "rule.NAME.import_parameters: [/arm]",
             "rule.NAME.export_topics: [/chatter]",
         ):
             assert said in whole, said

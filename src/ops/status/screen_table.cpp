@@ -41,7 +41,7 @@ std::string ScreenTable::text(std::size_t rows, const ScreenSize& size) {
   std::stable_sort(rows_.begin(), rows_.end(),
                    [](const Row& a, const Row& b) { return a.weight > b.weight; });
   const std::size_t count = std::min(rows, rows_.size());
-  const std::span<const Row> shown(rows_.data(), count);
+  const std::span<Row> shown(rows_.data(), count);
   choose_columns(shown, size.columns);
   Row heads;
   for (const Head& head : heads_) heads.cells.push_back({head.title});
@@ -59,8 +59,8 @@ std::string ScreenTable::text(std::size_t rows, const ScreenSize& size) {
   return text;
 }
 
-// The wide columns go, the last first, until the lines are short enough.
-void ScreenTable::choose_columns(std::span<const Row> rows, std::size_t columns) {
+// The wide columns go, the last first, until the lines are short enough; then texts become brief.
+void ScreenTable::choose_columns(std::span<Row> rows, std::size_t columns) {
   widths_.clear();
   for (std::size_t i = 0; i < heads_.size(); ++i) {
     std::size_t width = heads_[i].title.size();
@@ -74,11 +74,23 @@ void ScreenTable::choose_columns(std::span<const Row> rows, std::size_t columns)
   widths_.back() = std::min(widths_.back(), kLastMax);
   for (std::size_t i = heads_.size(); i-- > 0 && total() > columns;)
     if (heads_[i].wide) widths_[i] = 0;
+  for (std::size_t i = heads_.size(); i-- > 0 && total() > columns;) be_brief(rows, i);
   if (const std::size_t all = total(); all <= columns) {
     widths_.front() = std::min(name, widths_.front() + columns - all);
   } else {
     const std::size_t spare = widths_.front() - std::min(widths_.front(), kNameMin);
     widths_.front() -= std::min(spare, all - columns);
+  }
+}
+
+void ScreenTable::be_brief(std::span<Row> rows, std::size_t column) {
+  const auto brief = [&](const Row& row) { return !row.cells[column].brief.empty(); };
+  if (widths_[column] == 0 || std::none_of(rows.begin(), rows.end(), brief)) return;
+  widths_[column] = heads_[column].title.size();
+  for (Row& row : rows) {
+    Cell& cell = row.cells[column];
+    if (!cell.brief.empty()) cell.text = cell.brief;
+    widths_[column] = std::max(widths_[column], cell.text.size());
   }
 }
 
@@ -92,7 +104,7 @@ std::string ScreenTable::line_of(const Row& row, const ScreenSize& size) const {
   std::string line, behind;
   std::size_t end = 0;  // of what is visible
   for (std::size_t i = 0; i < widths_.size(); ++i) {
-    const auto& [text, tone] = row.cells[i];
+    const std::string& text = row.cells[i].text;
     if (widths_[i] == 0) continue;
     std::size_t used = text.size();
     if (i == 0 && used > widths_[0]) {
@@ -103,7 +115,7 @@ std::string ScreenTable::line_of(const Row& row, const ScreenSize& size) const {
       behind = wrapped(text, 4, size.columns);
       break;
     } else {
-      line += coloured(text, tone, size.colour);
+      line += coloured(text, row.cells[i].tone, size.colour);
     }
     const std::size_t width = std::max(widths_[i], used) + kGap.size();
     line.append(width - used, ' ');

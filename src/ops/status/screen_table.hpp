@@ -35,6 +35,7 @@ class ScreenTable {
   struct Cell {
     std::string text;
     Tone tone = Tone::kPlain;
+    std::string brief = {};  // in place of the text where the lines would be too long
   };
 
   explicit ScreenTable(std::vector<Head> heads) : heads_(std::move(heads)) {}
@@ -51,7 +52,8 @@ class ScreenTable {
     std::vector<Cell> cells;
   };
 
-  void choose_columns(std::span<const Row> rows, std::size_t columns);
+  void choose_columns(std::span<Row> rows, std::size_t columns);
+  void be_brief(std::span<Row> rows, std::size_t column);
   [[nodiscard]] std::size_t total() const;
   [[nodiscard]] std::string line_of(const Row& row, const ScreenSize& size) const;
 

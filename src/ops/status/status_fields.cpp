@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "core/policy/treatment.hpp"
 #include "ops/audit/audit_json.hpp"
@@ -350,8 +352,9 @@ constexpr StatusField<LinkStatus> kLinkFields[] = {
     {"breaks",
      Unit::kNone,
      breaks,
-     "the last 8 breaks: `lost`, `reason`, its `code` of [the causes](#causes), whether the "
-     "connection was closed `by_peer`, and once it is over `back` and `seconds`",
+     "the last 8 breaks: `lost`, `reason` (for this user only), its `code` of [the "
+     "causes](#causes), whether the connection was closed `by_peer`, and once it is over `back` "
+     "and `seconds`",
      {},
      {},
      SeenBy::kUser},
@@ -750,6 +753,46 @@ constexpr StatusField<MissingName> kMissingFields[] = {
      "for `declined`: the word of `decline` ([protocol.md](protocol.md))"},
 };
 
+// ---- the words of codes
+
+// Words that people understand without these documents, behind a number where they count.
+constexpr std::pair<std::string_view, std::string_view> kPlainWords[] = {
+    {"queue_depth", "displaced in the queue"},
+    {"queue_bytes", "beyond the bytes of the queue"},
+    {"queue_time", "waited too long"},
+    {"lifespan", "older than their lifespan"},
+    {"max_age", "older than max_age"},
+    {"rate", "above the rule's rate"},
+    {"no_demand", "no longer wanted"},
+    {"withdrawn", "no longer offered"},
+    {"link_lost", "lost with the link"},
+    {"unknown_origin", "of an unknown publisher"},
+    {"duplicate", "delivered before"},
+    {"newer_available", "replaced by newer"},
+    {"publish_failed", "refused by the middleware"},
+    {"memory", "at memory_max"},
+    {"resume_bound", "too many for the break"},
+    {"lost_here", "lost before the bridge"},
+    {"wheel", "not of the driver"},
+    {"group", "after a lost video packet"},
+    {"forgotten", "without their caller"},
+    {"kept", "waits for the link"},
+    {"gave_way", "closed for newer ones"},
+    {"shut_out", "put off after offences"},
+    {"logins_without_place", "logins without a place"},
+};
+
+// Who drives, as the robot's side says it of the peer, and the operator's of itself.
+struct WheelWords {
+  std::string_view code, at_robot, at_operator;
+};
+constexpr WheelWords kWheelWords[] = {
+    {"free", "nobody drives", "nobody drives"},
+    {"yours", "drives the robot", "you drive the robot"},
+    {"taken", "another operator drives", "another operator drives"},
+    {"halted", "halted: has to let go first", "halted: let go first"},
+};
+
 // ---- views of the table
 
 std::string_view word_of(Unit unit) {
@@ -785,6 +828,12 @@ std::string table(std::string_view before, std::span<const StatusField<Of>> fiel
   return text;
 }
 
+std::string words_table() {
+  std::string text = "| code | words |\n| --- | --- |\n";
+  for (const auto& [code, words] : kPlainWords) text += fmt::format("| `{}` | {} |\n", code, words);
+  return text;
+}
+
 }  // namespace
 
 std::string words_of(const SentAs& form) {
@@ -809,17 +858,38 @@ std::span<const StatusField<MissingName>> missing_fields() {
   return kMissingFields;
 }
 
+std::string plain_words(std::string_view code) {
+  for (const auto& [known, words] : kPlainWords)
+    if (code == known) return std::string(words);
+  std::string words(code);
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
+}
+
+std::string_view wheel_words(std::string_view code, bool at_robot) {
+  for (const WheelWords& words : kWheelWords)
+    if (words.code == code) return at_robot ? words.at_robot : words.at_operator;
+  return {};
+}
+
 OrderedJson page_columns() {
+  OrderedJson words = OrderedJson::object(), wheel = OrderedJson::object();
+  for (const auto& [code, at_robot, at_operator] : kWheelWords)
+    wheel[std::string(code)] = {{"import", at_robot}, {"export", at_operator}};
+  for (const auto& [code, plain] : kPlainWords) words[std::string(code)] = plain;
   return {{"topics", columns(topic_fields())},
           {"services", columns(service_fields())},
-          {"missing", columns(missing_fields())}};
+          {"missing", columns(missing_fields())},
+          {"words", std::move(words)},
+          {"wheel", std::move(wheel)}};
 }
 
 std::string status_tables() {
   return "### The side\n\n" + table("", side_fields()) + "\n### `links[]`\n\n" +
          table("", link_fields()) + "\n### `links[].topics[]`\n\n" + table("", topic_fields()) +
          "\n### `links[].services[]`\n\n" + table("", service_fields()) +
-         "\n### `links[].missing[]`\n\n" + table("", missing_fields());
+         "\n### `links[].missing[]`\n\n" + table("", missing_fields()) +
+         "\n### Words of the page and the terminal\n\n" + words_table();
 }
 
 }  // namespace connect_bridge

@@ -71,7 +71,12 @@ struct StatusField {
 // The form of a message that is not exact, as "video, fair"; empty: it is exact.
 [[nodiscard]] std::string words_of(const SentAs& form);
 
-// The columns of topics, services and missing names, for the page's script.
+// A code of the status ("newer_available") in words for people ("replaced by newer").
+[[nodiscard]] std::string plain_words(std::string_view code);
+// The same for `wheel` of a link; empty: there is no such code.
+[[nodiscard]] std::string_view wheel_words(std::string_view code, bool at_robot);
+
+// The columns of topics, services and missing names, and the words of codes, for the page's script.
 [[nodiscard]] OrderedJson page_columns();
 // The tables of docs/status.md.
 [[nodiscard]] std::string status_tables();

@@ -7,7 +7,7 @@
 namespace connect_bridge {
 namespace {
 
-// Adds the fields of one row each to the object.
+// Adds the fields of one row each to the object. Of a list with reasons the codes are no secret.
 template <class Of>
 void put(OrderedJson& json, std::span<const StatusField<Of>> fields, const Of& of, Names names,
          Role role) {
@@ -17,8 +17,13 @@ void put(OrderedJson& json, std::span<const StatusField<Of>> fields, const Of& o
     const bool hidden = names == Names::kHidden &&
                         (field.seen_by == SeenBy::kUser ||
                          (field.seen_by == SeenBy::kUserOfServer && role == Role::kServer));
-    if (hidden && !value.is_string()) continue;
-    if (hidden) value = "";
+    if (hidden && value.is_array()) {
+      for (OrderedJson& one : value) one.erase("reason");
+    } else if (hidden && !value.is_string()) {
+      continue;
+    } else if (hidden) {
+      value = "";
+    }
     const std::size_t dot = field.name.find('.');
     const std::string name{field.name.substr(0, dot)};
     if (dot == std::string_view::npos) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <set>
 #include <span>
 #include <string_view>
 #include <tuple>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "core/wire/text.hpp"
+#include "core/wire/words.hpp"
 #include "ops/status/json_members.hpp"
 #include "ops/status/screen_table.hpp"
 #include "ops/status/status_fields.hpp"
@@ -23,6 +25,7 @@ namespace {
 
 constexpr std::size_t kCellBytes = 200;
 constexpr const char* kNotExact = "~ ";  // before the state of a topic
+constexpr const char* kFlowsInPart = "flows_in_part";
 
 std::string shown_bytes(double n) {
   for (const char* unit : {"B", "kB", "MB"}) {
@@ -47,8 +50,8 @@ std::string joined_counts(const Json& counts) {
   std::string text;
   for (const auto& [why, count] : counts.items())
     if (count.is_number() && count != 0)
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", to_text(why, kCellBytes),
-                          count.get<std::uint64_t>());
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count.get<std::uint64_t>(),
+                          plain_words(to_text(why, kCellBytes)));
   return text;
 }
 
@@ -64,10 +67,15 @@ double seconds_between(const Json& since, const char* name, const Json& now) {
 
 Tone tone_of(std::string_view state) {
   const auto is = [&](StateWord word) { return state == name_of(word); };
-  if (is(StateWord::kOverloaded) || is(StateWord::kKept)) return Tone::kWarn;
-  if (is(StateWord::kLost) || is(StateWord::kDeclined)) return Tone::kBad;
-  return is(StateWord::kFlows) || is(StateWord::kReady) || is(StateWord::kOpen) ? Tone::kGood
-                                                                                : Tone::kPlain;
+  const auto wheel_is = [&](WheelState word) { return state == word_of(kWheelStateWords, word); };
+  if (is(StateWord::kOverloaded) || is(StateWord::kKept) || wheel_is(WheelState::kTaken) ||
+      state == kFlowsInPart)
+    return Tone::kWarn;
+  if (is(StateWord::kLost) || is(StateWord::kDeclined) || wheel_is(WheelState::kHalted))
+    return Tone::kBad;
+  const bool good = is(StateWord::kFlows) || is(StateWord::kReady) || is(StateWord::kOpen) ||
+                    wheel_is(WheelState::kYours);
+  return good ? Tone::kGood : Tone::kPlain;
 }
 
 // ---- the columns of the table of fields (status_fields.hpp)
@@ -96,7 +104,7 @@ std::vector<FieldColumn> columns_of(std::span<const StatusField<Of>> fields) {
 std::vector<ScreenTable::Head> heads_of(std::string name, bool links,
                                         const std::vector<FieldColumn>& columns) {
   std::vector<ScreenTable::Head> heads{{std::move(name)}};
-  if (links) heads.push_back({"LINK", true});
+  if (links) heads.push_back({"LINK"});
   for (const FieldColumn& one : columns) {
     std::string title{one.column.title};
     for (char& c : title) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -115,11 +123,17 @@ using Growth = std::map<std::string, double, std::less<>>;
 ScreenTable::Cell cell_of(const FieldColumn& of, const Json& item, const Growth& growth) {
   const char* const name = of.name.c_str();
   switch (of.column.as) {
-    case Column::As::kReasons: return {joined_counts(part_of(item, name))};
+    case Column::As::kReasons: {
+      const Json& counts = part_of(item, name);
+      std::uint64_t sum = 0;
+      for (const Json& count : counts)
+        if (count.is_number()) sum += count.get<std::uint64_t>();
+      return {joined_counts(counts), Tone::kPlain, sum > 0 ? std::to_string(sum) : ""};
+    }
     case Column::As::kWord: {
       const std::string state = text_in(item, name), declined = text_in(item, "declined");
-      std::string shown = state;
-      std::replace(shown.begin(), shown.end(), '_', ' ');
+      std::string shown{wheel_words(state, text_in(item, "direction") == "import")};
+      if (shown.empty()) shown = plain_words(state);
       if (item.contains("not_exact")) shown = kNotExact + shown;
       return {declined.empty() ? shown : shown + ": " + declined, tone_of(state)};
     }
@@ -159,6 +173,19 @@ std::string topic_key(const Json& link, const Json& topic) {
                      text_in(topic, "topic"), text_in(topic, "type"));
 }
 
+// More than a third of the messages of a topic that flows is dropped now. Those beyond the rule's
+// rate are dropped as somebody wants it.
+bool flows_in_part(const Json& topic, const Json& old, const Growth& growth) {
+  const auto published = growth.find("published"), messages = growth.find("messages");
+  if (text_in(topic, "state") != name_of(StateWord::kFlows) || published == growth.end() ||
+      messages == growth.end())
+    return false;
+  const double of_rate =
+      number_in(part_of(topic, "dropped"), "rate") - number_in(part_of(old, "dropped"), "rate");
+  // Of a short time: a message or two may be between two counts.
+  return of_rate <= 0 && published->second > 1.5 * messages->second + 2;
+}
+
 ScreenTable topic_table(const Json& now, const Json& before) {
   const std::vector<FieldColumn> columns = columns_of(topic_fields());
   std::map<std::string, const Json*> had;
@@ -184,9 +211,18 @@ ScreenTable topic_table(const Json& now, const Json& before) {
           grow(one.name);
           if (!one.column.part_of.empty()) grow(std::string(one.column.part_of));
         }
+      Json shown = topic;
+      const std::string wheel = text_in(topic, "wheel");
+      const bool waits = wheel == word_of(kWheelStateWords, WheelState::kTaken) ||
+                         wheel == word_of(kWheelStateWords, WheelState::kHalted);
+      if (waits && text_in(topic, "state") == name_of(StateWord::kFlows)) {
+        shown["state"] = wheel;  // its commands move nothing
+      } else if (flows_in_part(topic, old == had.end() ? Json() : *old->second, growth)) {
+        shown["state"] = kFlowsInPart;
+      }
       std::vector<ScreenTable::Cell> cells{{name}};
       if (links.size() > 1) cells.push_back({std::to_string(count_in(link, "link"))});
-      for (const FieldColumn& one : columns) cells.push_back(cell_of(one, topic, growth));
+      for (const FieldColumn& one : columns) cells.push_back(cell_of(one, shown, growth));
       const auto bytes = growth.find("wire_bytes");
       table.add(bytes == growth.end() ? 0 : bytes->second, std::move(cells));
     }
@@ -284,13 +320,19 @@ ScreenTable missing_table(const Json& now) {
   const std::vector<FieldColumn> columns = columns_of(missing_fields());
   const Json& links = part_of(now, "links");
   ScreenTable table(heads_of("NOT FORWARDED", links.size() > 1, columns));
-  for (const Json& link : links)
+  for (const Json& link : links) {
+    std::set<std::tuple<std::string, std::string, std::string>> shown;
     for (const Json& missing : part_of(link, "missing")) {
-      std::vector<ScreenTable::Cell> cells{{text_in(missing, "name")}};
+      const std::string name = row_name(text_in(missing, "name"));
+      const bool is_new =
+          shown.insert({name, text_in(missing, "direction"), text_in(missing, "text")}).second;
+      if (!is_new && name.ends_with(')')) continue;  // the services of one node
+      std::vector<ScreenTable::Cell> cells{{name}};
       if (links.size() > 1) cells.push_back({std::to_string(count_in(link, "link"))});
       for (const FieldColumn& one : columns) cells.push_back(cell_of(one, missing, {}));
       table.add(0, std::move(cells));
     }
+  }
   return table;
 }
 
@@ -298,8 +340,16 @@ ScreenTable missing_table(const Json& now) {
 std::string shown_moment(const Json& of, const char* name, const Json& now) {
   const std::string at = text_in(of, name), today = text_in(now, "time");
   if (at.size() < 19) return at;
-  const std::string time = at.substr(11, 8);
-  return at.substr(0, 10) == today.substr(0, 10) ? time + " UTC" : at.substr(0, 10) + " " + time;
+  const std::string time = at.substr(11, 8) + " UTC";
+  return at.substr(0, 10) == today.substr(0, 10) ? time : at.substr(0, 10) + " " + time;
+}
+
+// A long name has a line of its own.
+std::string headline(const std::string& name, const std::string& state, Tone tone,
+                     const ScreenSize& size) {
+  const std::string shown = coloured(state, tone, size.colour) + "\n";
+  const bool fits = size.columns == 0 || name.size() + 2 + state.size() <= size.columns;
+  return fits ? name + "  " + shown : wrapped(name, 0, size.columns) + shown;
 }
 
 std::string link_lines(const Json& link, const Json& old, const Json& now, double seconds,
@@ -310,20 +360,31 @@ std::string link_lines(const Json& link, const Json& old, const Json& now, doubl
   std::string since;
   if (open) since = " for " + shown_span(count_in(link, "open_seconds"));
   if (!open && !breaks.empty()) since = " since " + shown_moment(breaks.back(), "lost", now);
-  std::string text =
-      fmt::format("link {}  {}{} {}  {}\n", count_in(link, "link"),
-                  text_in(link, "identity").empty() ? "" : text_in(link, "identity") + " ",
-                  text_in(link, "node"), text_in(link, "peer"),
-                  coloured(state + since, tone_of(state), size.colour));
+  const std::string identity = text_in(link, "identity"), wheel = text_in(link, "wheel");
+  std::string text = headline(fmt::format("link {}  {}{} {}", count_in(link, "link"),
+                                          identity.empty() ? "" : identity + " ",
+                                          text_in(link, "node"), text_in(link, "peer")),
+                              state + since, tone_of(state), size);
+  const Json& topics = part_of(link, "topics");
+  const auto driven = std::find_if(topics.begin(), topics.end(), [&](const Json& topic) {
+    return !wheel.empty() && text_in(topic, "wheel") == wheel;
+  });
+  if (driven != topics.end()) {
+    const bool at_robot = text_in(*driven, "direction") == "import";
+    text += fmt::format(
+        "  {}\n", coloured(std::string(wheel_words(wheel, at_robot)), tone_of(wheel), size.colour));
+  }
   if (!breaks.empty()) {
     const Json& last = breaks.back();
+    const std::string reason = text_in(last, "reason");
     const std::string back =
         last.contains("back")
             ? ", for " +
                   shown_span(static_cast<std::uint64_t>(std::max(0.0, number_in(last, "seconds"))))
             : "";
     text += wrapped(fmt::format("{}, the last at {}{}: {}", plural(breaks.size(), "break"),
-                                shown_moment(last, "lost", now), back, text_in(last, "reason")),
+                                shown_moment(last, "lost", now), back,
+                                reason.empty() ? plain_words(text_in(last, "code")) : reason),
                     2, size.columns);
   }
   if (!open) return text;
@@ -339,9 +400,12 @@ std::string link_lines(const Json& link, const Json& old, const Json& now, doubl
   if (const Json& clock = part_of(link, "clock"); !clock.empty())
     facts.push_back("round trip " + shown_ms(number_in(clock, "round_trip_ms")));
   facts.push_back("queueing delay " + shown_ms(number_in(link, "path_queue_ms")));
-  facts.push_back("queued " + shown_bytes(number_in(link, "queued_bytes")));
-  facts.push_back(fmt::format("retransmitted {} of {} segments", count_in(link, "retransmitted"),
-                              count_in(link, "segments")));
+  facts.push_back(shown_bytes(number_in(link, "queued_bytes")) + " queued");
+  const Json& lately = part_of(link, "lately");
+  const Json& sent = count_in(lately, "segments") > 0 ? lately : link;
+  if (const double segments = number_in(sent, "segments"); segments > 0)
+    facts.push_back(fmt::format("retransmitted {:.1f} % of the packets",
+                                100 * number_in(sent, "retransmitted") / segments));
   facts.push_back("connected " + plural(count_in(link, "connects"), "time"));
   return text + wrapped(fmt::format("{}", fmt::join(facts, ", ")), 2, size.columns);
 }
@@ -362,6 +426,18 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
     add(fmt::format("the parameter file was refused at {}, the parameters before it stay: {}",
                     shown_moment(refused, "time", now), text_in(refused, "problem")),
         Tone::kBad);
+  for (const Json& link : part_of(now, "links")) {
+    const std::uint64_t number = count_in(link, "link");
+    if (is_set(link, "same_graph"))
+      add(fmt::format("link {}: both sides are in one ROS graph, give one of them another "
+                      "ROS_DOMAIN_ID",
+                      number),
+          Tone::kBad);
+    if (is_set(link, "two_of_a_kind"))
+      add(fmt::format("link {}: by the key `robot` both sides are {}", number,
+                      is_set(now, "is_robot") ? "the robot" : "operators"),
+          Tone::kWarn);
+  }
   for (const Json& key : part_of(now, "needs_restart"))
     if (key.is_string())
       add("changed in the parameter file, and needs a restart: " +
@@ -395,21 +471,13 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
   return lines;
 }
 
-// A long name has a line of its own.
-std::string headline(const std::string& name, const std::string& state, Tone tone,
-                     const ScreenSize& size) {
-  const std::string shown = coloured(state, tone, size.colour) + "\n";
-  const bool fits = size.columns == 0 || name.size() + 2 + state.size() <= size.columns;
-  return fits ? name + "  " + shown : wrapped(name, 0, size.columns) + shown;
-}
-
 // The screen of a relay (src/relay/relay_status.hpp).
 std::string relay_screen(const Json& now, const ScreenSize& size) {
   ScreenTable robots({{"ROBOT"},
                       {"FROM", true},
-                      {"HERE"},
-                      {"VISITORS"},
-                      {"ALL VISITORS", true},
+                      {"CONNECTED"},
+                      {"VISITORS NOW"},
+                      {"VISITORS IN ALL", true},
                       {"SENT"},
                       {"RECEIVED"}});
   for (const Json& robot : part_of(now, "robots"))
@@ -421,9 +489,10 @@ std::string relay_screen(const Json& now, const ScreenSize& size) {
                 {std::to_string(count_in(robot, "visitors"))},
                 {shown_bytes(number_in(robot, "sent_bytes"))},
                 {shown_bytes(number_in(robot, "received_bytes"))}});
-  std::string text =
-      fmt::format("relay  {}\nversion {}, since {}\n", plural(robots.size(), "robot"),
-                  text_in(now, "version"), text_in(now, "started"));
+  const auto up = static_cast<std::uint64_t>(std::max(0.0, seconds_between(now, "started", now)));
+  std::string text = fmt::format("relay  {}\n", plural(robots.size(), "robot"));
+  text += wrapped(fmt::format("version {}, up {}", text_in(now, "version"), shown_span(up)), 0,
+                  size.columns);
   text +=
       wrapped("connection attempts: " + joined_counts(part_of(now, "strangers")), 0, size.columns);
   if (const auto refused = joined_counts(part_of(now, "refused")); !refused.empty())
@@ -450,13 +519,13 @@ std::string status_screen(const Json& now, const Json& before, const ScreenSize&
     facts += ", up " + shown_span(static_cast<std::uint64_t>(up));
   if (now.is_object() && now.contains("certificate_valid_until")) {
     const double left = -seconds_between(now, "certificate_valid_until", now);
-    facts += left > 0 ? ", certificate: " + shown_span(static_cast<std::uint64_t>(left))
+    facts += left > 0 ? ", certificate valid for " + shown_span(static_cast<std::uint64_t>(left))
                       : ", the certificate has expired";
   }
-  facts +=
-      fmt::format(", loop delay {}, peers use {} of {}", shown_ms(number_in(now, "loop_lag_ms")),
-                  shown_bytes(number_in(now, "memory_max_used_bytes")),
-                  shown_bytes(number_in(now, "memory_max_bytes")));
+  facts += fmt::format(", event loop delay {}, memory for peers {} of {}",
+                       shown_ms(number_in(now, "loop_lag_ms")),
+                       shown_bytes(number_in(now, "memory_max_used_bytes")),
+                       shown_bytes(number_in(now, "memory_max_bytes")));
   text += wrapped(facts, 0, size.columns) + problem_lines(now, size);
   if (const auto attempts = joined_counts(part_of(now, "strangers")); !attempts.empty())
     text += wrapped("connection attempts: " + attempts, 0, size.columns);

@@ -1,4 +1,5 @@
 // The status of a side as lines for a terminal, in the words of the page (status_page.html).
+// One unit: its tables and lines share the words, tones and cells above them.
 #pragma once
 
 #include <string>

@@ -55,8 +55,9 @@ TEST(StatusScreen, RatesAndStates) {
                             HasSubstr("round trip 2.5 ms"), HasSubstr("/dock (action)"),
                             Not(HasSubstr("\x1b"))));
   EXPECT_THAT(screen,
-              testing::ContainsRegex("/scan +export +10 +10 kB/s +2 +12 ms +rate 3 +flows\n"));
-  EXPECT_THAT(screen, testing::ContainsRegex("import +1 +4 +3 +lost 1 +ready\n"));
+              testing::ContainsRegex(
+                  "/scan +export +10 +10 kB/s +2 +12 ms +3 above the rule's rate +flows\n"));
+  EXPECT_THAT(screen, testing::ContainsRegex("import +1 +4 +3 +1 lost +ready\n"));
   EXPECT_THAT(status_screen(status(3, 40), nullptr, {100}), Not(HasSubstr("10 kB")));
 }
 
@@ -70,6 +71,18 @@ TEST(StatusScreen, AnOverloadIsShown) {
   EXPECT_THAT(screen, AllOf(HasSubstr("carries less than is published on /scan\n"),
                             testing::ContainsRegex("/scan +export +1.0 of 10 .*overloaded\n")));
   EXPECT_THAT(status_screen(now, before, {100, 0, true}), HasSubstr("\x1b[33moverloaded\x1b[0m"));
+}
+
+// The core calls a stream overloaded whose messages wait; of a picture only the newest waits.
+TEST(StatusScreen, FlowsInPartWhereHalfIsDropped) {
+  Json before = status(1, 0), now = status(3, 20);
+  Json& topic = now["links"][0]["topics"][0];
+  topic["published"] = 40;
+  topic["dropped"] = {{"newer_available", 20}};
+  EXPECT_THAT(status_screen(now, before, {100, 0, true}),
+              HasSubstr("\x1b[33mflows in part\x1b[0m"));
+  topic["dropped"] = {{"rate", 23}};  // by a rule
+  EXPECT_THAT(status_screen(now, before, {100}), Not(HasSubstr("in part")));
 }
 
 TEST(StatusScreen, WhatIsNotExactIsMarked) {
@@ -130,7 +143,7 @@ TEST(StatusScreen, ActionsAndParameterServicesAreOneRowEach) {
   link["topics"].push_back(feedback);
   const std::string screen = status_screen(now, nullptr, {100});
   EXPECT_THAT(screen, AllOf(testing::ContainsRegex("/dock \\(action\\) +import +1 +4 +3 +"
-                                                   "feedback dropped 3, lost 1 +overloaded\n"),
+                                                   "3 feedback dropped, 1 lost +overloaded\n"),
                             testing::ContainsRegex("/arm \\(parameters\\) +import +6 +ready\n"),
                             HasSubstr("carries less than is published on /dock (action)\n"),
                             Not(HasSubstr("_action")), Not(HasSubstr("get_parameters"))));
@@ -144,6 +157,45 @@ TEST(StatusScreen, WhatIsMissingAndWhy) {
   EXPECT_THAT(
       status_screen(now, nullptr, {9}),
       testing::ContainsRegex("/cmd_vel +topic +export +the peer takes it only as a Twist\n"));
+}
+
+TEST(StatusScreen, TheParametersOfANodeLackInOneRow) {
+  Json now = status(1, 0);
+  for (const char* part : {"get_parameters", "set_parameters", "list_parameters"})
+    now["links"][0]["missing"].push_back({{"kind", "service"},
+                                          {"name", std::string("/arm/") + part},
+                                          {"direction", "import"},
+                                          {"text", "no rule here allows it"}});
+  const std::string screen = status_screen(now, nullptr, {90});
+  const auto first = screen.find("/arm (parameters)");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(screen.find("/arm", first + 1), std::string::npos) << screen;
+}
+
+TEST(StatusScreen, WhoDrives) {
+  Json now = status(1, 0);
+  const auto driven = [&](const char* direction, const char* wheel) {
+    Json& link = now["links"][0];
+    link["wheel"] = wheel;
+    link["topics"][0]["wheel"] = wheel;
+    link["topics"][0]["direction"] = direction;
+    return status_screen(now, nullptr, {100, 0, true});
+  };
+  EXPECT_THAT(driven("export", "yours"), HasSubstr("\x1b[32myou drive the robot\x1b[0m\n"));
+  EXPECT_THAT(driven("import", "yours"), HasSubstr("\x1b[32mdrives the robot\x1b[0m\n"));
+  EXPECT_THAT(driven("import", "taken"), HasSubstr("\x1b[33manother operator drives\x1b[0m\n"));
+  EXPECT_THAT(driven("export", "halted"), HasSubstr("\x1b[31mhalted: let go first\x1b[0m\n"));
+  EXPECT_THAT(driven("export", "free"), HasSubstr("  nobody drives\n"));
+  EXPECT_THAT(driven("export", "taken"), testing::ContainsRegex("/scan .*another operator drives"));
+}
+
+TEST(StatusScreen, BothSidesInOneGraph) {
+  Json now = status(1, 0);
+  now["links"][0]["same_graph"] = true;
+  now["links"][0]["two_of_a_kind"] = true;
+  EXPECT_THAT(status_screen(now, nullptr, {100}),
+              AllOf(HasSubstr("link 7: both sides are in one ROS graph"),
+                    HasSubstr("link 7: by the key `robot` both sides are operators")));
 }
 
 TEST(StatusScreen, WhyATopicIsNotForwarded) {
