@@ -336,6 +336,7 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
   run.node = node_.facts().full_name;
   run.role = parameters_.config().role;
   run.is_robot = parameters_.config().is_robot();
+  run.prefix = parameters_.config().prefix;
   run.loop_lag_ms = lag_ms;
   run.ros = gateway_.counters();
   run.network = network_.counts();

@@ -302,6 +302,9 @@ def test_the_page_shows_trouble(world, topic):
     for part in ("get_parameters", "set_parameters"):
         one = {"kind": "service", "name": f"/arm/{part}", "type": "p/srv/S", "direction": "import"}
         link["missing"].append({**one, "reason": "no_rule", "text": "no rule here allows it"})
+    robots = {"kind": "topic", "name": "/robot7/odom", "type": "p/msg/M", "direction": "import"}
+    link["missing"].append({**robots, "reason": "not_given", "text": "the peer's rules do not"})
+    status["prefix"] = "/robot7"
     link["topics"] += [
         {**shown, "topic": "/camera", "state": "flows"},
         {**shown, "topic": "/cmd_vel", "direction": "import", "state": "flows", "wheel": "taken"},
@@ -359,6 +362,7 @@ def test_the_page_shows_trouble(world, topic):
             "needs a restart: prefix",
             "another operator drives",
             "rule.NAME.import_parameters: [/arm]",
+            "at the peer: rule.NAME.export_topics: [/odom]",
             "rule.NAME.export_topics: [/chatter]",
         ):
             assert said in whole, said

@@ -124,6 +124,11 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      "`server` or `client`"},
     {"is_robot", Unit::kNone, of_run<&RunStatus::is_robot>,
      "whether this end is the robot, by its key `robot`"},
+    {"prefix", Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.prefix.empty() ? OrderedJson() : OrderedJson(s.run.prefix);
+     },
+     "the key `prefix`: rules have the names without it"},
     {"loop_lag_ms", Unit::kMilliseconds, of_run<&RunStatus::loop_lag_ms>,
      "longest delay of the loop in the last second",
      gauge("loop_lag_seconds", "Longest delay of the loop in the last second")},
@@ -772,7 +777,7 @@ constexpr std::pair<std::string_view, std::string_view> kPlainWords[] = {
     {"publish_failed", "refused by the middleware"},
     {"memory", "at memory_max"},
     {"resume_bound", "too many for the break"},
-    {"lost_here", "lost before the bridge"},
+    {"lost_here", "lost in the middleware"},
     {"wheel", "not of the driver"},
     {"group", "after a lost video packet"},
     {"forgotten", "without their caller"},

@@ -50,6 +50,7 @@ struct RunStatus {
   std::optional<RefusedParameters> refused_parameters = {};  // since the last that was accepted
   std::vector<std::string> needs_restart = {};               // keys that differ in the files by now
   bool is_robot = true;                                      // this end, and not the peer
+  std::string prefix = {};                                   // the key
   std::optional<SideLately> lately = {};
 };
 
