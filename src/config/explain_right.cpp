@@ -10,7 +10,6 @@
 #include "config/key_search.hpp"
 #include "config/rule_reader.hpp"
 #include "config/rule_rows.hpp"
-#include "core/video/picture.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -229,10 +228,13 @@ class Explainer {
     };
     if (const std::string_view exact = exact_by(deciding_->treatment); !exact.empty())
       return line(fmt::format("every message is exact by {}", key(exact)));
+    if (!question_.video && video::has_pictures(type))
+      return line("every message is exact: this build has no video");
     line(fmt::format("not exact where the link would carry too few exact ones ({}); {} forbids it",
-                     type.empty()     ? "a picture as video, a PointCloud2 rounded"
-                     : is_cloud(type) ? "rounded points"
-                                      : "video",
+                     is_cloud(type)        ? "rounded points"
+                     : !type.empty()       ? "video"
+                     : question_.video     ? "a picture as video, a PointCloud2 rounded"
+                                           : "a PointCloud2 rounded; this build has no video",
                      key("lossy: never")));
   }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "core/video/picture.hpp"
 
 namespace connect_bridge {
 
@@ -15,6 +16,7 @@ struct RightQuestion {
   std::string type;                    // empty: any type
   std::optional<Direction> direction;  // none: both
   Identity who;                        // of the peer's login
+  bool video = video::available();     // the build makes video of pictures
 };
 
 // The answer for all requested directions.

@@ -214,10 +214,12 @@ rule:
   kept: {export_topics: [/kept], import_topics: [/kept], keep: all}
   seen: {export_topics: ["/**"]}
 )";
+  bool video = true;
   const auto answer = [&](const char* name, const char* type,
                           Direction direction = Direction::kExport) {
     auto question = topic(name, direction);
     question.type = type;
+    question.video = video;
     return explain_right(config_of(yaml(kLossy), Role::kServer), question).text;
   };
   constexpr char kImage[] = "sensor_msgs/msg/Image";
@@ -232,6 +234,11 @@ rule:
   EXPECT_THAT(answer("/points", "sensor_msgs/msg/PointCloud2"), HasSubstr("(rounded points)"));
   EXPECT_THAT(answer("/any", ""), HasSubstr("(a picture as video, a PointCloud2 rounded)"));
   EXPECT_THAT(answer("/text", "std_msgs/msg/String"), Not(HasSubstr("exact")));
+  video = false;
+  EXPECT_THAT(answer("/camera", kImage),
+              HasSubstr("  every message is exact: this build has no video\n"));
+  EXPECT_THAT(answer("/points", "sensor_msgs/msg/PointCloud2"), HasSubstr("(rounded points)"));
+  EXPECT_THAT(answer("/any", ""), HasSubstr("(a PointCloud2 rounded; this build has no video)"));
 }
 
 }  // namespace
