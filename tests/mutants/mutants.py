@@ -146,6 +146,8 @@ MUTANTS = [
     Mutant("spared_pictures", "a picture that waits for its worker gives way to another", never),
     Mutant("followed_terms", "an offer stays although the rules ask for another one", gone),
     Mutant("packets_of_lost_ones", "what refers to a lost packet leaves", value("false")),
+    Mutant("packets_of_any_camera", "a lost packet of any camera is missed by none", gone),
+    Mutant("torn_groups", "a rate tears groups of a video", value("false")),
     Mutant("numbered_states", "the newest of a state counts as published by another's", gone),
     Mutant("picture_memory", "encoders take more memory than there is", never),
     Mutant("lossy_never_picture", "video is taken where it is not allowed", never),

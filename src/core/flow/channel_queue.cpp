@@ -66,8 +66,10 @@ bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now, std::size_t 
 
 void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& now) {
   ++counts_.accepted;
+  groups_.came(message);
   if (const auto reason = refused(message, now)) {
     counts_.dropped.add(*reason);
+    groups_.dropped(message);
     if (message.moment.is_large()) together_.gone(message.moment);
     return;
   }
@@ -85,7 +87,7 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
 
 void ChannelQueue::place(OutMessage message, std::uint64_t arrival, const Now& now) {
   const auto body_bytes = message.body.size();
-  if (message.video == VideoPart::kKey) drop_older_group(message.subject, now);
+  if (message.video == VideoPart::kKey) drop_older_group(message, now);
   // Bytes alone bound the messages of a replay (Replay::takes). A message joins it only while no
   // other message waits before it, so the order of the channel stays.
   if (options_.newest_only) {
@@ -134,11 +136,13 @@ void ChannelQueue::drop_overdue(const Now& now) {
 
 // The link is behind, and a decoder needs none of them for the new group. What came just now does
 // not wait for the link.
-void ChannelQueue::drop_older_group(Subject subject, const Now& now) {
-  for (auto i = waiting_.size(); i-- > replay_.count();)
-    if (waiting_[i].message.subject == subject && waiting_[i].since < now.steady &&
-        waiting_[i].message.video != VideoPart::kNone)
+void ChannelQueue::drop_older_group(const OutMessage& key, const Now& now) {
+  for (auto i = waiting_.size(); i-- > replay_.count();) {
+    const OutMessage& message = waiting_[i].message;
+    if (message.subject == key.subject && message.video != VideoPart::kNone &&
+        message.camera == key.camera && waiting_[i].since < now.steady)
       drop_waiting_at(i, DropReason::kNewerAvailable);
+  }
 }
 
 // On a link that carries less than is published, only the newest of each state waits behind the

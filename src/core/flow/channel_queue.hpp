@@ -251,8 +251,8 @@ class ChannelQueue {
       drop_waiting_at(waiting_.size() - 1, DropReason::kQueueBytes);
   }
   void drop_overdue(const Now& now);
-  // Drops waiting packets of the subject's video: a new group begins.
-  void drop_older_group(Subject subject, const Now& now);
+  // Drops waiting packets of the camera: a new group begins.
+  void drop_older_group(const OutMessage& key, const Now& now);
   // Beside messages of others, the oldest of its own publisher gives way, and the rest of these
   // move up. A state without an older one waits for its publisher's turn, and the last message is
   // dropped. So publishers of one topic take turns. False: the oldest of all must give way, or too
@@ -292,6 +292,7 @@ class ChannelQueue {
     counts_.dropped.add(reason);
     --counts_.queued;
     counts_.queued_bytes -= message.body.size();
+    groups_.dropped(message);
     if (message.moment.is_large()) together_.gone(message.moment);
   }
 

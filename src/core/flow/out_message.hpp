@@ -11,7 +11,7 @@
 
 namespace connect_bridge {
 
-// A message of a video: a decoder can begin with it, or needs the one before.
+// A message of a video: a decoder can begin with it, or needs the one before of its camera.
 enum class VideoPart : std::uint8_t { kNone, kKey, kRefers };
 
 // In the form in which it is sent. Its sequence is 0 until it is begun, its stamp is 0 if it has no
@@ -23,6 +23,8 @@ struct OutMessage : MessageHead {
   std::optional<std::uint64_t> state = {};
   Moment moment = {};
   VideoPart video = VideoPart::kNone;
+  std::uint64_t camera = 0;     // of the video: a publisher may have several
+  std::uint64_t refers_to = 0;  // order of the packet before of the camera (PacketGroups)
   // Rises by one with each sample of the origin; one that is missing was lost before. 0: not known.
   std::uint64_t order = 0;
   bool reports_leaving = false;  // the owner is told when all of it was handed out

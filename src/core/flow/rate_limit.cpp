@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/flow/packet_groups.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -19,14 +21,15 @@ Duration price_of(double amount, double per_second) {
 // One for the window that a shaking source missed, one for its own.
 constexpr double kCreditMax = 2;
 constexpr Duration kByteSlack = std::chrono::milliseconds(100);
+constexpr Duration kSavedOfVideo = std::chrono::seconds(1);
 
 }  // namespace
 
 Throttle::Throttle(double per_second, Duration slack)
     : per_second_(per_second > 0 ? per_second : 0), slack_(slack) {}
 
-bool Throttle::ready(TimePoint now) const {
-  return per_second_ == 0 || paid_ == TimePoint::min() || now >= paid_ - slack_;
+bool Throttle::ready(TimePoint now, Duration sooner) const {
+  return per_second_ == 0 || paid_ == TimePoint::min() || now >= paid_ - slack_ - sooner;
 }
 
 void Throttle::take(double amount, TimePoint now) {
@@ -62,7 +65,6 @@ std::uint64_t RateLimit::key(std::uint64_t state) const {
 // The shared windows stay a period longer: what is held for them leaves before a newer message of
 // the same state can pass by windows of its own.
 RateLimit::Windows& RateLimit::windows_of(std::uint64_t state, TimePoint now) {
-  if (period_ == 0) state = 0;
   const auto known = states_.find(state);
   if (known != states_.end()) return known->second;
   if (states_.size() >= kStatesMax || states_.contains(kOtherStates))
@@ -74,24 +76,37 @@ RateLimit::Windows& RateLimit::windows_of(std::uint64_t state, TimePoint now) {
   return states_[shares ? kOtherStates : state];
 }
 
-void RateLimit::advance(Windows& windows, Stamp stamp, TimePoint now) {
+void RateLimit::advance(Windows& windows, Stamp stamp, TimePoint now, double credit_max) {
   const auto steady = [](TimePoint at) { return at.time_since_epoch().count(); };
   const bool first = windows.arrived == TimePoint::min();
   if (!first && period_ > 0) {
     const bool stamped = stamp > windows.stamp && windows.stamp != 0;
     const double passed = stamped ? window_of(stamp) - window_of(windows.stamp)
                                   : window_of(steady(now)) - window_of(steady(windows.arrived));
-    windows.credit = std::min(windows.credit + passed, kCreditMax);
+    windows.credit = std::min(windows.credit + passed, credit_max);
   }
   windows.stamp = stamp;
   windows.arrived = latest_ = now;
 }
 
-bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state) {
-  Windows& windows = windows_of(state, now);
-  advance(windows, stamp, now);
-  // Both or none: a message that one of them stops is not counted by the other.
-  if ((period_ > 0 && windows.credit < 1) || !bytes_.ready(now)) return false;
+bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state,
+                      VideoPart part) {
+  const bool is_packet = part != VideoPart::kNone;
+  Windows& windows = windows_of(is_packet ? state : own_windows(state), now);
+  const Duration saved = is_packet ? kSavedOfVideo : Duration::zero();
+  double most = kCreditMax;
+  if (is_packet && period_ > 0) most = std::max(most, static_cast<double>(saved.count()) / period_);
+  if (is_packet && windows.arrived == TimePoint::min()) windows.credit = most;
+  advance(windows, stamp, now, most);
+  // Both or none: a message that one of them stops is not counted by the other. A video without key
+  // frames goes on as PacketGroups lets it.
+  const bool is_cut = part == VideoPart::kRefers && windows.cut > 0 &&
+                      windows.cut <= PacketGroups::kSkippedMax;  // mutant: torn_groups
+  if (is_cut || (period_ > 0 && windows.credit < 1) || !bytes_.ready(now, saved)) {
+    ++windows.cut;
+    return false;
+  }
+  windows.cut = 0;
   if (period_ > 0) windows.credit -= 1;
   bytes_.take(static_cast<double>(bytes), now);
   return true;
@@ -108,8 +123,9 @@ bool RateLimit::idle(TimePoint now) const {
 }
 
 void RateLimit::leave(std::size_t bytes, TimePoint now, std::uint64_t state) {
-  Windows& windows = windows_of(state, now);
-  advance(windows, windows.stamp == 0 ? 0 : windows.stamp + (now - windows.arrived).count(), now);
+  Windows& windows = windows_of(own_windows(state), now);
+  advance(windows, windows.stamp == 0 ? 0 : windows.stamp + (now - windows.arrived).count(), now,
+          kCreditMax);
   if (period_ > 0) windows.credit -= 1;
   bytes_.take(static_cast<double>(bytes), now);
 }

@@ -8,6 +8,7 @@
 
 #include "core/base/ids.hpp"
 #include "core/base/time.hpp"
+#include "core/flow/out_message.hpp"
 
 namespace connect_bridge {
 
@@ -19,7 +20,8 @@ class Throttle {
   Throttle() = default;  // no limit
   Throttle(double per_second, Duration slack);
 
-  [[nodiscard]] bool ready(TimePoint now) const;
+  // `sooner`: how much earlier than usual.
+  [[nodiscard]] bool ready(TimePoint now, Duration sooner = Duration::zero()) const;
   [[nodiscard]] TimePoint ready_at() const {
     return paid_ == TimePoint::min() ? paid_ : paid_ - slack_;
   }
@@ -43,6 +45,9 @@ class Throttle {
 //
 // Each state of the publisher has windows of its own: a node sends the frames of several parts in
 // turn, and a limit for all together would let some of them starve. Bytes are the publisher's.
+//
+// A group of a video passes from its key frame up to the first packet that is too much: what
+// arrives can be decoded. So that more than key frames pass, a second of the rates is saved up.
 class RateLimit {
  public:
   // States with windows of their own. Further ones share windows until some are idle.
@@ -54,8 +59,10 @@ class RateLimit {
   RateLimit(double max_rate, std::uint64_t bytes_per_second_max);
 
   // Whether a message of this size may pass now; if so, it is counted. `stamp`: the time that it
-  // tells of, in ns; 0, or one that does not advance: the time of its arrival counts.
-  [[nodiscard]] bool admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state = 0);
+  // tells of, in ns; 0, or one that does not advance: the time of its arrival counts. The state of
+  // a packet of a video is its camera.
+  [[nodiscard]] bool admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state = 0,
+                           VideoPart part = VideoPart::kNone);
   // The owner of the windows that the state's last message came to: a further state's are shared.
   // A refused message is held by this key, so no more are held than there are windows.
   [[nodiscard]] std::uint64_t key(std::uint64_t state) const;
@@ -76,10 +83,15 @@ class RateLimit {
     double credit = 1;  // messages that may pass
     Stamp stamp = 0;    // of the message before
     TimePoint arrived = TimePoint::min();
+    std::uint32_t cut = 0;  // packets of a group that were refused since one was too much
   };
+  // A limit of bytes alone needs no windows for each state.
+  [[nodiscard]] std::uint64_t own_windows(std::uint64_t state) const {
+    return period_ > 0 ? state : 0;
+  }
   Windows& windows_of(std::uint64_t state, TimePoint now);
   [[nodiscard]] TimePoint idle_at(const Windows& windows) const;
-  void advance(Windows& windows, Stamp stamp, TimePoint now);
+  void advance(Windows& windows, Stamp stamp, TimePoint now, double credit_max);
   [[nodiscard]] double window_of(Stamp ns) const;
 
   double period_ = 0;  // ns; 0: no limit

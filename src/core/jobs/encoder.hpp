@@ -10,6 +10,7 @@
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
 #include "core/flow/drops.hpp"
+#include "core/flow/out_message.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/wire/codec.hpp"
 
@@ -27,7 +28,14 @@ struct OutSample {
   Stamp header = 0;                         // of the Header with which it begins; 0: none
   std::uint64_t node = 0;                   // company_node() of its publisher
   TimePoint taken{};
-  std::uint64_t order = 0;  // as in OutMessage
+  std::uint64_t order = 0;  // as in OutMessage, and those below
+  VideoPart video = VideoPart::kNone;
+  std::uint64_t camera = 0;
+
+  // Whose rate it counts for (RateLimit).
+  [[nodiscard]] std::uint64_t rate_state() const {
+    return video == VideoPart::kNone ? state.value_or(0) : camera;
+  }
 };
 
 // Small samples are compressed at once, large ones by a worker, one at a time, so that order is

@@ -70,7 +70,7 @@ bool Backlog::admit(const OutSample& sample, const Now& now) {
     return false;
   }
   RateLimit& rate = options_.rates.of(sample.subject.origin());
-  if (rate.admit(bytes, sample.header, now.steady, sample.state.value_or(0))) return true;
+  if (rate.admit(bytes, sample.header, now.steady, sample.rate_state(), sample.video)) return true;
   drop(DropReason::kRate);
   return false;
 }

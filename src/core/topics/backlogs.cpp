@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <string>
-#include <string_view>
 #include <utility>
-
-#include "core/video/packets.hpp"
 
 // The course of a break, for one topic and one link (docs/protocol.md section 8.10). When the
 // connection is about to be lost, begin() takes messages that may not have arrived from the link's
@@ -25,12 +22,11 @@ TopicStatus status_of(const TopicKey& key) {
   return status;
 }
 
-void keep(Backlog& backlog, const OutSample& sample, std::string_view type) {
+void keep(Backlog& backlog, const OutSample& sample) {
   // Raw: the connection that will carry the sample decides its compression.
   OutMessage message = TopicOffer::message_of(sample, Codec::kNone, sample.raw);
   message.resumes = true;
-  const bool is_packet = video::read_packet(type, sample.raw.view()).has_value();
-  if (backlog.keep() == Keep::kAll || is_packet) message.state.reset();
+  if (backlog.keep() == Keep::kAll || sample.video != VideoPart::kNone) message.state.reset();
   backlog.add(std::move(message));
 }
 
@@ -74,7 +70,7 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
   // still compresses.
   for (auto& message : unarrived.messages) backlog.add(std::move(message));
   for (const auto& sample : encoding)
-    if (sample.reliable) keep(backlog, sample, what_->key.second);
+    if (sample.reliable) keep(backlog, sample);
 }
 
 void Backlogs::renew(LinkId link, const Now& now) {
@@ -84,7 +80,7 @@ void Backlogs::renew(LinkId link, const Now& now) {
 
 void Backlogs::add(const OutSample& sample, const Now& now) {
   for (auto& [link, backlog] : backlogs_)
-    if (backlog.admit(sample, now)) keep(backlog, sample, what_->key.second);
+    if (backlog.admit(sample, now)) keep(backlog, sample);
 }
 
 void Backlogs::miss() {

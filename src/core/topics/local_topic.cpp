@@ -383,6 +383,9 @@ void LocalTopic::read(OutSample& sample, TimePoint taken) const {
   sample.taken = taken;
   sample.state = state_of(key().second, sample.raw.view());
   if (has_header_) sample.header = header_stamp(sample.raw.view());
+  const PacketFacts packet = packet_of(key().second, sample.raw.view());
+  sample.video = packet.part;
+  sample.camera = packet.camera;
 }
 
 void LocalTopic::on_lost(const MessagesLost& lost) {

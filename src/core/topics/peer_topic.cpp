@@ -622,6 +622,12 @@ bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const Top
   const TopicState* topic = context_.graph.find(key_);
   const Stamp stamp = topic && topic->has_header ? header_stamp(raw.view()) : 0;
   const OriginId origin = message.subject.origin();
+  if (const PacketFacts packet = packet_of(key_.second, raw.view());
+      packet.part != VideoPart::kNone) {
+    if (rate->admit(raw.size(), stamp, now.steady, packet.camera, packet.part)) return true;
+    dropped_.add(DropReason::kRate);
+    return false;
+  }
   const std::uint64_t state = state_of(key_.second, raw.view()).value_or(0);
   const bool passes = rate->admit(raw.size(), stamp, now.steady, state);
   const std::uint64_t key = rate->key(state);

@@ -4,6 +4,7 @@
 
 #include "core/base/cdr.hpp"
 #include "core/policy/interface.hpp"
+#include "core/video/packets.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -194,6 +195,14 @@ std::optional<std::uint64_t> state_of(std::string_view type, ByteView sample) {
   if (type == kDiagnostics) return parts_of(sample);
   if (type == "sensor_msgs/msg/JointState") return joints_of(sample);
   return 0;
+}
+
+PacketFacts packet_of(std::string_view type, ByteView sample) {
+  const auto packet = video::read_packet(type, sample);
+  if (!packet) return {};
+  std::uint64_t camera = kHashOfNothing;
+  mix(camera, packet->frame_id);
+  return {packet->is_key ? VideoPart::kKey : VideoPart::kRefers, camera};
 }
 
 std::optional<std::string_view> node_of_parameter_event(ByteView sample) {

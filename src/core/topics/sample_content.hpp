@@ -8,6 +8,7 @@
 
 #include "core/base/bytes.hpp"
 #include "core/base/time.hpp"
+#include "core/flow/out_message.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/policy/names.hpp"
 
@@ -22,6 +23,14 @@ namespace connect_bridge {
 // DiagnosticArray that of the parts that it names, a JointState that of its joints: nodes publish
 // several in turn. nullopt: the names cannot be read, so the sample replaces nothing.
 [[nodiscard]] std::optional<std::uint64_t> state_of(std::string_view type, ByteView sample);
+
+// A packet of a video that somebody else has encoded; kNone: the sample is none. A publisher may
+// have several cameras: the frame_id tells them apart.
+struct PacketFacts {
+  VideoPart part = VideoPart::kNone;
+  std::uint64_t camera = 0;
+};
+[[nodiscard]] PacketFacts packet_of(std::string_view type, ByteView sample);
 
 // The node whose parameters an rcl_interfaces/msg/ParameterEvent reports: the text after the stamp.
 // The text points into the bytes of `sample`. nullopt: the event cannot be read, or is not in the

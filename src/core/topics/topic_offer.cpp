@@ -8,7 +8,6 @@
 #include "core/topics/local_topic.hpp"
 #include "core/topics/sample_content.hpp"
 #include "core/topics/topic_qos.hpp"
-#include "core/video/packets.hpp"
 #include "core/video/picture.hpp"
 
 namespace connect_bridge {
@@ -370,8 +369,8 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   // samples of a publisher come at once: the rate would let the first pass and lose the rest.
   if (age != Age::kNew) return true;
   RateLimit& rate = rates_.of(origin);
-  const std::uint64_t state = sample.state.value_or(0);
-  const bool passes = rate.admit(bytes, sample.header, now.steady, state);
+  const std::uint64_t state = sample.rate_state();
+  const bool passes = rate.admit(bytes, sample.header, now.steady, state, sample.video);
   const std::uint64_t key = rate.key(state);
   const auto lose_older = [&](std::uint64_t held) {
     if (const auto older = held_.take({origin, held})) lose(*older, DropReason::kRate);
@@ -380,6 +379,10 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   if (passes) {
     lose_older(key);
     return true;
+  }
+  if (sample.video != VideoPart::kNone) {  // nothing decodes it later, behind those that follow
+    lose(sample, DropReason::kRate);
+    return false;
   }
   if (const auto lost = held_.hold({origin, key}, sample, bytes, rate.leaves_at(state)))
     lose(*lost, DropReason::kRate);
@@ -438,10 +441,13 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   // A message is kept to be sent again only if every step promises it: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   message.reports_leaving = is_vp8(codec);
-  message.video = video_part_of(sample);
-  if (message.video != VideoPart::kNone) message.state.reset();
+  const bool is_packet = sample.video != VideoPart::kNone;
+  if (is_packet) message.state.reset();
   // A recorder gets every packet, later too.
-  if (message.resumes || treatment().keep == Keep::kAll) message.video = VideoPart::kNone;
+  if (is_packet && !message.resumes && treatment().keep != Keep::kAll) {
+    message.video = sample.video;
+    message.camera = sample.camera;
+  }
   if (keep() == Keep::kAll || is_vp8(codec)) message.state.reset();  // mutant: picture_replaced
   message.moment = moment_of(sample);
   note_form(codec, sample.raw.size(), body);
@@ -499,12 +505,6 @@ void TopicOffer::tell_late() {
                              "dropped (" +
                              std::string(keep_.why) +
                              "). If only the newest message counts, give its rule `keep: newest`");
-}
-
-VideoPart TopicOffer::video_part_of(const OutSample& sample) const {
-  const auto packet = video::read_packet(type(), sample.raw.view());
-  if (!packet) return VideoPart::kNone;
-  return packet->is_key ? VideoPart::kKey : VideoPart::kRefers;
 }
 
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {

@@ -69,8 +69,6 @@ class TopicOffer final : public OutgoingChannel {
   void go_on(Outbox::Unarrived kept, const Now& now);
   // Must the removal of the origin wait? The peer would forget the origin's base with it.
   [[nodiscard]] bool holds(OriginId origin) const;
-  // Of a packet of a video: whether it needs the one before.
-  [[nodiscard]] VideoPart video_part_of(const OutSample& sample) const;
   [[nodiscard]] static OutMessage message_of(const OutSample& sample, Codec codec,
                                              const Payload& body);
 

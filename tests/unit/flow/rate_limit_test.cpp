@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
+
+#include "core/flow/packet_groups.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -175,6 +178,72 @@ TEST(RateLimit, WhatWasRefusedLeavesAfterAPeriodOfSilence) {
   EXPECT_TRUE(bytes.admit(500, 0, at(seconds(1))));
   EXPECT_FALSE(bytes.admit(500, 0, at(milliseconds(1020))));
   EXPECT_EQ(bytes.leaves_at(), at(milliseconds(1400)));  // 100 ms early, as any burst
+}
+
+// ---- packets of videos: 30 a second, a key frame each second
+
+struct Passed {
+  int keys = 0;
+  int packets = 0;
+  bool torn = false;  // one passed that refers to one that did not
+};
+Passed passed_of_video(RateLimit& limit, int lasting, std::size_t bytes = 1000, int period = 30) {
+  Passed passed;
+  bool before = false;
+  for (int i = 0; i < 30 * lasting; ++i) {
+    const bool is_key = i % period == 0;
+    const TimePoint now = at(seconds(1) * i / 30);
+    const bool passes =
+        limit.admit(bytes, 0, now, 7, is_key ? VideoPart::kKey : VideoPart::kRefers);
+    passed.keys += passes && is_key ? 1 : 0;
+    passed.packets += passes ? 1 : 0;
+    passed.torn = passed.torn || (passes && !is_key && !before);
+    before = passes;
+  }
+  return passed;
+}
+
+TEST(RateLimit, AGroupOfAVideoPassesUpToWhatIsTooMuch) {
+  for (const double rate : {0.5, 1.0, 2.0, 10.0, 25.0}) {
+    RateLimit limit(rate, 0);
+    const Passed passed = passed_of_video(limit, 100);
+    EXPECT_FALSE(passed.torn) << rate;
+    EXPECT_LE(passed.packets, 101 * rate + 2) << rate;
+    EXPECT_GE(passed.packets, 90 * rate) << rate;
+    EXPECT_GE(passed.keys, std::min(99.0, 99 * rate)) << rate;
+  }
+  RateLimit bytes(0, 10'000);
+  const Passed passed = passed_of_video(bytes, 100);
+  EXPECT_FALSE(passed.torn);
+  EXPECT_NEAR(passed.packets, 1000, 50);
+  EXPECT_GE(passed.keys, 99);
+}
+
+TEST(RateLimit, AVideoWithinTheRateIsWhole) {
+  RateLimit limit(30, 100'000);
+  EXPECT_EQ(passed_of_video(limit, 100).packets, 3000);
+  RateLimit none;
+  EXPECT_EQ(passed_of_video(none, 100).packets, 3000);
+}
+
+TEST(RateLimit, EachCameraHasItsOwnGroups) {
+  RateLimit limit(0, 1000);
+  EXPECT_TRUE(limit.admit(1000, 0, at(seconds(1)), 1, VideoPart::kKey));
+  EXPECT_TRUE(limit.admit(1000, 0, at(seconds(1)), 2, VideoPart::kKey));
+  EXPECT_FALSE(limit.admit(1000, 0, at(seconds(1)), 1, VideoPart::kRefers));
+  EXPECT_FALSE(limit.admit(1000, 0, at(seconds(1)), 2, VideoPart::kRefers));
+  EXPECT_TRUE(limit.admit(1000, 0, at(seconds(9)), 1, VideoPart::kKey));
+  EXPECT_FALSE(limit.admit(1000, 0, at(seconds(11)), 2, VideoPart::kRefers));
+  EXPECT_TRUE(limit.admit(1000, 0, at(seconds(11)), 1, VideoPart::kRefers));
+}
+
+TEST(RateLimit, AVideoWithoutKeyFramesGoesOn) {
+  RateLimit limit(10, 0);
+  const int each = PacketGroups::kSkippedMax / 30;  // s
+  const Passed passed = passed_of_video(limit, 10 * each, 1000, 30 * 1000);
+  EXPECT_EQ(passed.keys, 1);
+  EXPECT_GT(passed.packets, 50);
+  EXPECT_LE(passed.packets, 10 * 10 * each);
 }
 
 TEST(RateLimit, ExtremesDoNotOverflow) {

@@ -1,6 +1,10 @@
 // Pictures of cameras: when a sample becomes one, when it is encoded, and to which one it refers.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <deque>
+
+#include "core/topics/sample_content.hpp"
 #include "core/topics/topic_offers.hpp"
 #include "core/video/body.hpp"
 #include "core/video/picture.hpp"
@@ -98,6 +102,9 @@ struct Camera {
                     {}};
     taken.taken = ms(now).steady;
     taken.order = number;
+    const PacketFacts packet = packet_of(form.type, taken.raw.view());
+    taken.video = packet.part;
+    taken.camera = packet.camera;
     taken.node = company_node(node_of(s.graph.find({form.topic, form.type})->publishers.front()));
     subject.send(taken, TopicOffer::Age::kNew, ms(now));
   }
@@ -365,6 +372,26 @@ TEST(VideoPackets, AfterALossLeaveFromTheNextKeyFrameOn) {
   EXPECT_EQ(camera.status().queued, 0U);
 }
 
+// The newest of those that a rate refuses waits, but not one that nobody can decode any more.
+TEST(VideoPackets, ARateCutsGroups) {
+  const Form packets{"/camera/raw/compressed", "sensor_msgs/msg/CompressedImage", h264, ""};
+  Rule slow = everything();
+  slow.treatment.max_rate = 10;
+  Camera camera(slow, wish(), side_test::qos(10), false, std::make_shared<Account>(), packets);
+  for (int i = 0; i < 90; ++i) {
+    camera.now = 100 + 100 * i / 3;
+    camera.publish(i % 30 == 0 ? "key" : "delta");
+    camera.carry(1'000'000);
+  }
+  camera.s.pass_to(camera.now + 10'000);
+  camera.subject.on_time(ms(camera.now + 10'000));
+  const TopicStatus status = camera.status();
+  EXPECT_GE(status.messages, 20U);
+  EXPECT_LE(status.messages, 42U);
+  EXPECT_EQ(status.dropped.of(DropReason::kRate), 90 - status.messages);  // none as kGroup
+  EXPECT_EQ(status.queued, 0U);
+}
+
 // ---- the importer
 
 struct ReceivingPictures : OfferedScript {
@@ -397,6 +424,38 @@ struct ReceivingPictures : OfferedScript {
     return status.topics.at(0).dropped.total();
   }
 };
+
+TEST(VideoPackets, TheImportersRateCutsGroups) {
+  Rule slow = everything();
+  slow.treatment.max_rate = 10;
+  OfferedScript s;
+  s.policy = Policy({slow});
+  Topic state = topic("/a").sub(50);
+  state.type = kJpegs.type;
+  s.graph = picture({state});
+  s.one.link.expect_offered({1}, InterfaceKind::kTopic);
+  ChannelOffer offered = channel(1, "/a", {origin(1, 7)});
+  offered.type = kJpegs.type;
+  s.peer.on_offer(offered, ms(0));
+  s.peer.send_demands();
+  std::uint64_t published = 0;
+  bool before = false;
+  for (int i = 0; i < 90; ++i) {
+    const bool is_key = i % 30 == 0;
+    InMessage packet = s.message("", 1);
+    packet.body = Payload::adopt(h264(is_key ? "key" : "delta"));
+    packet.raw_bytes = static_cast<std::uint32_t>(packet.body.size());
+    s.give(std::move(packet), 100 * i / 3);
+    LinkStatus status;
+    s.peer.add_status(status);
+    const bool passes = std::exchange(published, status.topics.at(0).messages) < published;
+    EXPECT_TRUE(is_key || before || !passes) << i;
+    before = passes;
+  }
+  s.pass_to(20'000);
+  EXPECT_GE(published, 20U);
+  EXPECT_EQ(s.dropped(DropReason::kRate), 90 - published);
+}
 
 TEST(Pictures, AreDecodedInOrderAndPublished) {
   ReceivingPictures s;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/cdr.hpp"
+#include "unit/media/samples.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -75,6 +76,23 @@ TEST(SampleContent, DiagnosticsOfOtherPartsAndOtherJointsAreAnotherState) {
   };
   ASSERT_TRUE(state_of_joint("left"));
   EXPECT_NE(state_of_joint("left"), state_of_joint("right"));
+}
+
+TEST(SampleContent, PacketsOfAVideoAreOfTheCameraInTheirHeader) {
+  const auto packet = [](const char* camera, std::uint8_t unit, const char* format = "h264") {
+    return packet_of("sensor_msgs/msg/CompressedImage", media::SampleWriter()
+                                                            .u32(1)
+                                                            .u32(2)
+                                                            .text(camera)
+                                                            .text(format)
+                                                            .octets(Bytes{0, 0, 1, unit, 9})
+                                                            .bytes);
+  };
+  EXPECT_EQ(packet("left", 0x65).part, VideoPart::kKey);
+  EXPECT_EQ(packet("left", 0x41).part, VideoPart::kRefers);
+  EXPECT_EQ(packet("left", 0x65).camera, packet("left", 0x41).camera);
+  EXPECT_NE(packet("left", 0x65).camera, packet("right", 0x65).camera);
+  EXPECT_EQ(packet("left", 0x65, "jpeg").part, VideoPart::kNone);
 }
 
 TEST(SampleContent, APeersNodesHaveTheirNamesHere) {
