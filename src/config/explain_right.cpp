@@ -231,10 +231,10 @@ class Explainer {
     if (!question_.video && video::has_pictures(type))
       return line("every message is exact: this build has no video");
     line(fmt::format("not exact where the link would carry too few exact ones ({}); {} forbids it",
-                     is_cloud(type)        ? "rounded points"
-                     : !type.empty()       ? "video"
-                     : question_.video     ? "a picture as video, a PointCloud2 rounded"
-                                           : "a PointCloud2 rounded; this build has no video",
+                     is_cloud(type)    ? "rounded points"
+                     : !type.empty()   ? "video"
+                     : question_.video ? "a picture as video, a PointCloud2 rounded"
+                                       : "a PointCloud2 rounded; this build has no video",
                      key("lossy: never")));
   }
 

@@ -8,6 +8,17 @@
 namespace connect_bridge::sim {
 namespace {
 
+// Wildcards match no hidden name, so who asks for one has named it.
+bool spells_out(const Policy& policy, const std::string& name) {
+  return std::any_of(policy.rules().begin(), policy.rules().end(), [&](const Rule& rule) {
+    const auto& imports = rule.opens[Direction::kImport].values;
+    return std::any_of(imports.begin(), imports.end(), [&](const auto& patterns) {
+      return std::any_of(patterns.begin(), patterns.end(),
+                         [&](const Pattern& pattern) { return pattern.matches(name); });
+    });
+  });
+}
+
 using namespace std::chrono_literals;
 
 // Larger messages may legitimately wait for a worker or for the window.
@@ -143,7 +154,8 @@ void WireCheck::on_control(const Host& host, const Identity& who, Connection& co
     on_attach(host, who, connection, *attach);
   } else if (const auto* ask = std::get_if<Ask>(&control)) {
     for (const auto& asked : ask->names)
-      if (asked.name.find("/_") != std::string::npos && !has_action_token(asked.name))
+      if (asked.name.find("/_") != std::string::npos && !has_action_token(asked.name) &&
+          !spells_out(host.policy(), asked.name))
         violated(describe(host) + " asks for the hidden name " + asked.name);
   }
 }

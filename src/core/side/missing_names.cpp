@@ -100,7 +100,8 @@ Why why_forbidden(const PolicyTrace& trace, std::string_view name, const Identit
   for (const RuleTrace& said : trace)
     if (said.opened_by && said.type_fits)
       return {MissingReason::kOtherPeer, said.rule->name,
-              "the rule " + said.rule->name + " here is for other peers than " + who.name};
+              "the rule " + said.rule->name + " here is for other peers" +
+                  (who.name.empty() ? "" : " than " + who.name)};
   return {MissingReason::kNoRule, "", with_hidden("no rule here allows it", name)};
 }
 

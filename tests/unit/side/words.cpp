@@ -40,6 +40,11 @@ std::string text_of(ByteView raw) {
 
 namespace {
 
+std::string with(std::string line, const std::vector<std::string>& more) {
+  for (const auto& word : more) line += " " + word;
+  return line;
+}
+
 std::string words_of(const Claim& claim) {
   std::string words;
   for (const auto& claimed : {claim.origins, claim.services})
@@ -201,14 +206,10 @@ std::string word_of(const Control& control) {
             for (const auto& asked : m.names) line += " " + asked.name;
             return line;
           },
-          [&](const Answered& m) {
-            std::string line = "answer";
-            for (const auto& code : m.codes) line += " " + code;
-            return line;
-          },
+          [&](const Answered& m) { return with("answer", m.codes); },
           [&](const Renew& m) { return "renew " + m.method + " " + m.credential; },
           [&](const Renewed& m) {
-            return std::string("renewed ") + (m.accepted ? "accepted" : "refused");
+            return std::string(m.accepted ? "renewed accepted" : "renewed refused");
           },
           [&](const Refuse& m) {
             return "refuse " + std::to_string(m.channel.value) + " " + ids(m.calls) + " " + m.code;

@@ -153,9 +153,6 @@ TEST(DoctorConfig, ARuleBehindOneThatAllowsAll) {
   EXPECT_THAT(
       found("{all: {export_topics: [/c/*]}, cam: {export_topics: [/c/a, /b], max_rate: 2.0}}"),
       IsEmpty());
-  EXPECT_THAT(found("{all: {export_topics: [/**], identities: [anna]}, cam: {export_topics: [/c], "
-                    "max_rate: 2.0}}"),
-              IsEmpty());
   EXPECT_THAT(found("{all: {export_topics: [/**]}, cam: {import_topics: [/c], max_rate: 2.0}}"),
               IsEmpty());
   EXPECT_THAT(

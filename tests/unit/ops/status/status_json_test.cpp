@@ -126,6 +126,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.identity = "anna";
   link.open = true;
   link.open_for = std::chrono::milliseconds(61'900);
+  link.unheard = std::chrono::milliseconds(7'400);
+  link.peer_findings = {{"qos", "/b"}};
   link.sent_bytes = 1, link.received_bytes = 2, link.queued_bytes = 3;
   link.unacknowledged_bytes = 4;
   link.memory_bytes = 6;
@@ -145,7 +147,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   status.links = {link};
   EXPECT_EQ(Json::parse(to_json({status, {}})).at("links"), Json::parse(R"([{
     "link": 8, "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true,
-    "state": "open", "open_seconds": 61, "segments": 9, "retransmitted": 2,
+    "state": "open", "open_seconds": 61, "unheard_seconds": 7,
+    "peer_findings": [{"id": "qos", "name": "/b"}], "segments": 9, "retransmitted": 2,
     "connects": 5, "mirrors_waited": 7, "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3,
     "unacknowledged_bytes": 4, "memory_bytes": 6, "rate_bytes_per_second": 2250000,
     "path_queue_ms": 1.5,
