@@ -781,7 +781,7 @@ constexpr std::pair<std::string_view, std::string_view> kPlainWords[] = {
     {"wheel", "not of the driver"},
     {"group", "after a lost video packet"},
     {"forgotten", "without their caller"},
-    {"kept", "waits: no link"},
+    {"kept", "kept for later"},
     {"gave_way", "closed for newer ones"},
     {"shut_out", "put off after offences"},
     {"logins_without_place", "logins without a place"},

@@ -382,9 +382,10 @@ std::string link_lines(const Json& link, const Json& old, const Json& now, doubl
             ? ", for " +
                   shown_span(static_cast<std::uint64_t>(std::max(0.0, number_in(last, "seconds"))))
             : "";
-    text += wrapped(fmt::format("{}, the last at {}{}: {}", plural(breaks.size(), "break"),
-                                shown_moment(last, "lost", now), back,
-                                reason.empty() ? plain_words(text_in(last, "code")) : reason),
+    const char* const of_more = breaks.size() == LinkBreak::kShownMax ? "last " : "";
+    text += wrapped(fmt::format("{}{}, the last at {}{}: {}", of_more,
+                                plural(breaks.size(), "break"), shown_moment(last, "lost", now),
+                                back, reason.empty() ? plain_words(text_in(last, "code")) : reason),
                     2, size.columns);
   }
   if (!open) return text;
