@@ -14,6 +14,8 @@ SETTLED = 3  # s: from then on pictures count
 PER_SECOND = 30
 STEADY = [(1, 0.80), (2, 0.87), (4, 0.92)]  # Mbit/s, least SSIM
 FALLING = (18_000_000, 1_500_000, 500_000)
+# s: a round trip, encoding and a large first picture, and discovery in both graphs.
+FIRST = 2 * THIN["delay"] + 0.3 + 0.5
 RIVALS = ROOT / ".ros2" / "rivals"
 
 
@@ -111,7 +113,7 @@ def pictures(bed, effort):
     rows = [*steady(bed, camera, seconds), falling(bed, camera, seconds)]
     rows += [*beside_commands(bed, camera, seconds), *followed(bed, camera, effort)]
     rows += compressed(bed, seconds)
-    return [*rows, *costs(bed, camera, seconds), *exact(bed, seconds)]
+    return [*rows, *costs(bed, camera, seconds), *exact(bed, seconds), *first(bed)]
 
 
 def steady(bed, camera, seconds):
@@ -231,6 +233,43 @@ def exact_again(bed, camera, seconds):
     seen = Seen(bed, camera, seconds)
     row = seen.row("a camera on 1 -> 50 Mbit/s, from 16 s on")
     return row.judge("exact", seen.heard["exact"] / max(seen.heard["count"], 1), ">=", 1)
+
+
+def first(bed):
+    """Who subscribes to a camera that films sees it soon: on a new link, and again on the same."""
+    rows = []
+    for megabits in (1, 4):
+        bed.wan.set(**THIN, up=megabits * 1e6)
+        on_new, again = [], []
+        for _ in range(3):
+            bed.open("pictures")
+            film = bed.worker(ROBOT, "pictures", "camera")
+            film.ready()
+            film.say("film seconds=60")
+            time.sleep(SETTLED)
+            on_new.append(first_picture(bed))
+            again.append(first_picture(bed))
+        row = Row(f"the first picture on {megabits} Mbit/s")
+        for what, seen in (("a new link", on_new), ("the same link", again)):
+            longest = max(seen, key=lambda one: one["s"])
+            row.judge(f"on {what}, longest of 3, s", longest["s"], "<=", FIRST)
+            row.tell(**{f"its_age_on_{what.replace(' ', '_')}_ms": longest["age_ms"]})
+        rows.append(row)
+    return rows
+
+
+def first_picture(bed):
+    """s: from the time at which a subscriber exists."""
+    watch = bed.worker(OPERATOR, "pictures", "watch")
+    watch.ready()
+    ready = time.monotonic()
+    time.sleep(SETTLED)
+    heard = watch.ask("count", 180)
+    watch.close()
+    time.sleep(SETTLED)  # the demand ends
+    if not heard["count"]:
+        raise Missing("no picture arrives")
+    return {"s": heard["at"][0] - ready, "age_ms": heard["age_ms"][0]}
 
 
 def costs(bed, camera, seconds):

@@ -21,6 +21,11 @@ std::optional<double> ExactFit::enough() const {
   return std::min(kEnoughPerSecond, kShareOfPublished / interval_);  // mutant: enough_exact
 }
 
+bool ExactFit::falls_far_short(double exact) const {
+  const auto wanted = enough();
+  return wanted && exact > 0 && exact < kFarShort * *wanted;
+}
+
 bool ExactFit::judge(double exact, bool is_shown, TimePoint now) {
   const auto wanted = enough();
   if (!wanted || exact <= 0) return exact_;

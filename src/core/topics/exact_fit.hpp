@@ -17,6 +17,9 @@ class ExactFit {
   // Seconds between samples, their mean; 0: too few have come to know.
   [[nodiscard]] double interval() const { return interval_; }
 
+  // Would the link carry so few exact ones in a second that a rate which is only nearly known says
+  // enough?
+  [[nodiscard]] bool falls_far_short(double exact) const;
   // Are samples exact from now on? `exact`: that the link would carry in a second; 0: not known.
   // `is_shown`: by the topic's own messages, not only assumed.
   bool judge(double exact, bool is_shown, TimePoint now);
@@ -24,6 +27,7 @@ class ExactFit {
 
   static constexpr double kEnoughPerSecond = 5;
   static constexpr double kShareOfPublished = 0.5;
+  static constexpr double kFarShort = 0.25;
   static constexpr double kExactMargin = 1.5;
   static constexpr Duration kExactAfter = std::chrono::seconds(5);
   // A try that failed doubles the time to the next one, up to 16 times.

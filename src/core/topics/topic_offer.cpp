@@ -17,6 +17,9 @@ namespace {
 // has left: slow start is over. After quick messages the path may only stand still for a moment.
 constexpr Duration kTellingTime = std::chrono::milliseconds(300);
 constexpr int kTellingRounds = 4;
+// It shows sooner that the path carries far too little.
+constexpr Duration kNearTime = std::chrono::milliseconds(100);
+constexpr int kNearRounds = 2;
 constexpr std::string_view kFewPictures = "the link would carry too few exact pictures";
 constexpr std::string_view kThinned = "the grid of the rule leaves out points";
 constexpr std::string_view kThinnedAndRounded =
@@ -292,13 +295,18 @@ TopicOffer::Rate TopicOffer::channel_rate(const Now& now) const {
   if (!queue_) return {};
   const Overload& overload = queue_->overload();
   if (overload.rate() > 0) return {overload.rate(), true};
-  const Duration telling = overload.is_quick()
-                               ? Overload::kSurelyTelling
-                               : kTellingTime + kTellingRounds * link_.clock().round_trip();
+  const Duration round = link_.clock().round_trip();
+  const Duration telling =
+      overload.is_quick() ? Overload::kSurelyTelling : kTellingTime + kTellingRounds * round;
   const auto progress = queue_->progress(now.steady);
-  if (!progress || progress->time < telling) return {path_rate(), false};
+  if (!progress) return {path_rate(), false};
   const double time = std::chrono::duration<double>(progress->time).count();
-  return {static_cast<double>(progress->bytes) / time, true};
+  const double rate = static_cast<double>(progress->bytes) / time;
+  if (progress->time >= telling) return {rate, true};
+  const bool is_near = !overload.is_quick() && link_.open() &&
+                       !link_.outbox().pacer().is_starting() &&
+                       progress->time >= kNearTime + kNearRounds * round;
+  return {is_near ? std::max(rate, path_rate()) : path_rate(), false, is_near};
 }
 
 bool TopicOffer::has_camera_info(const OutSample& sample) const {

@@ -142,6 +142,7 @@ class TopicOffer final : public OutgoingChannel {
   struct Rate {
     double rate = 0;  // bytes per second; 0: not known
     bool is_shown = false;
+    bool is_near = false;  // less has shown it, but not so that it would be wrong by times
   };
   [[nodiscard]] Rate channel_rate(const Now& now) const;
   // The queue of the channel; null without a channel.

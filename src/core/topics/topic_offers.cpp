@@ -200,7 +200,9 @@ bool TopicOffers::becomes_picture(TopicOffer& offer, const OutSample& sample, co
   const double ratio = has_columns ? gain.ratio() : 1;
   const double exact_bytes = ratio * static_cast<double>(sample.raw.size());
   pictures.fit().came(now.steady);
-  const bool exact = pictures.fit().judge(rate.rate / exact_bytes, rate.is_shown, now.steady);
+  const double carried = rate.rate / exact_bytes;
+  const bool is_shown = rate.is_shown || (rate.is_near && pictures.fit().falls_far_short(carried));
+  const bool exact = pictures.fit().judge(carried, is_shown, now.steady);
   if (exact && !was_exact) pictures.clear(DropReason::kNewerAvailable);
   if (!exact && was_exact) offer.begin_pictures();
   // A picture leaves before what is still being compressed.

@@ -165,6 +165,53 @@ TEST(PictureStream, BeginsWhereTooFewExactOnesFit) {
   EXPECT_NE(camera.s.logged.find("as video"), std::string::npos);
 }
 
+Bytes large_image(std::string_view encoding) {
+  return media::image_sample({1000, 1000, encoding, 1000, false, Bytes(1'000'000)});
+}
+
+// When the first picture is encoded of a camera whose 20 pictures a second begin at 0, over a path
+// of this rate and delay, which a small message has shown; after 600 ms at the most.
+std::int64_t first_encoded(std::int64_t bytes_per_ms, std::int64_t delay) {
+  Camera camera(camera_rule(), wish(), side_test::qos(10), false, std::make_shared<Account>(),
+                {"/a", kPicture, large_image, "/camera_info"});
+  struct Arriving {
+    std::uint64_t received = 0;
+    std::int64_t at = 0;
+  };
+  std::deque<Arriving> arriving;
+  Outbox& outbox = camera.peer.link.sending();
+  outbox.add_channel({99}, {});
+  outbox.push({99}, flow_test::message(100), ms(camera.now));
+  while (camera.peer.link.connection()->next_packet(ms(camera.now))) {
+  }
+  std::uint64_t sent = outbox.unacknowledged_bytes();
+  camera.now += 2 * delay;
+  EXPECT_TRUE(outbox.acknowledge({sent, flow_test::at_ms(camera.now - delay)}, ms(camera.now)));
+  std::int64_t free = 0;
+  const std::int64_t begin = camera.now;
+  for (; camera.now < begin + 600; ++camera.now) {
+    if ((camera.now - begin) % 50 == 0) camera.publish();
+    if (camera.s.did().find("encode") != std::string::npos) break;
+    while (const auto packet = camera.peer.link.connection()->next_packet(ms(camera.now))) {
+      sent += packet->size();
+      free = std::max(free, camera.now) + static_cast<std::int64_t>(packet->size()) / bytes_per_ms;
+      arriving.push_back({sent, free + delay});
+    }
+    for (; !arriving.empty() && arriving.front().at + delay <= camera.now; arriving.pop_front())
+      EXPECT_TRUE(outbox.acknowledge(
+          {arriving.front().received, flow_test::at_ms(arriving.front().at)}, ms(camera.now)));
+  }
+  return camera.now - begin;
+}
+
+// A path that has shown its end needs no second to tell that pictures are far too large.
+TEST(PictureStream, BeginsSoonWhereFarTooFewFit) {
+  EXPECT_LT(first_encoded(200, 30), 300);
+  EXPECT_GE(first_encoded(200, 30), 100);
+  // A long path carries little in its first round trips, whatever it could.
+  EXPECT_GE(first_encoded(100'000, 500), 300);
+}
+
 TEST(PictureStream, OnlyWhereBothEndsAndTheSampleAllowIt) {
   Rule never = camera_rule();
   never.treatment.lossy = Lossy::kNever;
