@@ -84,6 +84,7 @@ void Link::on_time(const Now& now) {
 }
 
 std::optional<TimePoint> Link::deadline() const {
+  if (end.goes_on_at) return end.goes_on_at;
   std::optional<TimePoint> first = earliest(life.deadline(), accepts.deadline());
   if (connection_) first = earliest(first, connection_->deadline());
   return earliest(first, login.deadline());

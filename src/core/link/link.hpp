@@ -23,6 +23,7 @@
 #include "core/link/connection.hpp"
 #include "core/link/due_links.hpp"
 #include "core/link/link_accepts.hpp"
+#include "core/link/link_end.hpp"
 #include "core/link/link_life.hpp"
 #include "core/link/link_login.hpp"
 #include "core/link/link_mirrors.hpp"
@@ -55,10 +56,12 @@ class LinkUser {
   virtual void on_link_open(Link& link, const Now& now) = 0;
   // The link goes on, but the process at the other end is another one and remembers no calls.
   virtual void on_peer_replaced(Link& link, const Now& now) = 0;
-  // The connection is about to go, and its channels with it. Mirrors and calls wait.
-  virtual void on_link_lost(Link& link, const Now& now) = 0;
-  // The link was lost for dead_after, or left for good: its calls and mirrors end.
-  virtual void on_link_dead(Link& link, const Now& now) = 0;
+  // The connection has closed and is about to go, and its channels with it: as many as `link.end`
+  // allows. Mirrors and calls wait. True: all channels have ended.
+  [[nodiscard]] virtual bool on_link_lost(Link& link, const Now& now) = 0;
+  // The link was lost for dead_after, or left for good: its calls and mirrors end, as many as
+  // `link.end` allows. True: all have ended.
+  [[nodiscard]] virtual bool on_link_dead(Link& link, const Now& now) = 0;
   // The link's identity has changed, and perhaps its rights.
   virtual void on_identity_changed(Link& link, const Now& now) = 0;
   // Is something kept for a dead link's return?
@@ -97,6 +100,7 @@ class Link final : public ConnectionUser {
   const std::shared_ptr<Account> account;  // of its identity
   Budget memory{&account->memory};         // bytes that the peer makes this side hold
   LinkLife life;
+  LinkEnd end;
   LinkLogin login;
   NameMap names;  // for the identity; set before anything is offered, and never changed
   LinkAccepts accepts{account->accepts};         // what the peer would import
@@ -115,6 +119,8 @@ class Link final : public ConnectionUser {
   // Null while the link is lost.
   [[nodiscard]] Connection* connection() const { return connection_.get(); }
   [[nodiscard]] bool open() const { return connection_ && connection_->open(); }
+  // Lost, and not all channels of its connection have ended.
+  [[nodiscard]] bool loses() const { return connection_ && life.waits(); }
   // The peer of the last connection; also known while the link is lost.
   [[nodiscard]] const LinkPeer& peer() const { return peer_; }
   // "node at address", for log lines.

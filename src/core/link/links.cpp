@@ -14,6 +14,8 @@ namespace {
 constexpr std::uint32_t kIdentityLinksMin = 8;
 // A link that lives this long counts as a success: the back-off starts again after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
+// What is left of a link after this time ends at once.
+constexpr Duration kEndsWithin = std::chrono::seconds(2);
 // A connection with packets is read at least this often within dead_after. So neither side takes
 // the other for silent while packets wait for those of other peers.
 constexpr int kReadsToDead = 6;
@@ -88,6 +90,7 @@ void Links::look_at(Connection& stranger, const Now& now) {
   auto welcomed = strangers_.take(id);  // we are a client
   Link& link =
       links_.empty() ? make_link({}, options_.names.of({}).value()) : links_.begin()->second;
+  end_rest(link, now);
   if (link.login.take_server(welcomed->peer().identity)) user_.on_identity_changed(link, now);
   carry(link, std::move(welcomed), now);
 }
@@ -145,6 +148,7 @@ void Links::answer_login(Authenticated& answer, const Now& now) {
 
 void Links::on(IdentitiesChanged& input, const Now& now) {
   strangers_.take_changes(input);
+  end_rests(now);
   for (auto& [id, link] : links_) {
     if (take_change(link, input, outputs_, now)) user_.on_identity_changed(link, now);
     link.mark();
@@ -191,8 +195,13 @@ bool Links::make_room(std::size_t links_max, const Now& now, Counts counts) {
   }
   if (counted < links_max) return true;
   if (lost == links_.end()) return false;
-  if (lost->second.life.waits_alive()) user_.on_link_dead(lost->second, now);
-  user_.on_link_forgotten(lost->second, now);
+  Link& link = lost->second;
+  end_rest(link, now);
+  if (link.life.waits_alive()) {
+    begin_end(link, true, now);
+    end_rest(link, now);
+  }
+  user_.on_link_forgotten(link, now);
   links_.erase(lost);
   return true;
 }
@@ -200,12 +209,14 @@ bool Links::make_room(std::size_t links_max, const Now& now, Counts counts) {
 // ---- while a connection carries a link
 
 void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now& now) {
+  end_rest(link, now);  // mutant: rest_of_the_end
   if (link.connection()) {
     const std::string why = "a newer connection of this session took over";
     audit(outputs_, link, AuditEvent::kLinkLost, why, name_of(CloseCode::kReplaced));
     close(link.connection()->id(), CloseCode::kReplaced, why);
     link.note_break({Cause::kReplaced, why}, false, now);
     lose(link, Loss::kBreak, now);
+    end_rest(link, now);
   }
   const Peer& peer = connection->peer();
   if (is_replaced(link, peer)) user_.on_peer_replaced(link, now);
@@ -297,7 +308,7 @@ bool Links::settle(const Now& now) {
     if (found == links_.end()) continue;  // the link was forgotten
     Link& link = found->second;
     Connection* const connection = link.connection();
-    if (connection && connection->failure()) {
+    if (connection && connection->failure() && !link.loses()) {
       close_failed(link, now);
       any = true;
       continue;  // the link has marked itself
@@ -331,21 +342,36 @@ void Links::note_failure(const Failure& why, bool orderly, const Now& now) {
 
 void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   link.lose(loss, now);
-  user_.on_link_lost(link, now);
   carrying_.erase(link.connection()->id());
   due_.gone(link.connection()->id());
-  link.drop_connection();
-  link.mark();
-  if (is_dead(loss)) end(link, now);
+  begin_end(link, is_dead(loss), now);
   if (options_.role == Role::kServer || stopped_) return;
   // The back-off stays for a peer that accepts the login and then closes the link.
   if (link.life.open_for(now) >= kSteadyLink) dialer_.opened();
   dial_later(failure, now);
 }
 
-void Links::end(Link& link, const Now& now) {
-  user_.on_link_dead(link, now);
-  link.life.died(user_.resumes(link), now);
+void Links::begin_end(Link& link, bool dies, const Now& now) {
+  link.end = {};
+  link.end.late_at = now.steady + kEndsWithin;
+  link.end.dies = dies;
+  end_some(link, options_.ends_at_once, now);
+}
+
+void Links::end_some(Link& link, std::size_t entries, const Now& now) {
+  link.mark();
+  link.end.goes_on_at = now.steady;
+  link.end.left = entries;
+  if (link.loses()) {
+    if (!user_.on_link_lost(link, now)) return;
+    link.drop_connection();
+    link.end.parts = 0;
+  }
+  if (link.end.dies) {
+    if (!user_.on_link_dead(link, now)) return;
+    link.life.died(user_.resumes(link), now);
+  }
+  link.end = {};
 }
 
 // ---- what the side may send
@@ -417,12 +443,18 @@ bool Links::on_time(Link& link, const Now& now) {
   const Outputs::Paying paying(outputs_, link.account->time);
   link.timer.cancel();
   link.mark();
+  if (link.end.goes_on_at) {
+    const bool late = link.end.late_at <= now.steady;
+    end_some(link, late ? LinkEnd::kAll : options_.ends_at_once, now);
+    return true;
+  }
   link.on_time(now);
   check_expiry(link, now);
   bool ends = link.life.take_offers_end(now);
   if (ends) user_.on_offers_over(link, now);
   if (link.life.is_to_die(now)) {
-    end(link, now);
+    begin_end(link, true, now);
+    if (link.end.goes_on_at) return true;
     ends = true;
   }
   if (!link.life.is_to_be_forgotten(now)) return ends;
@@ -437,11 +469,13 @@ void Links::stop(const Now& now) {
   dialer_.stop();
   strangers_.close_all(CloseCode::kGoingAway, kPeerStops);
   for (auto& [id, link] : links_) {
+    end_rest(link, now);
     if (!link.connection()) continue;
     audit(outputs_, link, AuditEvent::kLinkLost, "this side is stopping",
           name_of(CloseCode::kGoingAway));
     close(link.connection()->id(), CloseCode::kGoingAway, kPeerStops);
     lose(link, Loss::kEnd, now);
+    end_rest(link, now);
   }
 }
 

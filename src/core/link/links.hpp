@@ -46,6 +46,10 @@ class Links {
   void on(const TrafficCounted& input, const Now& now) {
     side_cap_.counted(input.sent_bytes, now.steady);
   }
+  // Ends what is ending of all links, before rights change.
+  void end_rests(const Now& now) {
+    for (auto& [id, link] : links_) end_rest(link, now);
+  }
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
   // Called after each input; checks the links that the input concerned. Closes failed connections,
@@ -114,7 +118,14 @@ class Links {
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
   // The connection is gone, or about to be; `loss`: the consequence for the link.
   void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);
-  void end(Link& link, const Now& now);  // the link is dead
+  // All that ends with the link's connection, or with the link, begins to end. `dies`: the link.
+  void begin_end(Link& link, bool dies, const Now& now);
+  // Some of it ends.
+  void end_some(Link& link, std::size_t entries, const Now& now);
+  // The rest of it ends, before something else happens to the link.
+  void end_rest(Link& link, const Now& now) {
+    if (link.end.goes_on_at) end_some(link, LinkEnd::kAll, now);
+  }
   void close_failed(Link& link, const Now& now);
   // The connection of a link has closed; it still counts among carrying_.
   void note_failure(const Failure& why, bool orderly, const Now& now);

@@ -44,6 +44,7 @@ struct LinkOptions {
   std::uint32_t identity_links_max = 0;  // server: of one named identity; 0: half of links_max
   // Source of session secrets: a cryptographic generator. Empty: the seeded generator (simulation).
   std::function<std::uint64_t()> secret_random;
+  std::size_t ends_at_once = 512;          // channels or mirrors of a lost link, in one step
   std::uint64_t bytes_per_second_max = 0;  // of all links together (SideCap); 0: no limit
   AccountOptions account;
   OutboxOptions outbox;

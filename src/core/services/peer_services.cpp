@@ -1,7 +1,6 @@
 #include "core/services/peer_services.hpp"
 
 #include <algorithm>
-#include <vector>
 
 #include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
@@ -73,14 +72,16 @@ void PeerServices::update_each(const Change& change, const Now& now) {
 }
 
 template <class Change>
-void PeerServices::update_of(LinkId link, const Change& change, const Now& now) {
-  const auto of_link = by_link.find(link);
-  if (of_link == by_link.end()) return;
-  std::vector<ServiceKey> keys;
-  for (const ServiceMirror* service : of_link->second) keys.push_back(service->key());
-  for (const ServiceKey& key : keys) {
-    const auto at = services.find(key);
-    if (at != services.end() && change(at->second)) update(at->second, now);
+bool PeerServices::update_of(LinkId link, LinkEnd& end, const Change& change, const Now& now) {
+  for (;;) {
+    const auto of_link = by_link.find(link);
+    if (of_link == by_link.end()) return true;
+    const auto next = of_link->second.upper_bound(end.last);
+    if (next == of_link->second.end()) return true;
+    if (!end.take()) return false;
+    ServiceMirror& service = **next;
+    end.last = service.key();
+    if (change(service)) update(service, now);
   }
 }
 
@@ -99,31 +100,31 @@ void PeerServices::on_offer(Link& link, const ChannelOffer& offer, const Now& no
 }
 
 void PeerServices::forget_orphans(LinkId link, const Now& now) {
-  update_of(
-      link,
-      [&](ServiceMirror& service) {
-        const auto feed = service.feeds().find(link);
-        if (feed == service.feeds().end() || feed->second.is_offered()) return false;
-        service.remove_feed(link, "the peer does not offer the service again", now);
-        return true;
-      },
-      now);
+  const auto remove = [&](ServiceMirror& service) {
+    const auto feed = service.feeds().find(link);
+    if (feed == service.feeds().end() || feed->second.is_offered()) return false;
+    service.remove_feed(link, "the peer does not offer the service again", now);
+    return true;
+  };
+  LinkEnd all;
+  update_of(link, all, remove, now);
 }
 
 // Services without a mirror give up their claim: another bridge may take them.
-void PeerServices::on_link_lost(LinkId link, const Now& now) {
-  update_of(
-      link, [&](ServiceMirror& service) { return service.on_link_lost(link); }, now);
+bool PeerServices::on_link_lost(LinkId link, LinkEnd& end, const Now& now) {
+  const auto lose = [&](ServiceMirror& service) { return service.on_link_lost(link); };
+  return update_of(link, end, lose, now);
 }
 
-void PeerServices::on_link_dead(LinkId link, const Now& now) {
-  const auto end = [&](ServiceMirror& service) {
+bool PeerServices::on_link_dead(LinkId link, LinkEnd& end, const Now& now) {
+  const auto remove = [&](ServiceMirror& service) {
     service.on_link_dead(link, now);
     return true;
   };
-  update_of(link, end, now);
+  if (!update_of(link, end, remove, now)) return false;
   // Last: the calls that have ended now gave their bytes back to it.
   if (!keeps(link)) loads.erase(link);
+  return true;
 }
 
 bool PeerServices::keeps(LinkId link) const {
@@ -134,12 +135,13 @@ bool PeerServices::keeps(LinkId link) const {
 }
 
 void PeerServices::on_link_forgotten(LinkId link, const Now& now) {
-  const auto end = [&](ServiceMirror& service) {
+  const auto remove = [&](ServiceMirror& service) {
     if (!service.keeps_results(link)) return false;
     service.remove_feed(link, "the peer has not returned, or was started again", now);
     return true;
   };
-  update_of(link, end, now);
+  LinkEnd all;
+  update_of(link, all, remove, now);
   loads.erase(link);
 }
 

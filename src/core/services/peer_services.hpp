@@ -33,11 +33,12 @@ class PeerServices final : public SideView {
   // The first round of offers is over: ends the services that the link has not offered again.
   void forget_orphans(LinkId link, const Now& now);
 
-  // The connection is lost: mirrors and their calls wait for the link's return.
-  void on_link_lost(LinkId link, const Now& now);
+  // The connection is lost: mirrors and their calls wait for the link's return. Some services in
+  // each step. True: all.
+  [[nodiscard]] bool on_link_lost(LinkId link, LinkEnd& end, const Now& now);
   // The link is declared dead: its mirrors and their calls end, except requests for results of a
-  // link that may return.
-  void on_link_dead(LinkId link, const Now& now);
+  // link that may return. Some services in each step. True: all.
+  [[nodiscard]] bool on_link_dead(LinkId link, LinkEnd& end, const Now& now);
   // Such requests are kept for the link.
   [[nodiscard]] bool keeps(LinkId link) const;
   // The dead link will not return: they end.
@@ -84,9 +85,11 @@ class PeerServices final : public SideView {
   CallLoads loads{};
   std::unordered_map<ServiceMirrorId, ServiceMirror*> by_mirror{};
   struct ByKey {
+    using is_transparent = void;
     bool operator()(const ServiceMirror* a, const ServiceMirror* b) const {
       return a->key() < b->key();
     }
+    bool operator()(const ServiceKey& a, const ServiceMirror* b) const { return a < b->key(); }
   };
   std::map<LinkId, std::set<ServiceMirror*, ByKey>> by_link{};  // that offers them
   std::optional<TimePoint> graph_since{};  // first graph; no mirror is made right after it
@@ -98,12 +101,12 @@ class PeerServices final : public SideView {
 
   [[nodiscard]] ServiceMirror* find(ServiceMirrorId mirror) const;
   void update_named(const std::string& name, const Now& now);
-  // Changes and updates each service, or each one that the link offers. A service whose change is
-  // false needs no update.
+  // Changes and updates each service, or those that the link offers, as many as `end` allows. A
+  // service whose change is false needs no update. True: all.
   template <class Change>
   void update_each(const Change& change, const Now& now);
   template <class Change>
-  void update_of(LinkId link, const Change& change, const Now& now);
+  bool update_of(LinkId link, LinkEnd& end, const Change& change, const Now& now);
 };
 
 }  // namespace connect_bridge

@@ -162,6 +162,7 @@ void Side::on(RequestTaken& input, const Now& now) {
 // ---- workers, operator, time
 
 void Side::on(PolicyChanged& input, const Now& now) {
+  links_.end_rests(now);
   policy_ = std::move(input.policy);
   for (auto& [id, link] : links_.all()) tell_rights(link, now);
   recheck_rights(now);
@@ -274,24 +275,44 @@ void Side::end_time_of_peer(const Now& now) {
     if (other.open()) take_time_of(other, now);
 }
 
-void Side::on_link_lost(Link& link, const Now& now) {
-  outputs_.follow_up(FollowUp::kClock);
-  // First, so that messages published here now do not count as lost with the connection.
-  imports_.finish(link, now);
-  if (link.life.may_return()) exports_.keep(link, now);
-  exports_.on_link_lost(link.id, now);
-  local_listeners_.on_link_lost(link.id);
-  missing_.on_link_lost(link.id);
-  imports_.on_link_lost(link.id, now);
-  if (!link.life.may_return()) link.arrived.clear();
-  service_exports_.on_link_lost(link.id, now);
-  service_imports_.on_link_lost(link.id, now);
+bool Side::on_link_lost(Link& link, const Now& now) {
+  LinkEnd& end = link.end;
+  const auto begin = [&] {
+    outputs_.follow_up(FollowUp::kClock);
+    // First, so that messages published here now do not count as lost with the connection.
+    imports_.finish(link, now);
+    exports_.end_listeners(link.id, now);
+    local_listeners_.on_link_lost(link.id);
+    missing_.on_link_lost(link.id);
+    service_exports_.on_link_lost(link.id, now);
+    if (end.dies) end_work(link, now);
+    return true;
+  };
+  const bool over = end.part(0, begin) &&
+                    end.part(1, [&] { return exports_.on_link_lost(link, end, now); }) &&
+                    end.part(2, [&] { return imports_.on_link_lost(link.id, end, now); }) &&
+                    end.part(3, [&] { return service_imports_.on_link_lost(link.id, end, now); });
+  if (over && !link.life.may_return()) link.arrived.clear();
+  return over;
 }
 
-void Side::on_link_dead(Link& link, const Now& now) {
-  imports_.on_link_dead(link, now);  // mutant: mirror_ends
-  end_calls(link, now);
-  if (clock_from_ == link.id) end_time_of_peer(now);
+// What the peer causes here must not go on until its mirrors have ended.
+void Side::end_work(Link& link, const Now& now) {
+  imports_.end_driving(link, now);
+  service_exports_.on_link_dead(link.id, now);
+}
+
+bool Side::on_link_dead(Link& link, const Now& now) {
+  LinkEnd& end = link.end;
+  const auto begin = [&] {
+    end_work(link, now);
+    if (clock_from_ == link.id) end_time_of_peer(now);
+    return true;
+  };
+  return end.part(0, begin) &&
+         end.part(1,
+                  [&] { return imports_.on_link_dead(link, end, now); }) &&  // mutant: mirror_ends
+         end.part(2, [&] { return service_imports_.on_link_dead(link.id, end, now); });
 }
 
 void Side::on_link_forgotten(Link& link, const Now& now) {
@@ -307,13 +328,10 @@ void Side::on_session_forgotten(Link& link, const Now& now) {
 }
 
 void Side::on_peer_replaced(Link& link, const Now& now) {
-  end_calls(link, now);
-  on_link_forgotten(link, now);  // mutant: another_process
-}
-
-void Side::end_calls(Link& link, const Now& now) {
   service_exports_.on_link_dead(link.id, now);
-  service_imports_.on_link_dead(link.id, now);
+  LinkEnd all;
+  static_cast<void>(service_imports_.on_link_dead(link.id, all, now));
+  on_link_forgotten(link, now);  // mutant: another_process
 }
 
 void Side::on_offers_over(Link& link, const Now& now) {

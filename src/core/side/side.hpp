@@ -137,8 +137,8 @@ class Side final : private LinkUser {
   }
   void on_link_open(Link& link, const Now& now) override;
   void on_peer_replaced(Link& link, const Now& now) override;
-  void on_link_lost(Link& link, const Now& now) override;
-  void on_link_dead(Link& link, const Now& now) override;
+  [[nodiscard]] bool on_link_lost(Link& link, const Now& now) override;
+  [[nodiscard]] bool on_link_dead(Link& link, const Now& now) override;
   [[nodiscard]] bool resumes(const Link& link) const override {
     return !link.arrived.empty() || !link.published.empty() || exports_.keeps(link.id) ||
            service_imports_.keeps(link.id);
@@ -164,8 +164,8 @@ class Side final : private LinkUser {
   void recheck_rights(const Now& now);
   void send_accepts(Link& link);
   void tell_rights(Link& link, const Now& now);
-  void send_offers(const Now& now);            // to all open links
-  void end_calls(Link& link, const Now& now);  // and the mirrors of services
+  void send_offers(const Now& now);  // to all open links
+  void end_work(Link& link, const Now& now);
   void look_for_missing(const Now& now);
   [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;
 

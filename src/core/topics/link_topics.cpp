@@ -75,6 +75,7 @@ void LinkTopics::renew(const Now& now) {
 void LinkTopics::finish(const Now& now) {
   at_once_ = Throttle(kAtOnceMax, {});  // a full allowance, whatever was withdrawn just before
   for (auto& [number, topic] : topics_) topic.finish(now);
+  finished_ = true;
 }
 
 std::optional<Payload> LinkTopics::decompress_at_once(const InMessage& message, const Now& now) {
@@ -88,11 +89,13 @@ std::optional<Payload> LinkTopics::decompress_at_once(const InMessage& message, 
   return Payload::adopt(std::move(raw).value());
 }
 
-void LinkTopics::on_link_lost(const Now& now) {
+bool LinkTopics::on_link_lost(LinkEnd& end, const Now& now) {
   for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) {
+    if (!end.take()) return false;
     it->second.leave_counts();
     it->second.lose(now);
   }
+  return true;
 }
 
 void LinkTopics::on_clock(const Now& now) {

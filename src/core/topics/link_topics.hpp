@@ -25,11 +25,13 @@ class LinkTopics {
   void note_left_out(ChannelId number) { left_out_.insert(number); }
   void try_left_out(const Now& now);
   void finish(const Now& now);
+  [[nodiscard]] bool is_finished() const { return finished_; }
   // The sample, decompressed here and not by a worker, because its channel or connection ends.
   // None: so much was decompressed here in the last second that everything else would have to wait,
   // or the sample is malformed.
   [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
-  void on_link_lost(const Now& now);
+  // Some of the topics end. True: all have.
+  [[nodiscard]] bool on_link_lost(LinkEnd& end, const Now& now);
   // A reply about the peer's clock has come.
   void on_clock(const Now& now);
 
@@ -59,6 +61,7 @@ class LinkTopics {
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
   bool has_clock_ = false;        // the peer's clock is known
+  bool finished_ = false;         // nothing is published any more
   std::uint16_t demands_ = 0;     // number of the last demand; skips 0 when it wraps
   std::set<ChannelId> left_out_;  // topics with origins without a place
   ChannelId looked_at_;           // the topic of left_out_ that looked for a place last

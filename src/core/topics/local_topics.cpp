@@ -75,15 +75,16 @@ void LocalTopics::update_subscriptions(const std::string& name, const Now& now) 
     it->second.update_subscription(now);
 }
 
-void LocalTopics::on_link_lost(LinkId link, const Now& now) {
-  // First, so that no topic is subscribed again for a listener that leaves with the same link.
+void LocalTopics::end_listeners(LinkId link, const Now& now) {
   context_.listeners.on_link_lost(link);
   update_listened(now);
-  for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
 }
 
-void LocalTopics::keep(const Link& link, const Now& now) {
-  for (auto& [key, topic] : topics_) topic.keep(link.id, now);
+bool LocalTopics::on_link_lost(const Link& link, LinkEnd& end, const Now& now) {
+  return end.each(topics_, [&](LocalTopic& topic) {
+    if (link.life.may_return()) topic.keep(link.id, now);
+    topic.on_link_lost(link.id, now);
+  });
 }
 
 void LocalTopics::recheck_kept(const Link& link, const Now& now) {

@@ -28,9 +28,11 @@ class LocalTopics {
   void go_on(const Now& now);
   // Adds the topics that are to be offered to the link and are not offered yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
-  // The connection is about to be lost, and another one may follow: keeps messages for it.
-  void keep(const Link& link, const Now& now);
-  void on_link_lost(LinkId link, const Now& now);
+  // The connection is about to be lost. Its listeners leave first, so that no topic is subscribed
+  // again for one that leaves with the same link. Then the offers end, some in each step; messages
+  // are kept for another connection that may follow. True: all have ended.
+  void end_listeners(LinkId link, const Now& now);
+  [[nodiscard]] bool on_link_lost(const Link& link, LinkEnd& end, const Now& now);
   // Rules or the identity of a lost link have changed: drops backlogs that the rules forbid or
   // treat differently now.
   void recheck_kept(const Link& link, const Now& now);

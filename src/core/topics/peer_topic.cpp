@@ -168,6 +168,11 @@ void PeerTopic::leave_mirrors(const Now& now) {
 
 void PeerTopic::finish(const Now& now) {
   if (resume_) hurry(DropReason::kLinkLost, now);
+  // Nobody knows the length of the break.
+  for (const auto& [id, mirror] : origins_)
+    if (mirror->has_first() && mirror->candidates().front().offered == this &&
+        (link_.end.dies || !may_come_late()))
+      mirror->drop_first();
 }
 
 void PeerTopic::hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of) {
@@ -198,13 +203,7 @@ void PeerTopic::lose(const Now& now) {
   const bool is_known = last_sequence_ > 0 || !declined_kept_;
   if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
     link_.arrived[key_] = {last_sequence_};
-  const bool may_be_late = may_come_late();
-  for (const auto& [id, mirror] : take_all()) {
-    // Nobody knows the length of the break: a message that must not be late does not wait for its
-    // end.
-    if (!may_be_late && mirror->candidates().front().offered == this) mirror->drop_first();
-    mirror->lose_topic(link_.id, now);
-  }
+  for (const auto& [id, mirror] : take_all()) mirror->lose_topic(link_.id, now);
 }
 
 // ---- demand
@@ -475,6 +474,7 @@ void PeerTopic::advance(const Now& now) {
 
 void PeerTopic::publish(const MessageHead& message, const Payload& raw, const Now& now,
                         bool was_held) {
+  if (peer_.is_finished()) return dropped_.add(DropReason::kLinkLost);
   const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return dropped_.add(DropReason::kUnknownOrigin);
   TopicMirror& mirror = *origin->second;

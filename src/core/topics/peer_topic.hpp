@@ -49,7 +49,8 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // Sends `decline`: the topic is not imported any longer.
   void decline(const Now& now);
   // The connection is about to be lost. Publishes messages that wait for a worker, if the topic
-  // resumes, because the peer will not send them again.
+  // resumes, because the peer will not send them again. Messages that must not be late do not wait
+  // for their subscribers any longer.
   void finish(const Now& now);
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);

@@ -14,21 +14,23 @@ void PeerTopics::finish(const Link& link, const Now& now) {
   if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.finish(now);
 }
 
-void PeerTopics::on_link_lost(LinkId link, const Now& now) {
+bool PeerTopics::on_link_lost(LinkId link, LinkEnd& end, const Now& now) {
   const auto peer = peers_.find(link);
-  if (peer == peers_.end()) return;
-  peer->second.on_link_lost(now);
+  if (peer == peers_.end()) return true;
+  if (!peer->second.on_link_lost(end, now)) return false;
   peers_.erase(peer);
+  return true;
 }
 
-void PeerTopics::on_link_dead(const Link& link, const Now& now) {
-  context_.wheels.on_link_end(context_, link, now);  // mutant: halt_at_the_links_end
+bool PeerTopics::on_link_dead(const Link& link, LinkEnd& end, const Now& now) {
+  // lose_link() comes first, as it needs the candidate: if another link may feed the mirror
+  // meanwhile, the returning link resumes nothing.
   for (TopicMirror* const mirror : context_.mirrors.of(link)) {
-    // lose_link() comes first, as it needs the candidate: if another link may feed the mirror
-    // meanwhile, the returning link resumes nothing.
+    if (!end.take()) return false;
     mirror->lose_link(link.id);
     context_.mirrors.remove_candidate(*mirror, link.id, now);
   }
+  return true;
 }
 
 void PeerTopics::forget_orphans(const Link& link, const Now& now) {

@@ -24,10 +24,15 @@ class PeerTopics {
   // The connection is about to be lost: publishes messages that have arrived and would resume, so
   // that the peer need not send them again.
   void finish(const Link& link, const Now& now);
-  // The connection is gone: its channels end, its mirrors wait for the link's return.
-  void on_link_lost(LinkId link, const Now& now);
-  // The link is declared dead: destroys its mirrors. A link that returns creates them again.
-  void on_link_dead(const Link& link, const Now& now);
+  // The connection is gone: its channels end, some in each step, and its mirrors wait for the
+  // link's return. True: all have ended.
+  [[nodiscard]] bool on_link_lost(LinkId link, LinkEnd& end, const Now& now);
+  // The link is declared dead: nobody steers by it. Then its mirrors end, some in each step. A link
+  // that returns creates them again. True: all have ended.
+  void end_driving(const Link& link, const Now& now) {
+    context_.wheels.on_link_end(context_, link, now);  // mutant: halt_at_the_links_end
+  }
+  [[nodiscard]] bool on_link_dead(const Link& link, LinkEnd& end, const Now& now);
   // The link is open again, and its time for offers is over: removes origins that it has not
   // offered again.
   void forget_orphans(const Link& link, const Now& now);

@@ -350,7 +350,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const OriginId origin = sample.subject.origin();
   const std::size_t bytes = sample.raw.size();
   // Not counted as dropped: the peer did not want it.
-  if (!demanded() || !link_.open()) return false;
+  if (!demanded()) return false;
   const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at() ||
                       (age == Age::kFirst && sample.stamp < demanded_at_);
   if (is_old && is_live()) return false;  // mutant: yesterdays_command
@@ -440,7 +440,6 @@ Moment TopicOffer::moment_of(const OutSample& sample) const {
 }
 
 void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body, const Now& now) {
-  if (!link_.open()) return drop(DropReason::kLinkLost);
   if (!demanded())
     return lose(sample, DropReason::kNoDemand);  // withdrawn while a worker compressed
   raw_bytes_ += sample.raw.size();

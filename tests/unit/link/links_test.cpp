@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstddef>
+#include <map>
 #include <string>
 #include <utility>
 #include <variant>
@@ -18,17 +20,32 @@ namespace {
 struct Notices final : QuietUser {
   void on_link_open(Link& link, const Now&) override { note("open", link); }
   void on_peer_replaced(Link& link, const Now&) override { note("replaced", link); }
-  void on_link_lost(Link& link, const Now&) override { note("lost", link); }
-  void on_link_dead(Link& link, const Now&) override { note("dead", link); }
+  [[nodiscard]] bool on_link_lost(Link& link, const Now&) override { return end("lost", link); }
+  [[nodiscard]] bool on_link_dead(Link& link, const Now&) override { return end("dead", link); }
   void on_link_forgotten(Link& link, const Now&) override { note("forgotten", link); }
   void on_session_forgotten(Link& link, const Now&) override { note("session_forgotten", link); }
   [[nodiscard]] bool resumes(const Link&) const override { return keeps; }
 
+  // Each link has so many entries that are lost, and that die.
+  bool end(const std::string& word, Link& link) {
+    const auto some = [&] {
+      std::size_t& ended = ends[link.id];
+      for (; ended < entries; ++ended)
+        if (!link.end.take()) return false;
+      ends.erase(link.id);
+      return true;
+    };
+    const bool over = link.end.part(0, some);
+    note(over ? word : "partly " + word, link);
+    return over;
+  }
   void note(const std::string& word, const Link& link) {
     words += (words.empty() ? "" : ", ") + word + " " + std::to_string(link.id.value);
   }
 
   std::string words;
+  std::size_t entries = 0;
+  std::map<LinkId, std::size_t> ends;
   bool keeps = false;  // something, for every link
 };
 
@@ -238,6 +255,90 @@ TEST(Links, ALostLinkIsDeadAfterSilenceAndForgottenIfNothingIsKeptForIt) {
   EXPECT_EQ(s.noticed(), "dead 1, forgotten 1");
   EXPECT_TRUE(s.links.all().empty());
   EXPECT_FALSE(s.links.deadline());
+}
+
+// Two links that have told much, where a step ends 10 entries of 25.
+struct Ending : Carried {
+  Ending() : Carried(ten_at_once()) {
+    user.entries = 25;
+    enter(1, "anna");
+    enter(2, "bert", 0, {}, kPeer + 1);
+    session = link(1).login.session();
+    noticed();
+  }
+  static LinkOptions ten_at_once() {
+    LinkOptions options;
+    options.ends_at_once = 10;
+    return options;
+  }
+  Token128 session;
+};
+
+TEST(Links, WhatHasToldMuchEndsInSeveralSteps) {
+  Ending s;
+  s.lose(1, 1000);
+  EXPECT_EQ(s.noticed(), "partly lost 1");
+  EXPECT_FALSE(s.link(1).open());
+  EXPECT_EQ(s.link(1).deadline(), now_ms(1000).steady);
+  s.pass(1000);
+  EXPECT_EQ(s.noticed(), "partly lost 1");
+  s.pass(1001);
+  EXPECT_EQ(s.noticed(), "lost 1");
+  EXPECT_FALSE(s.link(1).connection());
+  EXPECT_EQ(s.link(1).deadline(), now_ms(3000).steady);
+  s.lose(2, 1002, 1001);  // it will not return
+  EXPECT_EQ(s.noticed(), "partly lost 2");
+  for (int n = 0; n < 5; ++n) s.pass(1003 + n);
+  EXPECT_EQ(s.noticed(),
+            "partly lost 2, lost 2, partly dead 2, partly dead 2, dead 2, forgotten 2");
+}
+
+TEST(Links, LinksThatEndTogetherTakeTurns) {
+  Ending s;
+  s.lose(1, 1000);
+  s.lose(2, 1001);
+  s.noticed();
+  for (int n = 0; n < 4; ++n) s.pass(1002 + n);
+  EXPECT_EQ(s.noticed(), "partly lost 1, partly lost 2, lost 1, lost 2");
+}
+
+TEST(Links, WhatIsLeftOfALinkEndsBeforeSomethingElseHappensToIt) {
+  Ending back;
+  back.lose(1, 1000);
+  back.noticed();
+  back.enter(3, "anna", 1000, back.session);
+  EXPECT_EQ(back.noticed(), "lost 1, open 1");
+  EXPECT_TRUE(back.link(1).open());
+  Ending withdrawn;
+  withdrawn.lose(1, 1000);
+  withdrawn.noticed();
+  withdrawn.withdraw_login("anna", 1000);
+  EXPECT_EQ(withdrawn.noticed(), "lost 1");
+  Ending stopped;
+  stopped.lose(1, 1000);
+  stopped.noticed();
+  stopped.links.stop(now_ms(1000));
+  EXPECT_EQ(stopped.noticed(), "lost 1, partly lost 2, lost 2, dead 2");
+  Ending full;
+  full.options.links_max = 2;
+  full.lose(1, 1000);
+  full.noticed();
+  full.enter(3, "carl", 1000);
+  EXPECT_EQ(full.noticed(), "lost 1, partly dead 1, dead 1, forgotten 1, open 3");
+}
+
+// Rights that change concern all of it, too (Side).
+TEST(Links, WhatIsLeftEndsAtOnceBeforeRightsChangeAndAfterTwoSeconds) {
+  Ending s;
+  s.lose(2, 500);
+  s.links.end_rests(now_ms(500));
+  EXPECT_EQ(s.noticed(), "partly lost 2, lost 2");
+  s.lose(1, 1000);
+  s.pass(2999);
+  EXPECT_EQ(s.noticed(), "partly lost 1, partly lost 1");
+  s.user.entries = 1000;
+  s.pass(3000);
+  EXPECT_EQ(s.noticed(), "lost 1");
 }
 
 TEST(Links, ADeadLinkForWhichSomethingIsKeptMayReturn) {

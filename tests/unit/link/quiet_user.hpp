@@ -19,8 +19,8 @@ class QuietUser : public LinkUser {
 
   void on_link_open(Link&, const Now&) override {}
   void on_peer_replaced(Link&, const Now&) override {}
-  void on_link_lost(Link&, const Now&) override {}
-  void on_link_dead(Link&, const Now&) override {}
+  [[nodiscard]] bool on_link_lost(Link&, const Now&) override { return true; }
+  [[nodiscard]] bool on_link_dead(Link&, const Now&) override { return true; }
   void on_identity_changed(Link&, const Now&) override {}
   [[nodiscard]] bool resumes(const Link&) const override { return false; }
   void on_link_forgotten(Link&, const Now&) override {}

@@ -134,7 +134,8 @@ TEST(ServiceMirror, TheMirrorOutlivesAConnectionButNotItsLink) {
   s.lose();
   s.update();
   EXPECT_EQ(s.did(), "");
-  s.imports.on_link_dead({1}, ms(s.at));
+  LinkEnd all;
+  EXPECT_TRUE(s.imports.on_link_dead({1}, all, ms(s.at)));
   EXPECT_EQ(s.did(), "unmirror_service 1\n");
   EXPECT_TRUE(s.imports.services.empty());
 }

@@ -18,6 +18,11 @@ struct Importing : Actions {
     peer.link().expect_offered({1}, InterfaceKind::kTopic);
     peer.on_offer(channel(1, "/a", std::move(origins)), ms(at));
   }
+  // The peer's connection is lost.
+  static void lose(LinkTopics& peer, std::int64_t at = 0) {
+    LinkEnd all;
+    EXPECT_TRUE(peer.on_link_lost(all, ms(at)));
+  }
   void listen() { graph = picture({topic("/a").sub(50)}); }
   TopicMirror& mirror(std::uint8_t publisher) {
     return context.mirrors.all().at({{"/a", kType}, gid(publisher)});

@@ -103,12 +103,24 @@ TEST(LinkTopics, NewRulesEndWhatTheyDoNotAllowAndNothingElse) {
   EXPECT_EQ(s.topics(), "/b /a");
 }
 
+TEST(LinkTopics, ALostConnectionTakesSoManyChannelsInOneStep) {
+  PeerScript s;
+  for (std::uint32_t n = 1; n <= 3; ++n) s.offer_topic(n, "/t" + std::to_string(n));
+  LinkEnd end;
+  end.left = 2;
+  EXPECT_FALSE(s.peer.on_link_lost(end, ms(0)));
+  EXPECT_EQ(s.topics(), "/t3");
+  end.left = 1;
+  EXPECT_TRUE(s.peer.on_link_lost(end, ms(0)));
+  EXPECT_EQ(s.topics(), "");
+}
+
 TEST(LinkTopics, ALostConnectionTakesAllChannelsAndTheMirrorsWait) {
   PeerScript s;
   s.offer_topic(1, "/a");
   s.offer_topic(2, "/b");
   s.did();
-  s.peer.on_link_lost(ms(0));
+  s.lose(s.peer);
   EXPECT_EQ(s.topics(), "");
   EXPECT_FALSE(s.one.link.incoming({1})->channel);
   EXPECT_EQ(s.context.mirrors.all().size(), 2U);

@@ -53,6 +53,19 @@ TEST(PeerTopic, WhatAWorkerHasOfOthersStaysWithIt) {
   EXPECT_EQ(s.did(), "publish 1 large\n");
 }
 
+// Its channel ends in a later step, if the link has told much.
+TEST(PeerTopic, WhatAWorkerHasIsNotPublishedAfterTheConnection) {
+  OfferedScript s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.give(s.large());
+  s.did();
+  s.peer.finish(ms(0));
+  s.finish(sample("large"));
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kLinkLost), 1U);
+}
+
 // The loop does not stand still for a peer that offers and withdraws.
 TEST(PeerTopic, OnlySoMuchIsPublishedBeforeAWithdraw) {
   OfferedScript s;

@@ -42,6 +42,10 @@ struct SharedOrigins : Actions {
         all += std::to_string(one.link.id.value) + ": " + said;
     return all;
   }
+  void lose(std::uint32_t link) {
+    LinkEnd all;
+    EXPECT_TRUE(imports.on_link_lost({link}, all, ms(0)));
+  }
   // Judgements of demands since it was asked last.
   std::uint64_t judged() { return imports.judged() - std::exchange(before, imports.judged()); }
 
@@ -57,7 +61,7 @@ TEST(SharedOrigins, ALostLinkCostsItsPublishersAndNotThoseOfTheOthers) {
     s.see({topic("/a").sub(50)});
     EXPECT_EQ(s.demanded(), "1: demand 1 on\n");
     s.judged();
-    s.imports.on_link_lost({1}, ms(0));
+    s.lose(1);
     EXPECT_LE(s.judged(), 3U * kPublishers);
     EXPECT_GT(s.before, 0U);
   }
@@ -68,7 +72,7 @@ TEST(SharedOrigins, TheNextLinkIsAskedWhenTheFeedingOneIsLost) {
   s.see({topic("/a").sub(50)});
   EXPECT_EQ(s.demanded(), "1: demand 1 on\n");
   for (std::uint32_t lost = 1; lost < kLinks; ++lost) {
-    s.imports.on_link_lost({lost}, ms(0));
+    s.lose(lost);
     EXPECT_EQ(s.demanded(), std::to_string(lost + 1) + ": demand 1 on\n");
   }
   s.see({});
@@ -77,9 +81,10 @@ TEST(SharedOrigins, TheNextLinkIsAskedWhenTheFeedingOneIsLost) {
 
 TEST(SharedOrigins, ADeadLinkIsLookedForAtItsOwnTopics) {
   SharedOrigins s(qos());
-  s.imports.on_link_lost({1}, ms(0));
+  s.lose(1);
   s.judged();
-  s.imports.on_link_dead(s.links.front().link, ms(0));
+  LinkEnd all;
+  EXPECT_TRUE(s.imports.on_link_dead(s.links.front().link, all, ms(0)));
   EXPECT_LE(s.judged(), kPublishers);
   EXPECT_EQ(s.links.front().link.mirrors.all(), 0U);
 }

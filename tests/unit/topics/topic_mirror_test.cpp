@@ -40,7 +40,7 @@ TEST(TopicMirror, AnotherLinkTakesOverWhenTheFirstIsLost) {
   s.offer(s.two, {origin(1, 7)});
   s.demanded();
   s.did();
-  s.one.on_link_lost(ms(0));
+  s.lose(s.one);
   EXPECT_EQ(s.demanded(), "1: 2: demand 1 on\n");
   EXPECT_EQ(s.mirror(7).refusal(s.second.link), std::nullopt);
   EXPECT_EQ(s.did(), "");  // the publisher is the same
@@ -50,7 +50,7 @@ TEST(TopicMirror, WaitsForALinkThatIsLostAlone) {
   MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.did();
-  s.one.on_link_lost(ms(0));
+  s.lose(s.one);
   s.pass_to(10'000);
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.mirror(7).candidate({1})->offered, nullptr);
@@ -161,7 +161,7 @@ struct AfterABreak : MirrorScript {
   AfterABreak() {
     offer(one, {origin(1, 7, latched(1))});
     static_cast<void>(mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)));
-    one.on_link_lost(ms(0));
+    lose(one);
     mirror(7).lose_link({1});
     context.mirrors.remove_candidate(mirror(7), {1}, ms(0));
     pass_to(1000);
@@ -209,7 +209,7 @@ TEST(TopicMirror, WhatWaitedWhenItsLinkEndedComesAfterAll) {
   s.options.matching = std::chrono::milliseconds(60);
   s.offer(s.one, {origin(1, 7, latched(1))});
   EXPECT_EQ(s.mirror(7).publish(1, sample("order"), TimePoint::max(), ms(0)), std::nullopt);
-  s.one.on_link_lost(ms(10));
+  s.lose(s.one, 10);
   s.mirror(7).lose_link({1});
   s.context.mirrors.remove_candidate(s.mirror(7), {1}, ms(10));
   s.pass_to(1000);
@@ -353,7 +353,7 @@ TEST(TopicMirror, APeerHasNoMoreThanItsShare) {
   s.offer(s.one, {origin(1, 7), origin(2, 8), origin(3, 9)});
   EXPECT_EQ(s.context.mirrors.all().size(), 2U);
   // A reconnect gives no new share while the old one waits.
-  s.one.on_link_lost(ms(0));
+  s.lose(s.one);
   s.one.on_offer(channel(2, "/b", {origin(1, 10), origin(2, 11)}), ms(0));
   EXPECT_EQ(s.context.mirrors.all().size(), 3U);
   EXPECT_EQ(s.first.link.mirrors.all(), 3U);
