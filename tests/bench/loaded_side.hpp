@@ -1,5 +1,6 @@
-// A side with as much in it as one peer and a large graph may give it, and how long the loop has to
-// do with one more packet of that peer. Its time is not that of the clock.
+// A side with as much in it as peers and a large graph may give it, and how long the loop has to do
+// with one more packet, with links that end and with nodes that start. Its time is not that of the
+// clock.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +8,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,79 +23,114 @@ using namespace connect_bridge;
 
 class LoadedSide {
  public:
-  // So many topics that the peer offers, with an origin each (channels 1, 2, ...), and so many of
-  // nodes here, which the peer accepts and demands; it listens to `listeners` that nobody
-  // publishes.
-  LoadedSide(std::uint32_t offered, std::uint32_t exported, std::uint32_t listeners)
-      : side_(options(), 1, 0) {
-    GraphChanged graph;
-    for (std::uint32_t i = 0; i < exported; ++i)
-      graph.topics.push_back({"/down" + std::to_string(i), kType, "", {endpoint(i)}, {}});
-    graph.services.push_back({"/service", "p/srv/S", {{gid(1, 4), "/", "node"}}});
-    give(std::move(graph));
-    log_in();
-    hear(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-    for (std::uint32_t first = 1; first <= offered; first += kOfferChannelsMax) {
-      Offer offer;
-      for (std::uint32_t n = first; n < first + kOfferChannelsMax && n <= offered; ++n)
-        offer.channels.push_back(channel(n));
-      hear(offer);
-    }
-    for (std::uint32_t first = 1; first <= listeners; first += kAddedMax) {
-      Listeners told;
-      for (std::uint32_t n = first; n < first + kAddedMax && n <= listeners; ++n)
-        told.added.push_back({{n}, "/heard" + std::to_string(n), kType, {}});
-      hear(told);
-    }
+  // So many topics that each peer offers, with an origin each (channels 1, 2, ...), and so many of
+  // nodes here, which the peers accept and demand; they listen to `listeners` that nobody
+  // publishes. `identities`: of one link each.
+  LoadedSide(std::uint32_t offered, std::uint32_t exported, std::uint32_t listeners,
+             const std::vector<std::string>& identities = {"peer"})
+      : offered_(offered),
+        exported_(exported),
+        listeners_(listeners),
+        side_(options(identities.size()), 1, 0) {
+    for (const std::string& identity : identities) peers_.emplace_back().identity = identity;
+    give(graph());
+    for (std::size_t link = 0; link < peers_.size(); ++link) come(link);
     rest(std::chrono::seconds(30));
-    for (std::uint32_t first = 1; first <= told_; first += kDemandChannelsMax) {
-      Demand demand;
-      for (std::uint32_t n = first; n < first + kDemandChannelsMax && n <= told_; ++n)
-        demand.channels.push_back({.channel = {n}, .number = 1});
-      hear(demand);
-    }
+    for (std::size_t link = 0; link < peers_.size(); ++link) demand(link);
     rest(std::chrono::seconds(1));
   }
 
-  // Processor time of the longest step that comes of it within a second.
-  double seconds_for(bool text, ByteView packet) {
+  // Processor time of the longest step that the work causes.
+  template <class Work>
+  double seconds_of(Work work) {
     longest_ = 0;
-    give(PacketReceived{kConnection, text, Payload::copy_of(packet)});
-    rest(std::chrono::seconds(1));
+    work();
     return longest_;
+  }
+  double seconds_for(bool text, ByteView packet) {
+    return seconds_of([&] {
+      send(0, text, packet);
+      rest(std::chrono::seconds(1));
+    });
   }
   // The same for the end of the connection, and of the link that then does not come back.
   double seconds_to_end() {
-    longest_ = 0;
-    give(ConnectionClosed{kConnection, std::nullopt, "gone"});
-    rest(std::chrono::seconds(120));
-    return longest_;
+    return seconds_of([&] {
+      lose(0);
+      rest(std::chrono::seconds(120));
+    });
   }
-  // Whether the peer has done nothing that ends its connection.
-  [[nodiscard]] bool open() const { return !closed_; }
-  // Channels that this side offers it.
-  [[nodiscard]] std::uint32_t offers() const { return told_; }
 
-  // An offer of the peer.
+  // ---- events
+  void send(std::size_t link, bool text, ByteView packet) {
+    give(PacketReceived{peers_[link].connection, text, Payload::copy_of(packet)});
+  }
+  void lose(std::size_t link) {
+    peers_[link].open = false;
+    give(ConnectionClosed{peers_[link].connection, std::nullopt, "gone"});
+  }
+  // A peer that was lost connects again and continues its session.
+  void come_back(std::size_t link) {
+    if (peers_[link].open) return;
+    come(link);
+    rest(std::chrono::milliseconds(1));
+    demand(link);
+  }
+  // A node subscribes to ten topics that peers offer and publishes as many; or it ends.
+  void run_node(bool runs) {
+    node_runs_ = runs;
+    give(graph());
+  }
+  // Time passes: what is due in it is done, and the peers live.
+  void rest(Duration duration) {
+    const TimePoint until = now_.steady + duration;
+    for (auto next = side_.next_deadline(); next && *next <= until; next = side_.next_deadline()) {
+      pass_to(std::min(until, std::max(*next, now_.steady + std::chrono::microseconds(100))));
+      for (std::size_t link = 0; link < peers_.size(); ++link) acknowledge(link);
+      give(TimePassed{});
+    }
+    pass_to(until);
+  }
+
+  // Whether the first peer has done nothing that ends its connection.
+  [[nodiscard]] bool open() const { return peers_.front().open; }
+  // Channels that this side offers it.
+  [[nodiscard]] std::uint32_t offers() const { return peers_.front().told; }
+
+  // An offer of a peer.
   static ChannelOffer channel(std::uint32_t n) {
     ChannelOffer offer;
     offer.channel = {n};
-    offer.name = "/up" + std::to_string(n);
+    offer.name = up(n);
     offer.type = kType;
     offer.origins.push_back({{1}, gid(n, 3), "/peer", {}});
     return offer;
   }
 
  private:
-  static constexpr ConnectionId kConnection{1};
   static constexpr char kType[] = "p/msg/T";
+  static constexpr std::uint32_t kNodeTopics = 10;
+
+  struct Peer {
+    std::string identity;
+    ConnectionId connection{};
+    Token128 session{};
+    bool open = false;
+    bool welcomed = false;
+    std::uint64_t received = 0;
+    std::uint32_t told = 0;
+    TimePoint acknowledged_at{};
+  };
 
   static Endpoint endpoint(std::uint32_t i) {
     return {gid(i, 2), "/", "node" + std::to_string(i % 100), {}};
   }
+  static std::string up(std::uint32_t n) { return "/up" + std::to_string(n); }
 
-  static SideOptions options() {
+  static SideOptions options(std::size_t links) {
     SideOptions options;
+    options.links_max = options.identity_links_max =
+        std::max(options.links_max, static_cast<std::uint32_t>(links));
     options.outbox.compressed_texts_min = kPacketBytesMax;  // they are read here
     Rule rule;
     const std::vector<Pattern> all{Pattern::parse("/**").value()};
@@ -112,40 +147,72 @@ class LoadedSide {
     return options;
   }
 
-  void log_in() {
-    give(ConnectionOpened{kConnection, "10.0.0.1:1"});
+  [[nodiscard]] GraphChanged graph() const {
+    GraphChanged graph;
+    for (std::uint32_t i = 0; i < exported_; ++i)
+      graph.topics.push_back({"/down" + std::to_string(i), kType, "", {endpoint(i)}, {}});
+    graph.services.push_back({"/service", "p/srv/S", {{gid(1, 4), "/", "node"}}});
+    const Endpoint node{gid(0, 5), "/", "starts", {}};
+    for (std::uint32_t n = 1; node_runs_ && n <= std::min(offered_, kNodeTopics); ++n) {
+      graph.topics.push_back({up(n), kType, "", {}, {node}});
+      graph.topics.push_back({"/more" + std::to_string(n), kType, "", {node}, {}});
+    }
+    return graph;
+  }
+
+  // Logs in, and says all but the demands.
+  void come(std::size_t link) {
+    Peer& peer = peers_[link];
+    peer.connection = {++last_connection_};
+    peer.open = true;
+    peer.welcomed = false;
+    peer.received = peer.told = 0;
+    give(ConnectionOpened{peer.connection, "10.0.0.1:1"});
     Hello hello;
     hello.side.bytes.fill(9);
-    hello.node = "/peer";
-    receive(encode(hello));
-    receive(encode(Login{"none", {}}));
+    hello.side.bytes[0] = static_cast<std::uint8_t>(link);
+    hello.session = peer.session;
+    hello.node = "/peer" + std::to_string(link);
+    send(link, false, encode(hello));
+    send(link, false, encode(Login{"none", {}}));
     Identity who;
-    who.name = "peer";
-    give(Authenticated{kConnection, who, ""});
-  }
-
-  void hear(const Control& control) {
-    const std::string text = encode(control);
-    give(PacketReceived{kConnection, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
-  }
-  void receive(const Bytes& bytes) {
-    give(PacketReceived{kConnection, false, Payload::copy_of(bytes)});
-  }
-
-  // Time passes: what is due in it is done, and the peer lives.
-  void rest(Duration duration) {
-    const TimePoint until = now_.steady + duration;
-    for (auto next = side_.next_deadline(); next && *next <= until; next = side_.next_deadline()) {
-      pass_to(std::min(until, std::max(*next, now_.steady + std::chrono::microseconds(100))));
-      if (!closed_ && now_.steady >= acknowledged_at_ + std::chrono::milliseconds(200)) {
-        acknowledged_at_ = now_.steady;
-        Bytes bytes;
-        append_header(AckFrame{received_, now_.steady.time_since_epoch().count()}, bytes);
-        receive(bytes);
-      }
-      give(TimePassed{});
+    who.name = peer.identity;
+    give(Authenticated{peer.connection, who, ""});
+    hear(link, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+    for (std::uint32_t first = 1; first <= offered_; first += kOfferChannelsMax) {
+      Offer offer;
+      for (std::uint32_t n = first; n < first + kOfferChannelsMax && n <= offered_; ++n)
+        offer.channels.push_back(channel(n));
+      hear(link, offer);
     }
-    pass_to(until);
+    for (std::uint32_t first = 1; first <= listeners_; first += kAddedMax) {
+      Listeners told;
+      for (std::uint32_t n = first; n < first + kAddedMax && n <= listeners_; ++n)
+        told.added.push_back({{n}, "/heard" + std::to_string(n), kType, {}});
+      hear(link, told);
+    }
+  }
+  void demand(std::size_t link) {
+    const std::uint32_t told = peers_[link].told;
+    for (std::uint32_t first = 1; first <= told; first += kDemandChannelsMax) {
+      Demand demand;
+      for (std::uint32_t n = first; n < first + kDemandChannelsMax && n <= told; ++n)
+        demand.channels.push_back({.channel = {n}, .number = 1});
+      hear(link, demand);
+    }
+  }
+
+  void hear(std::size_t link, const Control& control) {
+    const std::string text = encode(control);
+    send(link, true, Bytes(text.begin(), text.end()));
+  }
+  void acknowledge(std::size_t link) {
+    Peer& peer = peers_[link];
+    if (!peer.open || now_.steady < peer.acknowledged_at + std::chrono::milliseconds(200)) return;
+    peer.acknowledged_at = now_.steady;
+    Bytes bytes;
+    append_header(AckFrame{peer.received, now_.steady.time_since_epoch().count()}, bytes);
+    send(link, false, bytes);
   }
   void pass_to(TimePoint at) {
     if (at <= now_.steady) return;
@@ -158,28 +225,38 @@ class LoadedSide {
     const SideStep step = step_of(side_, std::move(input), now_);
     longest_ = std::max(longest_, step.seconds);
     for (const Action& action : step.actions)
-      closed_ = closed_ || std::holds_alternative<CloseConnection>(action);
-    for (const auto& [to, packet] : step.packets) look_at(packet);
+      if (const auto* close = std::get_if<CloseConnection>(&action))
+        for (Peer& peer : peers_) peer.open = peer.open && peer.connection != close->connection;
+    for (const auto& [to, packet] : step.packets)
+      for (Peer& peer : peers_)
+        if (peer.connection == to) look_at(peer, packet);
   }
 
-  void look_at(const Packet& packet) {
+  static void look_at(Peer& peer, const Packet& packet) {
     if (!packet.text) {
-      if (std::exchange(welcomed_, true)) received_ += packet.size();  // the record does not count
+      if (std::exchange(peer.welcomed, true)) {
+        peer.received += packet.size();  // the record does not count
+      } else if (const auto welcome = decode_welcome(bytes_of(packet))) {
+        peer.session = welcome.value().session;
+      }
       return;
     }
     const auto control = decode_control(text_of(packet));
     if (!control) return;
     if (const auto* offer = std::get_if<Offer>(&control.value()))
-      told_ += static_cast<std::uint32_t>(offer->channels.size());
+      peer.told += static_cast<std::uint32_t>(offer->channels.size());
+  }
+  static Bytes bytes_of(const Packet& packet) {
+    const std::string bytes = text_of(packet);
+    return {bytes.begin(), bytes.end()};
   }
 
+  const std::uint32_t offered_, exported_, listeners_;
   Side side_;
   Now now_{TimePoint(std::chrono::seconds(1)), 1'700'000'000LL * kStampSecond, 0};
-  TimePoint acknowledged_at_{};
-  std::uint64_t received_ = 0;
-  std::uint32_t told_ = 0;
-  bool welcomed_ = false;
-  bool closed_ = false;
+  std::vector<Peer> peers_;
+  std::uint64_t last_connection_ = 0;
+  bool node_runs_ = false;
   double longest_ = 0;
 };
 

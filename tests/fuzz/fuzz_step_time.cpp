@@ -1,12 +1,16 @@
-// How long one packet takes a side on which the peer and the graph have much, whatever its content:
-// a piece of bytes that is repeated, each '#' in it a number (of texts), until the packet is as
-// large as a peer may send it, or so often as a byte says. Input: a byte for what the pieces are
-// of, one for how many, the piece.
+// How long one packet takes a side on which peers and the graph have much, whatever its content: a
+// piece of bytes that is repeated, each '#' in it a number (of texts), until the packet is as large
+// as a peer may send it, or so often as a byte says. Then events happen: links end, one by one and
+// together, and come back, a node starts and ends, time passes. Input: a byte for what the pieces
+// are of, one for how many, one for the number of events, the events, the piece.
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "bench/control_shapes.hpp"
 #include "bench/loaded_side.hpp"
@@ -45,6 +49,33 @@ constexpr std::array<Around, 13> kAround = {{
 }};
 constexpr std::array<std::size_t, 6> kCounts = {1, 64, 256, 1024, 4096, kPacketBytesMax};
 
+// Several links of one identity, and one of another.
+const std::vector<std::string> kIdentities = {"driver", "driver", "driver", "other"};
+constexpr std::size_t kEventsMax = 16;
+constexpr unsigned kRestMax = 16;  // 2^15 ms
+
+struct Sent {
+  bool text = true;
+  Bytes packet;
+};
+
+// The low bits say what happens, the others to which link, or for how long.
+void happen(bench::LoadedSide& side, std::uint8_t event, const Sent& sent) {
+  const unsigned which = event / 8;
+  const std::size_t link = which % kIdentities.size();
+  switch (event % 8) {
+    case 0: return side.send(link, sent.text, sent.packet);
+    case 1: return side.lose(link);
+    case 2:
+      for (std::size_t lost = link; lost < kIdentities.size(); ++lost) side.lose(lost);
+      return;
+    case 3: return side.come_back(link);
+    case 4: return side.run_node(true);
+    case 5: return side.run_node(false);
+    default: return side.rest(std::chrono::milliseconds(1U << which % kRestMax));
+  }
+}
+
 Bytes repeated(ByteView piece, std::size_t count) {
   Bytes packet;
   for (std::size_t i = 0; i < count && packet.size() + piece.size() <= kPacketBytesMax; ++i)
@@ -58,18 +89,23 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < 3) return 0;
   const Around& around = kAround[data[0] % kAround.size()];
   const std::size_t count = kCounts[data[1] % kCounts.size()];
-  const ByteView piece{data + 2, size - 2};
-  Bytes packet;
-  if (around.before == nullptr) {
-    packet = repeated(piece, count);
+  const std::size_t events = std::min({std::size_t{data[2]}, kEventsMax, size - 3});
+  const ByteView piece{data + 3 + events, size - 3 - events};
+  Sent sent{around.before != nullptr, {}};
+  if (!sent.text) {
+    sent.packet = repeated(piece, count);
   } else {
     const std::string_view words{reinterpret_cast<const char*>(piece.data()), piece.size()};
     const std::string text = bench::filled(around.before, words, around.after, count);
-    packet = {text.begin(), text.end()};
+    sent.packet = {text.begin(), text.end()};
   }
   check_quick("a step of the loop", [&] {
-    bench::LoadedSide side(100, 100, 64);
-    return side.seconds_for(around.before != nullptr, packet);
+    bench::LoadedSide side(100, 100, 64, kIdentities);
+    return side.seconds_of([&] {
+      if (!piece.empty()) side.send(0, sent.text, sent.packet);
+      for (std::size_t n = 0; n < events; ++n) happen(side, data[3 + n], sent);
+      side.rest(std::chrono::seconds(1));
+    });
   });
   return 0;
 }
