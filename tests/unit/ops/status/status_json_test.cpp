@@ -101,24 +101,7 @@ MissingName a_missing_name() {
   return missing;
 }
 
-TEST(StatusJson, ALinkWithItsTopicsAndServices) {
-  TopicStatus exported;
-  exported.topic = "/a", exported.type = "p/msg/T";
-  exported.exported = exported.demanded = true;
-  exported.origins = 2;
-  exported.messages = 3;
-  exported.bytes = 30, exported.wire_bytes = 20;
-  exported.queued = 1, exported.published_for_each_sent = 3;
-  exported.dropped.add(DropReason::kRate, 4);
-  exported.declined = "no such type";
-  exported.declined_code = "type_unknown";
-  exported.keep_because = "an event";
-  exported.rule = "look";
-  exported.sent_as = {.codec = Codec::kCloud, .step_um = 5000, .because = "the link is thin"};
-  TopicStatus imported;
-  imported.topic = "/b", imported.type = "p/msg/T";
-  imported.latency_ms = 2.5;
-  imported.misfit = "durability";
+LinkStatus a_link() {
   LinkStatus link;
   link.number = 8;
   link.peer = "10.0.0.2:4";
@@ -139,6 +122,28 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.retransmitted = 2;
   link.clock = {true, std::chrono::milliseconds(-1500), std::chrono::microseconds(2500),
                 std::chrono::microseconds(1250)};
+  return link;
+}
+
+TEST(StatusJson, ALinkWithItsTopicsAndServices) {
+  TopicStatus exported;
+  exported.topic = "/a", exported.type = "p/msg/T";
+  exported.exported = exported.demanded = true;
+  exported.origins = 2;
+  exported.messages = 3;
+  exported.bytes = 30, exported.wire_bytes = 20;
+  exported.queued = 1, exported.published_for_each_sent = 3;
+  exported.dropped.add(DropReason::kRate, 4);
+  exported.declined = "no such type";
+  exported.declined_code = "type_unknown";
+  exported.keep_because = "an event";
+  exported.rule = "look";
+  exported.sent_as = {.codec = Codec::kCloud, .step_um = 5000, .because = "the link is thin"};
+  TopicStatus imported;
+  imported.topic = "/b", imported.type = "p/msg/T";
+  imported.latency_ms = 2.5;
+  imported.misfit = "durability";
+  LinkStatus link = a_link();
   link.topics = {exported, imported};
   link.services = {a_service()};
   link.missing = {a_missing_name()};
