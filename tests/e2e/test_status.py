@@ -318,6 +318,7 @@ def test_the_page_shows_trouble(world, topic):
     )
     link["topics"][1].update(published=10, messages=4, dropped={"newer_available": 6})
     link["same_graph"] = True
+    link["peer_findings"] = [{"id": "stamps_old", "name": "/cmd_vel"}]
     link["breaks"] = [
         {"lost": "2026-01-31T11:00:00.000Z", "back": "2026-01-31T11:00:04.000Z", "seconds": 4.0}
     ]
@@ -343,6 +344,7 @@ def test_the_page_shows_trouble(world, topic):
         )
         (row,) = [row for row in rows if row[0] == topic]
         assert row[3] == "1.0 of 10" and row[7:] == ["9 replaced by newer", "overloaded"]
+        assert "the other end reports /cmd_vel stamps old" in whole
         assert services.count("/dock (action)") == 1 and not any("_action" in s for s in services)
         assert gaps == 0
         states = {row[0]: row[-1] for row in rows}

@@ -439,6 +439,15 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
                       is_set(now, "is_robot") ? "the robot" : "operators"),
           Tone::kWarn);
   }
+  for (const Json& link : part_of(now, "links"))
+    for (const Json& finding : part_of(link, "peer_findings")) {
+      std::string words = text_in(finding, "id");
+      std::replace(words.begin(), words.end(), '_', ' ');
+      const std::string name = text_in(finding, "name");
+      add(fmt::format("link {}: the other end reports {}{} (ctl doctor)", count_in(link, "link"),
+                      name.empty() ? "" : name + " ", words),
+          Tone::kWarn);
+    }
   for (const Json& key : part_of(now, "needs_restart"))
     if (key.is_string())
       add("changed in the parameter file, and needs a restart: " +

@@ -198,6 +198,15 @@ TEST(StatusScreen, BothSidesInOneGraph) {
                     HasSubstr("link 7: by the key `robot` both sides are operators")));
 }
 
+TEST(StatusScreen, FindingsOfTheOtherEnd) {
+  Json now = status(1, 0);
+  now["links"][0]["peer_findings"] = {{{"id", "stamps_old"}, {"name", "/cmd_vel"}},
+                                      {{"id", "path_full"}, {"name", ""}}};
+  EXPECT_THAT(status_screen(now, nullptr, {100}),
+              AllOf(HasSubstr("link 7: the other end reports /cmd_vel stamps old (ctl doctor)"),
+                    HasSubstr("link 7: the other end reports path full (ctl doctor)")));
+}
+
 TEST(StatusScreen, WhyATopicIsNotForwarded) {
   Json now = status(1, 0);
   Json& topic = now["links"][0]["topics"][0];
