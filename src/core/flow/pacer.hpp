@@ -48,8 +48,6 @@ class Pacer {
   // Bytes per second that the path carries; 0: not known yet.
   [[nodiscard]] double rate() const { return path_.delivery(); }
   [[nodiscard]] Duration queue() const { return path_.queue(); }
-  // The path has not shown yet where its rate ends.
-  [[nodiscard]] bool is_starting() const { return starting_; }
 
   static constexpr std::uint32_t kUnknownPartBytes = 16384;  // while the rate is not known
 

@@ -18,8 +18,9 @@ namespace {
 constexpr Duration kTellingTime = std::chrono::milliseconds(300);
 constexpr int kTellingRounds = 4;
 // It shows sooner that the path carries far too little.
-constexpr Duration kNearTime = std::chrono::milliseconds(100);
+constexpr Duration kNearTime = std::chrono::milliseconds(150);
 constexpr int kNearRounds = 2;
+constexpr Duration kNearQueue = std::chrono::milliseconds(50);
 constexpr std::string_view kFewPictures = "the link would carry too few exact pictures";
 constexpr std::string_view kThinned = "the grid of the rule leaves out points";
 constexpr std::string_view kThinnedAndRounded =
@@ -304,7 +305,7 @@ TopicOffer::Rate TopicOffer::channel_rate(const Now& now) const {
   const double rate = static_cast<double>(progress->bytes) / time;
   if (progress->time >= telling) return {rate, true};
   const bool is_near = !overload.is_quick() && link_.open() &&
-                       !link_.outbox().pacer().is_starting() &&
+                       link_.outbox().pacer().queue() > std::max(round, kNearQueue) &&
                        progress->time >= kNearTime + kNearRounds * round;
   return {is_near ? std::max(rate, path_rate()) : path_rate(), false, is_near};
 }
