@@ -75,6 +75,16 @@ def lost(domain):
             time.sleep(0.25)
 
 
+def gone(domain):
+    """1,200 events a second."""
+    with graph(domain, "events") as robot:
+        publisher = robot.publisher(String, "/t/events", 1000)
+        event = String(data="x" * 50)
+        for _ in until_the_end(0.005):
+            for _ in range(6):
+                publisher.publish(event)
+
+
 def toggles(domain):
     """Latched topics."""
     with graph(domain, "latched") as robot:
@@ -92,6 +102,9 @@ NODES = {
     "unfinished": unfinished,
     "never_reads": never_reads,
     "lost": lost,
+    "unplaced": lost,
+    "gone": gone,
+    "readers": never_reads,
     "toggles": toggles,
 }
 

@@ -21,6 +21,8 @@ PART_BYTES = 1_000_000
 LATCHED = 64  # topics of a node
 LOST_NAMES = [f"/o/lost{n}" for n in range(8)]
 LOST_EACH = 256  # publishers of each
+UNPLACED = 3750  # topics or services of a link
+CALLED = "std_srvs/srv/SetBool"
 SIGN_OF_LIFE = encode_packet([dict(type="time_request", t1=1)])
 
 
@@ -222,6 +224,18 @@ async def texts(attack):
     await attack.many(attack.links, speak)
 
 
+async def demand(web, name, **how):
+    """Demands this topic as soon as it is offered."""
+    offer = await told(web, "offer", lambda o: any(c["name"] == name for c in o["channels"]))
+    number = next(c["channel"] for c in offer["channels"] if c["name"] == name)
+    say(web, type="demand", channels=[dict(channel=number, number=1, **how)])
+
+
+def acknowledge(web):
+    ack = dict(type="ack", received_bytes=web.received, arrived=time.monotonic_ns())
+    web.send(encode_packet([ack]))
+
+
 async def until_over(attack, web, step):
     """Repeats it until the server ends the connection or the time is over."""
     ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
@@ -304,6 +318,69 @@ async def lost(attack):
                 if time.monotonic() >= goes:
                     attack.done["lost"] += 1
                     raise EOFError
+
+            await until_over(attack, web, live)
+
+    await attack.many(attack.links, offer)
+
+
+async def gone(attack):
+    """All links demand a topic of which each message counts, and are lost for good."""
+
+    async def watch():
+        async with attack.logged_in() as web:
+            begin(web, "/t/**")
+            await demand(web, "/t/events", resume=True)
+            goes = time.monotonic() + 2.0
+            while time.monotonic() < goes:
+                with contextlib.suppress(asyncio.TimeoutError):
+                    await web.recv(0.1)
+                acknowledge(web)
+        attack.done["gone"] += 1
+        await asyncio.sleep(attack.seconds_left())
+
+    await attack.many(attack.links, watch)
+
+
+async def readers(attack):
+    """All links demand 25 MB/s, read what comes, and acknowledge it."""
+
+    async def read():
+        async with attack.logged_in() as web:
+            begin(web, "/t/**")
+            await demand(web, "/t/large")
+            while attack.seconds_left():
+                before = web.received
+                with contextlib.suppress(asyncio.TimeoutError):
+                    await web.recv(0.2)
+                attack.done["bytes"] += web.received - before
+                acknowledge(web)
+
+    await attack.many(attack.links, read)
+
+
+async def unplaced(attack):
+    """Each link offers topics or services of its own, more than find a place together."""
+    turns = itertools.count(1)
+
+    async def offer():
+        turn = next(turns)
+        service = {"kind": "service", "type": CALLED, "epoch": 1}
+        async with attack.logged_in() as web:
+            begin(web)
+            own = f"/o/{os.urandom(4).hex()}n"
+            for first in range(1, UNPLACED, 250):
+                offered = [topic(n, f"{own}{n}") for n in range(first, first + 250)]
+                if turn % 2 == 0:
+                    named = [(c["channel"], c["name"]) for c in offered]
+                    offered = [{"channel": n, "name": name, **service} for n, name in named]
+                say(web, type="offer", channels=offered)
+                attack.done["topics" if turn % 2 else "services"] += len(offered)
+                await web.drain()
+
+            async def live():
+                web.send(SIGN_OF_LIFE)
+                await asyncio.sleep(0.3)
 
             await until_over(attack, web, live)
 

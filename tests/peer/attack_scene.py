@@ -43,9 +43,12 @@ ATTACKS = (
     "toggles",
     "frames",
 )
+# These need long, or are about another figure than delays: tools/bench/attack alone does them.
+MEASURED = ("gone", "readers", "unplaced")
 # Their links have to live on: else the server ends them before they do what they are to do.
-LEGAL = ("large", "never_reads", "texts", "listeners", "mirrors", "lost", "frames")
-WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "lost", "toggles")  # attack_nodes.py
+LEGAL = ("large", "never_reads", "texts", "listeners", "mirrors", "lost", "frames", *MEASURED)
+# attack_nodes.py
+WITH_NODES = ("bomb", "large", "unfinished", "never_reads", "lost", "toggles", *MEASURED)
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LATE_SECONDS = 30.0  # what has not arrived so long after the attack is lost
@@ -70,6 +73,10 @@ RULES = {
         },
     },
 }
+
+
+# Of the server beside these.
+PARAMETERS = {"readers": {"bytes_per_second": 1_000_000}}
 
 
 class Seen:
@@ -194,6 +201,7 @@ class Scene:
             "listen": {"address": "127.0.0.1", "port": port, **listen_parameters(self._way)},
             "memory_max": MEMORY_MAX,
             "auth": {"method": "token", "token_file": token_file(self._folder, tokens)},
+            **PARAMETERS.get(self._attack, {}),
             **parameters,
         }
         dialed = door if self._relay else port

@@ -41,6 +41,7 @@ class Web:
 
     def __init__(self, reader, writer):
         self.reader, self.writer = reader, writer
+        self.received = 0  # bytes of packets since the login
 
     def write(self, data):
         self.writer.write(data)
@@ -58,7 +59,9 @@ class Web:
         if size >= 126:
             wide = size == 127
             size = int.from_bytes(await self.reader.readexactly(8 if wide else 2), "big")
-        return head[0] & 15, await self.reader.readexactly(size)
+        data = await self.reader.readexactly(size)
+        self.received += size if head[0] & 15 == BINARY else 0
+        return head[0] & 15, data
 
     async def until_closed(self, seconds):
         """Reads everything until the server ends the connection or the time is over."""
@@ -136,6 +139,7 @@ class Attack:
             web.send(encode_login("token", token or next(self._tokens)))
             opcode, _ = await web.recv(patience)
             self.done["refused" if opcode == CLOSE else "logged_in"] += 1
+            web.received = 0
             yield web
 
     async def many(self, workers, act, pause=0.0):

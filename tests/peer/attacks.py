@@ -33,6 +33,9 @@ ATTACKS = {
     "listeners": peers.listeners,
     "mirrors": peers.mirrors,
     "lost": peers.lost,
+    "gone": peers.gone,
+    "readers": peers.readers,
+    "unplaced": peers.unplaced,
     "toggles": peers.toggles,
     "frames": peers.frames,
 }
