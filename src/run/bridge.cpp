@@ -1,5 +1,8 @@
 #include "run/bridge.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <chrono>
@@ -23,6 +26,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr Duration kDiagnosesPeriod = std::chrono::seconds(5);
+constexpr int kDiagnosisNice = 5;
 
 constexpr char kNotRecorded[] = "the call cannot be recorded, and audit.required is set";
 
@@ -395,13 +399,22 @@ void Bridge::publish_diagnostics(const StatusPicture& picture) {
 
 // On a thread of its own: a diagnosis takes as long as the status is.
 void Bridge::diagnose(std::shared_ptr<const StatusPicture> picture) {
-  if (std::exchange(diagnosing_, true)) return;
-  boost::asio::post(diagnosis_,
-                    [this, picture = std::move(picture), facts = facts_of(parameters_.config())] {
-                      const Json status = Json::parse(to_json(*picture), nullptr, false);
-                      feed_later(FindingsMade{findings_for_peers(status, facts)});
-                      boost::asio::post(io_, [this] { diagnosing_ = false; });
-                    });
+  const auto& links = picture->side.links;
+  const auto is_open = [](const LinkStatus& link) { return link.open; };
+  if (diagnosing_ || std::none_of(links.begin(), links.end(), is_open)) return;
+  diagnosing_ = true;
+  boost::asio::post(diagnosis_, [this, picture = std::move(picture),
+                                 facts = facts_of(parameters_.config())] {
+    // Linux sets the priority of this thread alone.
+    (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kDiagnosisNice);
+    try {
+      const Json status = Json::parse(to_json(*picture), nullptr, false);
+      feed_later(FindingsMade{findings_for_peers(status, facts)});
+    } catch (const std::exception& error) {  // no memory
+      log_later(LogLevel::kWarn, std::string{"peers are not told of findings: "} + error.what());
+    }
+    boost::asio::post(io_, [this] { diagnosing_ = false; });
+  });
 }
 
 void Bridge::stop() {

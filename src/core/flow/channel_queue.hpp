@@ -111,6 +111,8 @@ class ChannelQueue {
     front_.reset();
     if (deltas_) deltas_->clear();
   }
+  // A rate has left out this packet of a video.
+  void leave_out(OriginId origin, std::uint64_t order) { groups_.left_out(origin, order); }
   void forget_base(OriginId origin) {
     front_.reset();
     turns_.erase(origin);

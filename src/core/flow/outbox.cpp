@@ -128,6 +128,7 @@ Outbox::Unarrived Outbox::take_unarrived(ChannelId channel) {
     result.messages = queue.take_unarrived();
     result.last_sequence = queue.last_sequence();
   });
+  held_.resize(held_bytes());  // whoever takes them counts them
   return result;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -17,12 +18,19 @@ namespace connect_bridge {
 // single-threaded.
 class PacketGroups {
  public:
+  // A rate left this packet out: that is no gap, and its camera begins again by itself.
+  void left_out(OriginId origin, std::uint64_t order) {
+    const auto known = publishers_.find(origin);
+    if (known == publishers_.end() || order <= known->second.last) return;
+    if (known->second.left_out.size() < kLeftOutMax) known->second.left_out.insert(order);
+  }
   // The message has come, in its publisher's order.
   void came(OutMessage& message) {
     const auto known = publishers_.find(message.subject.origin());
     const bool is_packet = message.video != VideoPart::kNone;
     if (message.order == 0 || (!is_packet && known == publishers_.end())) return;
     Publisher& publisher = publishers_[message.subject.origin()];
+    publisher.skip_left_out();
     if (message.order != publisher.last + 1) publisher.miss();
     publisher.last = message.order;
     if (is_packet)  // else parameters alone, to which no picture refers
@@ -52,6 +60,7 @@ class PacketGroups {
   void forget(OriginId origin) { publishers_.erase(origin); }
 
   static constexpr std::uint32_t kSkippedMax = 300;  // ten seconds of 30 a second
+  static constexpr std::size_t kLeftOutMax = 1024;   // of a publisher; beyond it they are a gap
   static constexpr std::size_t kCamerasMax = 64;     // of a publisher; beyond it all begin again
 
  private:
@@ -66,7 +75,12 @@ class PacketGroups {
     std::uint64_t last = 0;   // order of what came
     std::uint64_t first = 0;  // of a new camera, as `came`
     std::unordered_map<std::uint64_t, Camera> cameras;
+    std::set<std::uint64_t> left_out;  // behind `last`
 
+    void skip_left_out() {
+      while (left_out.erase(last + 1) > 0) ++last;
+      left_out.erase(left_out.begin(), left_out.upper_bound(last));
+    }
     void miss() {
       first = kLost;
       for (auto& [id, camera] : cameras) camera.came = kLost;  // mutant: packets_of_any_camera

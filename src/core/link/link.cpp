@@ -42,6 +42,7 @@ void Link::opened(std::unique_ptr<Connection> connection, const Now& now) {
 void Link::lose(Loss loss, const Now& now) {
   life.lost(loss, connection_->dead_at(), now);
   connection_->close();
+  channels_.release();  // another link of the identity may offer as many
 }
 
 void Link::keep_texts() {

@@ -344,7 +344,7 @@ void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   link.lose(loss, now);
   carrying_.erase(link.connection()->id());
   due_.gone(link.connection()->id());
-  begin_end(link, is_dead(loss), now);
+  begin_end(link, is_dead(loss) || link.life.is_to_die(now), now);
   if (options_.role == Role::kServer || stopped_) return;
   // The back-off stays for a peer that accepts the login and then closes the link.
   if (link.life.open_for(now) >= kSteadyLink) dialer_.opened();
@@ -444,7 +444,8 @@ bool Links::on_time(Link& link, const Now& now) {
   link.timer.cancel();
   link.mark();
   if (link.end.goes_on_at) {
-    const bool late = link.end.late_at <= now.steady;
+    const bool late =
+        link.end.late_at <= now.steady || (!link.end.dies && link.life.is_to_die(now));
     end_some(link, late ? LinkEnd::kAll : options_.ends_at_once, now);
     return true;
   }

@@ -205,12 +205,12 @@ std::string PeerService::no_room(std::size_t bytes) const {
       service_.gives_results()
           ? kResultCallsMax
           : std::size_t{decision_.treatment.calls_max} + limits.calls_waiting_max;
-  if (link_.connection() && bytes > link_.peer_message_bytes_max())
+  if (link_.open() && bytes > link_.peer_message_bytes_max())
     return "a request is larger than " + link_.label() + " accepts";
   if (calls_.size() >= calls_max || load_.calls.used() >= kPeerCallsMax)
     return "too many calls without an answer";
   if (load_.request_bytes.used() + bytes > limits.call_bytes_max ||
-      (link_.connection() && link_.outbox().kept_bytes() > kept_bytes_max(limits.call_bytes_max)))
+      (link_.open() && link_.outbox().kept_bytes() > kept_bytes_max(limits.call_bytes_max)))
     return "too many bytes of requests wait for " + link_.label();
   if (bytes > link_.memory.room()) return std::string(kNoMemoryOf) + link_.label();
   if (last_.value >= UINT32_MAX - 1) return "no call numbers are left";

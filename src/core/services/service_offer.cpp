@@ -247,9 +247,9 @@ std::string ServiceOffer::no_room_for_request(std::size_t bytes) const {
 
 std::string ServiceOffer::no_room_for_answer(std::size_t bytes) const {
   const std::uint64_t bytes_max = exports_.options.call_bytes_max;
-  if (link_.connection() && bytes > link_.peer_message_bytes_max()) return kTooLarge;
+  if (link_.open() && bytes > link_.peer_message_bytes_max()) return kTooLarge;
   if (load_.answer_bytes.used() > bytes_max ||
-      (link_.connection() && link_.outbox().kept_bytes() > kept_bytes_max(bytes_max)))
+      (link_.open() && link_.outbox().kept_bytes() > kept_bytes_max(bytes_max)))
     return "too many bytes of answers wait for this peer";
   // The answer itself is counted in the link's memory already.
   return link_.memory.room() == 0 ? kNoMemory : "";

@@ -137,7 +137,7 @@ void Missing::ask(Link& link, OfLink& of_link, const std::vector<Wish>& wishes) 
     const bool has_place = of_link.answers.contains(wish) ||
                            of_link.answers.size() + of_link.under_way.size() < kAnswersMax;
     if (question.names.size() >= kAskedMax || !has_place) break;
-    auto asked = question_of(link, wish);
+    auto asked = question_of(side_, link, wish);
     if (!asked) continue;
     question.names.push_back(*std::move(asked));
     of_link.under_way.push_back(wish);

@@ -88,7 +88,7 @@ struct Why {
 };
 
 // No rule here opens it: which came nearest.
-Why why_forbidden(const PolicyTrace& trace, std::string_view name, const Identity& who) {
+Why why_forbidden(const PolicyTrace& trace, std::string_view name) {
   for (const RuleTrace& said : trace)
     if (said.applies && said.denied_by)
       return {MissingReason::kDenied, said.rule->name,
@@ -100,8 +100,7 @@ Why why_forbidden(const PolicyTrace& trace, std::string_view name, const Identit
   for (const RuleTrace& said : trace)
     if (said.opened_by && said.type_fits)
       return {MissingReason::kOtherPeer, said.rule->name,
-              "the rule " + said.rule->name + " here is for other peers" +
-                  (who.name.empty() ? "" : " than " + who.name)};
+              "the rule " + said.rule->name + " here is for other peers"};
   return {MissingReason::kNoRule, "", with_hidden("no rule here allows it", name)};
 }
 
@@ -201,6 +200,7 @@ class Search {
   std::map<std::pair<std::string_view, std::string_view>, std::string_view> published_;
   MissingFound found_;
   std::vector<MissingName> lonely_;
+  std::vector<MissingName> declined_;
   std::set<std::string> lookers_;  // nodes that subscribe to what nobody here publishes
   std::set<Id> known_;
 };
@@ -214,7 +214,7 @@ std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_n
   PolicyTrace trace;
   if (found_.names.size() < MissingName::kMissingMax)
     static_cast<void>(side_.policy.decide(direction, what, who, &trace));
-  return why_forbidden(trace, action_or_name(wish), who);
+  return why_forbidden(trace, action_or_name(wish));
 }
 
 std::optional<Why> Search::declined(const Wish& wish) const {
@@ -392,9 +392,11 @@ void Search::channels() {
 // subscriber.
 void Search::declines() {
   for (const auto& [number, offer] : link_.declined()) {
-    const Wish wish{offer.kind, false, offer.key.first, offer.key.second};
-    if (may_be_wished(wish.kind, wish.name, wish.type))
-      add(wish,
+    const auto& [name, type] = offer.key;
+    const Wish wish{offer.kind, false, name, type};
+    if (offer.kind != InterfaceKind::kOther && is_canonical_name(name) && is_type_name(type) &&
+        may_be_wished(wish.kind, name, type))
+      add(declined_, wish,
           {MissingReason::kDeclined, "", "declined here: " + offer.why.reason, offer.why.code},
           Waiting::kNobody);
   }
@@ -407,6 +409,7 @@ MissingFound Search::take() {
   } else {
     found_.further += lonely_.size();
   }
+  names.insert(names.end(), declined_.begin(), declined_.end());
   if (names.size() > MissingName::kMissingMax) {
     found_.further += names.size() - MissingName::kMissingMax;
     names.resize(MissingName::kMissingMax);
@@ -479,9 +482,11 @@ std::string_view answer_to(const SideView& side, const Link& link, const AskedNa
               [&](const auto&) { return !side.claims.serves(service_gid(local)); });
 }
 
-std::optional<AskedName> question_of(const Link& link, const Wish& wish) {
+std::optional<AskedName> question_of(const SideView& side, const Link& link, const Wish& wish) {
   auto wire_name = link.names.to_wire(wish.name);
   if (!wire_name) return std::nullopt;
+  const Interface what{wish.kind, *wire_name, wish.type, action_type_of(wish)};
+  if (!side.policy.decide(Direction::kImport, what, link.login.identity())) return std::nullopt;
   return AskedName{wish.kind, *std::move(wire_name), wish.type};
 }
 

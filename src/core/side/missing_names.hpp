@@ -59,7 +59,9 @@ inline constexpr std::size_t kLonelyMax = 10;
 // The code that this side answers when the peer of a link asks for a name.
 [[nodiscard]] std::string_view answer_to(const SideView& side, const Link& link,
                                          const AskedName& asked);
-// The question of this side to the peer; nullopt: the peer cannot see that name.
-[[nodiscard]] std::optional<AskedName> question_of(const Link& link, const Wish& wish);
+// The question of this side to the peer; nullopt: the peer cannot see that name, or the rules here
+// do not let it in any longer.
+[[nodiscard]] std::optional<AskedName> question_of(const SideView& side, const Link& link,
+                                                   const Wish& wish);
 
 }  // namespace connect_bridge

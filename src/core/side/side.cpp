@@ -176,9 +176,29 @@ void Side::on(LimitsChanged& input, const Now& now) {
   links_.on(input, now);
 }
 
+// Channels may have ended since the findings were made.
 void Side::on(FindingsMade& input, const Now&) {
-  for (auto& [id, link] : links_.all())
-    if (link.open()) link.send_findings(input.of_links[id]);
+  for (auto& [id, link] : links_.all()) {
+    if (!link.open()) continue;
+    auto& findings = input.of_links[id];
+    if (!findings.empty()) {
+      std::set<std::string> crossing;
+      for (const ChannelFacts& channel : channels_of(link)) crossing.insert(channel.name);
+      std::erase_if(findings, [&](const PeerFinding& finding) {
+        return !finding.name.empty() && !crossing.contains(finding.name);
+      });
+    }
+    link.send_findings(findings);
+  }
+}
+
+std::vector<ChannelFacts> Side::channels_of(const Link& link) const {
+  std::vector<ChannelFacts> channels;
+  exports_.add_channels(link, channels);
+  imports_.add_channels(link, channels);
+  service_exports_.add_channels(link, channels);
+  service_imports_.add_channels(link, channels);
+  return channels;
 }
 
 Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {
@@ -389,10 +409,7 @@ void Side::look_for_missing(const Now& now) {
   Link& link = found->second;
   const Outputs::Paying paying(outputs_, link.account->time);
   LinkPicture picture;
-  exports_.add_channels(link, picture.channels);
-  imports_.add_channels(link, picture.channels);
-  service_exports_.add_channels(link, picture.channels);
-  service_imports_.add_channels(link, picture.channels);
+  picture.channels = channels_of(link);
   picture.heard = exports_.listened_by(link);
   auto wishes = wishes_of(local_.view, local_.claims);
   picture.brought = std::erase_if(wishes, [&](const Wish& wish) {

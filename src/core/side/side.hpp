@@ -166,6 +166,7 @@ class Side final : private LinkUser {
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);  // to all open links
   void end_work(Link& link, const Now& now);
+  [[nodiscard]] std::vector<ChannelFacts> channels_of(const Link& link) const;
   void look_for_missing(const Now& now);
   [[nodiscard]] LinkStatus status_of(const Link& link, const Now& now) const;
 

@@ -46,6 +46,7 @@ void LinkTopics::recheck(const Now& now) {
 // A place becomes free when another publisher ends: of this topic, of another one, or of another
 // link of the identity. Thousands of topics may wait for a place, so they take turns.
 void LinkTopics::try_left_out(const Now& now) {
+  if (finished_) return;
   bool any = false;
   for (std::size_t n = std::min(left_out_.size(), kLooksAtOnce); n > 0; --n) {
     auto next = left_out_.upper_bound(looked_at_);

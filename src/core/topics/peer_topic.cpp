@@ -478,6 +478,9 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
   const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return dropped_.add(DropReason::kUnknownOrigin);
   TopicMirror& mirror = *origin->second;
+  // The feeder's link is lost, and its topics have not all had their turn to end.
+  if (!mirror.candidates().empty() && !mirror.candidates().front().link->open())
+    mirror.update(now, this);
   if (const auto reason = mirror.refusal(link_)) return dropped_.add(*reason);
   if (!is_serialized(raw.view())) return dropped_.add(DropReason::kPublishFailed);
   if (parameter_events_ &&

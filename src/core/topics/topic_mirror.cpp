@@ -181,7 +181,7 @@ bool TopicMirror::refresh(const Now& now) {
   // A publisher sends to all its subscribers, and nothing twice: another one is made.
   if (feeder() && misses_samples()) vanish();  // mutant: late_subscriber
   const bool exists = may_exist();
-  if (exists && !id_ && feeder()) {
+  if (exists && !id_ && feeder() && candidates_.front().link->open()) {
     const bool settled = has_settled(now);
     if (has_waited_for_name(now) && settled && may_be_made(now)) {
       taken_over = true;

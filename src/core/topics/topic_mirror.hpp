@@ -33,12 +33,12 @@ using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 // A link that offers the origin of a mirror.
 struct MirrorCandidate {
   Link* link = nullptr;
-  PeerTopic* offered = nullptr;  // null: the link is lost, or has not offered the origin again
+  PeerTopic* offered = nullptr;  // null: the link has not offered the origin again, or is lost
   bool declined = false;         // we declined its type, and the peer has not withdrawn it yet
   Qos qos{};                     // of the origin, as this link offers it
   bool refused = false;          // a decline was sent because no publisher could be made
 
-  [[nodiscard]] bool is_usable() const { return offered && !declined; }
+  [[nodiscard]] bool is_usable() const { return offered && !declined && link->open(); }
 };
 
 // The candidate of this link. Null: the link is not one of the candidates.

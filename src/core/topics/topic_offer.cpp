@@ -271,7 +271,8 @@ void TopicOffer::on_wheel(WheelState state, const Now&) {
 }
 
 bool TopicOffer::steers() const {
-  return is_open() && demanded() && treatment().drives != false && driving::command_type(type());
+  return is_open() && link_.open() && demanded() && treatment().drives != false &&
+         driving::command_type(type());
 }
 
 const std::string& TopicOffer::name() const {
@@ -390,6 +391,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
     return true;
   }
   if (sample.video != VideoPart::kNone) {  // nothing decodes it later, behind those that follow
+    if (queue_) queue_->leave_out(origin, sample.order);
     lose(sample, DropReason::kRate);
     return false;
   }

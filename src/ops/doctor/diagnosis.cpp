@@ -64,6 +64,7 @@ bool takes_all_of(const Pattern& by, const Pattern& names) {
 
 // Whether all that `rule` opens is opened before it, for everybody.
 bool is_hidden_by(const Rule& before, const Rule& rule) {
+  if (!rule.deny.empty()) return false;  // a deny counts wherever it stands
   if (!before.identities.empty() || !before.groups.empty() || !before.types.empty()) return false;
   bool opens = false;
   for (const Direction direction : {Direction::kExport, Direction::kImport})

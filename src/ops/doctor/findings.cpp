@@ -220,11 +220,12 @@ constexpr Finding kFindings[] = {
      "set `listen.address`, or pair with `server --pair`; a client on this machine, or a proxy or "
      "tunnel here, needs no change. One end must run a client: two servers do not link"},
     {"proxy_header_unexpected", kHint,
-     "nobody is linked, and a proxy came with a header of the PROXY protocol that this server does "
-     "not expect",
-     "set `listen.proxy_header: proxy_protocol`, and name the proxy in `listen.trusted_proxies`; "
-     "or "
-     "let the proxy send none (HAProxy: no send-proxy)"},
+     "nobody is linked, and connections began with a header of the PROXY protocol, which this side "
+     "does not expect",
+     "if a proxy of yours stands before this server: `listen.proxy_header: proxy_protocol`, and "
+     "the "
+     "proxy's own address in `listen.trusted_proxies`; or let it send none (HAProxy: no "
+     "send-proxy). Strangers send such headers, too: they need nothing"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "the server's log says who and why. `auth.method` token: make one for who is to come (`ctl "
      "token`); jwt: compare issuer, audience and expiry of the JWT with `auth.jwt_issuer` and "
@@ -280,7 +281,7 @@ constexpr Finding kFindings[] = {
      "it comes from the other side, and a node here publishes it, too: subscribers get both",
      "stop one of the two, or give this side a `prefix`; for commands a multiplexer decides "
      "(docs/recipes.md)"},
-    {"two_of_one_driver", kFault,
+    {"two_of_one_driver", kHint,
      "two nodes of one operator publish these commands: one of them drives, and the other's are "
      "dropped",
      "end one of the two, or put a multiplexer before the bridge (twist_mux, docs/recipes.md)"},
@@ -296,8 +297,8 @@ constexpr Finding kFindings[] = {
     {"several_servers", kHint,
      "several nodes here serve it: each call reaches all of them, and the first answer counts",
      "end all but one of them"},
-    {"server_ends", kFault, "its server ended while it had calls, again and again",
-     "look at the log of the node that serves it: it crashes in these calls, or is killed"},
+    {"server_ends", kHint, "calls are lost at its server, and none is answered",
+     "look at the log of the node that serves it: does it crash in these calls, or is it killed?"},
     {"path_too_long", kFault,
      "the path takes longer than a rule's `max_age`, so what crosses is too old when it arrives",
      "raise `max_age` above that time, or use a faster path"},
@@ -419,6 +420,15 @@ const Finding* finding_of(std::string_view id) {
   return found == std::end(kFindings) ? nullptr : &*found;
 }
 
+namespace {
+
+bool is_hint(const Found& one) {
+  const Finding* finding = finding_of(one.id);
+  return one.is_hint || (finding && finding->is_hint);
+}
+
+}  // namespace
+
 std::vector<Found> gathered(const std::vector<Found>& found) {
   constexpr std::size_t kNamesMax = 4;
   struct Group {
@@ -427,12 +437,11 @@ std::vector<Found> gathered(const std::vector<Found>& found) {
   };
   std::vector<Group> groups;
   for (const Found& one : found) {
-    const Finding* finding = finding_of(one.id);
-    const bool is_hint = finding && finding->is_hint;
+    const bool hint = is_hint(one);
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& known) {
       return known.first.id == one.id && known.first.program == one.program &&
-             !known.first.subject.empty() && !one.subject.empty() &&
-             (is_hint || known.first.detail == one.detail);
+             is_hint(known.first) == hint && !known.first.subject.empty() && !one.subject.empty() &&
+             (hint || known.first.detail == one.detail);
     });
     if (group == groups.end()) {
       groups.push_back({one});
@@ -452,10 +461,7 @@ std::vector<Found> gathered(const std::vector<Found>& found) {
 }
 
 std::vector<Found> sorted(std::vector<Found> found) {
-  const auto rank = [](const Found& one) {
-    const Finding* finding = finding_of(one.id);
-    return (finding && finding->is_hint ? 2 : 0) + (one.waits ? 0 : 1);
-  };
+  const auto rank = [](const Found& one) { return (is_hint(one) ? 2 : 0) + (one.waits ? 0 : 1); };
   std::stable_sort(found.begin(), found.end(),
                    [&](const Found& a, const Found& b) { return rank(a) < rank(b); });
   return found;
@@ -468,7 +474,7 @@ std::string report_text(const std::vector<Found>& found) {
   for (const Found& one : sorted(found)) {
     const Finding* finding = finding_of(one.id);
     if (!finding) continue;
-    text += fmt::format("{}{}{}{}\n", finding->is_hint ? "hint: " : "",
+    text += fmt::format("{}{}{}{}\n", is_hint(one) ? "hint: " : "",
                         one.program.empty() ? "" : one.program + ": ",
                         one.subject.empty() ? "" : one.subject + ": ", finding->cause);
     if (!one.detail.empty()) text += "  seen: " + one.detail + "\n";
@@ -483,7 +489,7 @@ std::string report_json(const std::vector<Found>& found) {
     const Finding* finding = finding_of(one.id);
     if (!finding) continue;
     findings.push_back({{"id", finding->id},
-                        {"hint", finding->is_hint},
+                        {"hint", is_hint(one)},
                         {"program", one.program},
                         {"subject", one.subject},
                         {"detail", one.detail},
@@ -496,10 +502,8 @@ std::string report_json(const std::vector<Found>& found) {
 }
 
 bool has_fault(const std::vector<Found>& found) {
-  return std::any_of(found.begin(), found.end(), [](const Found& one) {
-    const Finding* finding = finding_of(one.id);
-    return finding && !finding->is_hint;
-  });
+  return std::any_of(found.begin(), found.end(),
+                     [](const Found& one) { return finding_of(one.id) && !is_hint(one); });
 }
 
 }  // namespace connect_bridge

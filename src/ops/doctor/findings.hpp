@@ -28,6 +28,7 @@ struct Found {
   std::string detail = {};   // what was seen; may be empty
   bool waits = false;        // somebody waits for what does not work
   std::string program = {};  // the one of several that it is about; empty: the only one
+  bool is_hint = false;      // though the finding is a fault: a peer says so, or nobody waits
 
   friend bool operator==(const Found&, const Found&) = default;
 };

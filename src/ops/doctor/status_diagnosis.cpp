@@ -28,6 +28,7 @@ constexpr double kBreaksSeconds = 600;
 constexpr double kMostOfAge = 0.8;    // of a rule's max_age
 constexpr double kRoundTripMs = 800;  // more than by a satellite
 constexpr double kServersLost = 3;
+constexpr char kItsWords[] = "\"here\" and \"this side\" are the other end";
 constexpr double kUnheard = 10;  // s; a peer acknowledges at once
 constexpr std::size_t kKeyBytes = 100;
 constexpr double kShortBreak = 1;     // s
@@ -37,24 +38,26 @@ constexpr double kSameAge = 1.25;     // the oldest of connections of one age, b
 constexpr double kLimitShare = 0.8;   // of a limit: it is what slows down
 constexpr double kDroppedShare = 0.05;
 constexpr double kStarvedShare = 0.95;   // of what a rule's rate keeps, on purpose as it seems
+constexpr double kSteadyShare = 0.2;     // of commands: more than a moment's
 constexpr double kSegments = 100;        // less says nothing about a path
 constexpr double kShortestLately = 300;  // s, the time of counts called lately, at least
 constexpr double kAmple = 2;
 constexpr double kTimesHeldUp = 3;  // lately; less may be one busy moment of the machine
 
 // The finding that the importer's code of a declined channel means (docs/protocol.md, "decline").
-std::string_view finding_of_decline(const std::string& code) {
+std::string_view finding_of_decline(const std::string& code, bool is_exported) {
   if (code == "type_unknown") return "type_not_installed";
   if (code == "type_mismatch") return "definitions_differ";
-  if (code == "not_permitted") return "not_taken";
+  if (code == "not_permitted") return is_exported ? "not_taken" : "declined";
   return "declined";
 }
 
 // The finding of a missing name. Most reasons are findings.
-std::string_view finding_of_missing(const std::string& reason, const std::string& code) {
+std::string_view finding_of_missing(const std::string& reason, const std::string& code,
+                                    bool is_exported) {
   if (reason == "type_unknown") return "type_not_installed";
   if (reason == "lost") return "lost_in_middleware";
-  if (reason == "declined") return finding_of_decline(code);
+  if (reason == "declined") return finding_of_decline(code, is_exported);
   const Finding* const same = finding_of(reason);
   return same ? same->id : "declined";
 }
@@ -120,7 +123,7 @@ class Doctor {
   void know(const Json& status);
   void add(std::string_view id, std::string subject = {}, std::string detail = {},
            bool waits = false) {
-    found_.push_back({id, std::move(subject), std::move(detail), waits, {}});
+    found_.push_back({id, std::move(subject), std::move(detail), waits});
   }
   void way(const Json& status);
   void relays(const Json& status);
@@ -144,6 +147,7 @@ class Doctor {
   bool is_robot_ = true;
   bool carries_ = false;  // something crosses, or has
   std::optional<double> now_;
+  std::set<std::string> halting_;  // rules by which a topic comes that can be halted
   std::vector<Found> found_;
 };
 
@@ -151,8 +155,10 @@ std::vector<Found> Doctor::take(bool gathers) {
   const auto is = [](std::string_view id) {
     return [id](const Found& one) { return one.id == id; };
   };
-  if (std::any_of(found_.begin(), found_.end(), is("clocks_differ")))
-    std::erase_if(found_, is("clocks_apart"));
+  const auto is_own = [&](const Found& one) {
+    return one.id == "clocks_differ" && one.program.empty();
+  };
+  if (std::any_of(found_.begin(), found_.end(), is_own)) std::erase_if(found_, is("clocks_apart"));
   return gathers ? gathered(found_) : std::move(found_);
 }
 
@@ -190,9 +196,13 @@ bool Doctor::is_missed(const Json& name) const {
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
     if (!is_missed(name)) continue;
-    const auto finding = finding_of_missing(text_in(name, "reason"), text_in(name, "code"));
+    const std::string reason = text_in(name, "reason"), waits = text_in(name, "waits");
+    const auto finding = finding_of_missing(reason, text_in(name, "code"), is_exported(name));
+    // What this side declines may be what nobody here wants.
+    const bool is_declined = !is_exported(name) && reason == "declined" && waits == "nobody";
     add(finding, text_in(name, "name"), text_in(name, "text"),
-        !is_exported(name) || text_in(name, "waits") == "peer");
+        is_exported(name) ? waits == "peer" : !is_declined);
+    found_.back().is_hint = is_declined;
   }
 }
 
@@ -222,13 +232,15 @@ void Doctor::topic(const Json& link, const Json& topic) {
   if (many("too_large", kDroppedShare)) add("drops_too_large", name, counted("too_large"), true);
   if (many("memory", kDroppedShare)) add("drops_memory", name, counted("memory"), true);
   const std::string wheel = text_in(topic, "wheel");
-  // Who has the wheel, and has one publisher, was not the one whose commands were dropped.
-  if (many("wheel", kDroppedShare) && (wheel != "yours" || number_in(topic, "origins") > 1))
-    add(wheel == "halted"  ? "let_go_first"
-        : wheel == "yours" ? "two_of_one_driver"
-                           : "another_drives",
-        name, counted("wheel"));
-  if (rule.halts && !is_exported(topic) && !driving::command_type(text_in(topic, "type")))
+  // Drops of the last minutes, and who steers now: who has the wheel alone, or whoever steers after
+  // another one, lacks nothing.
+  if (many("wheel", kDroppedShare)) {
+    if (wheel == "halted") add("let_go_first", name, counted("wheel"));
+    if (wheel == "taken" || wheel.empty()) add("another_drives", name, counted("wheel"));
+    if (wheel == "yours" && number_in(topic, "origins") > 1 && many("wheel", kSteadyShare))
+      add("two_of_one_driver", name, counted("wheel"));
+  }
+  if (is_robot_ && rule.halts && !is_exported(topic) && !halting_.contains(text_in(topic, "rule")))
     add("halts_nothing", name, text_in(topic, "type"));
   if (is_exported(topic) && messages > 0 && wheel == "taken") add("another_drives", name);
   if (is_exported(topic) && messages > 0 && wheel == "halted") add("let_go_first", name);
@@ -261,7 +273,7 @@ void Doctor::service(const Json& service) {
   if (late > 0 && lately_in(service, "answered") == 0)
     add("service_silent", name, fmt::format("{:.0f} calls timed out, none was answered", late),
         true);
-  else if (is_exported(service) && number_in(service, "lost") >= kServersLost &&
+  else if (is_exported(service) && !is_of_action && number_in(service, "lost") >= kServersLost &&
            number_in(service, "answered") == 0)
     add("server_ends", name, fmt::format("{:.0f} calls were lost", number_in(service, "lost")),
         true);
@@ -422,6 +434,10 @@ void Doctor::link(const Json& link) {
   peer_findings(link, who);
   missing(link);
   if (!is_broken) thin(link);  // a path that breaks carries less than it could
+  halting_.clear();
+  for (const Json& one : part_of(link, "topics"))
+    if (!is_exported(one) && driving::command_type(text_in(one, "type")))
+      halting_.insert(text_in(one, "rule"));
   bool exports = false;
   bool is_heard = false;  // a node here subscribes to a topic of the peer: the graph is right
   for (const Json& one : part_of(link, "topics")) {
@@ -446,7 +462,8 @@ void Doctor::peer_findings(const Json& link, const std::string& who) {
   for (const Json& one : part_of(link, "peer_findings")) {
     const Finding* const known = finding_of(text_in(one, "id"));
     if (!known || !is_for_peers(known->id)) continue;
-    found_.push_back({known->id, text_in(one, "name"), {}, true, "the other end of " + who});
+    found_.push_back(
+        {known->id, text_in(one, "name"), kItsWords, true, "the other end of " + who, true});
   }
 }
 
@@ -479,7 +496,9 @@ void Doctor::way(const Json& status) {
   const bool is_local = part_of(status, "relays").empty() && listens_on_loopback_alone(status);
   const Json& strangers = part_of(status, "strangers");
   const std::string refused = text_in(strangers, "last_refused");
-  if (number_in(strangers, "proxy_headers") > 0) add("proxy_header_unexpected", {}, refused);
+  if (number_in(strangers, "proxy_headers") > 0)
+    add("proxy_header_unexpected", {},
+        fmt::format("{:.0f} connections", number_in(strangers, "proxy_headers")));
   add(is_local ? "loopback_alone" : "nobody_linked", {},
       refused.empty() ? "" : "the last connection that was refused came from " + refused);
 }
@@ -606,7 +625,7 @@ SideFacts facts_of(const Config& config) {
     const Treatment& how = rule.treatment;
     facts.rules[rule.name] = {
         how.max_age == kForever ? 0 : std::chrono::duration<double>(how.max_age).count(),
-        how.priority == Priority::kUrgent, how.bytes_per_second_max > 0,
+        how.priority == Priority::kUrgent, how.bytes_per_second_max > 0 && how.max_rate == 0,
         how.halt_after != kForever};
   }
   return facts;

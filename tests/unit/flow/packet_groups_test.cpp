@@ -60,6 +60,20 @@ TEST(PacketGroups, OtherMessagesAndUnknownNumbersPass) {
   EXPECT_TRUE(leaves(groups, of_another));
 }
 
+// A rate cuts the group of one camera: the packets of another go on, and a loss is still one.
+TEST(PacketGroups, APacketThatARateLeavesOutIsNoGap) {
+  PacketGroups groups;
+  const OriginId publisher = key(1).subject.origin();
+  EXPECT_TRUE(leaves(groups, of_camera(1, key(1))));
+  EXPECT_TRUE(leaves(groups, of_camera(2, key(2))));
+  groups.left_out(publisher, 3);  // of camera 1
+  groups.left_out(publisher, 4);
+  EXPECT_TRUE(leaves(groups, of_camera(2, delta(5))));
+  groups.left_out(publisher, 7);
+  EXPECT_FALSE(leaves(groups, of_camera(2, delta(8)))) << "6 was lost";
+  EXPECT_TRUE(leaves(groups, of_camera(1, key(9))));
+}
+
 TEST(PacketGroups, ParametersBetweenPacketsAreNoGap) {
   PacketGroups groups;
   EXPECT_TRUE(leaves(groups, key(1)));

@@ -73,6 +73,18 @@ struct MissingTest : testing::Test {
     for (const auto& answer : heard<Answered>(connection)) codes = word_of(answer);
     return codes;
   }
+  // Channels from 1 on.
+  static Offer offers(const std::vector<std::string>& names) {
+    Offer offer;
+    for (const std::string& name : names) {
+      ChannelOffer& channel = offer.channels.emplace_back();
+      channel.channel = {static_cast<std::uint32_t>(offer.channels.size())};
+      channel.kind = InterfaceKind::kTopic;
+      channel.name = name;
+      channel.type = kType;
+    }
+    return offer;
+  }
   std::string logged() {
     s.did();
     return std::exchange(s.logged, {});
@@ -275,17 +287,11 @@ TEST_F(MissingTest, AHiddenNameThatIsWantedIsNamedWithItsTrap) {
 // A type that is not installed has no subscriber, so nobody here asks for its topic.
 TEST_F(MissingTest, ADeclineOfThisSideIsNamed) {
   s.join(1);
-  Offer offer;
-  offer.channels.resize(1);
-  offer.channels[0].channel = {1};
-  offer.channels[0].kind = InterfaceKind::kTopic;
-  offer.channels[0].name = "/scan";
-  offer.channels[0].type = "no type";
-  s.say(1, offer);
+  s.say(1, offers({"/scan", "/scan", "not a name"}));
   settle();
   EXPECT_EQ(missing(),
-            "import topic /scan declined by not_permitted: declined here: the name or type is not "
-            "canonical\n");
+            "import topic /scan declined by limit: declined here: the topic is offered on another "
+            "channel\n");
 }
 
 TEST_F(MissingTest, NamesOfEveryNodeAreLeftOut) {
@@ -470,6 +476,7 @@ std::string text_of(const std::vector<PeerFinding>& findings) {
 
 TEST_F(MissingTest, FindingsAreSentWhenTheyChange) {
   s.join(1);
+  s.say(1, offers({"/a"}));
   const auto said = [&](std::vector<PeerFinding> findings) {
     s.give(FindingsMade{{{LinkId{s.status().links.at(0).number}, std::move(findings)}}});
     std::string all;
@@ -477,7 +484,8 @@ TEST_F(MissingTest, FindingsAreSentWhenTheyChange) {
     return all;
   };
   EXPECT_EQ(said({}), "");
-  EXPECT_EQ(said({{"qos", "/a"}, {"path_full", ""}}), "now\nqos /a\npath_full \n");
+  EXPECT_EQ(said({{"qos", "/a"}, {"qos", "/not_offered"}, {"path_full", ""}}),
+            "now\nqos /a\npath_full \n");
   EXPECT_EQ(said({{"qos", "/a"}, {"path_full", ""}}), "");
   EXPECT_EQ(said({}), "now\n");
   const std::vector<PeerFinding> many(kFindingsMax + 1, {"qos", "/a"});

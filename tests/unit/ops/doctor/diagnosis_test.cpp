@@ -456,6 +456,20 @@ TEST(DoctorStatus, FindingsOfThePeerAreTold) {
   EXPECT_EQ(found[0].program, "the other end of link 1 to /peer");
   EXPECT_EQ(found[0].subject, "/cmd_vel");
   EXPECT_TRUE(found[0].waits);
+  EXPECT_FALSE(has_fault(found)) << "a peer's word is no reason for an exit code";
+}
+
+// The importer's own word; and what it declines may be what nobody there wants.
+TEST(DoctorStatus, ADeclineOfThisSideIsAHint) {
+  const auto found = [](const char* waits, const char* code) {
+    return diagnose_status(status_of(link_with(
+        std::string(R"({"missing": [{"name": "/t", "direction": "import", "reason": "declined",
+          "code": ")") +
+        code + R"(", "waits": ")" + waits + "\"}]}")));
+  };
+  EXPECT_THAT(ids_of(found("nobody", "not_permitted")), ElementsAre("declined"));
+  EXPECT_FALSE(has_fault(found("nobody", "type_unknown")));
+  EXPECT_TRUE(has_fault(found("here", "type_unknown")));
 }
 
 std::string for_peer(const std::string& text) {
@@ -541,6 +555,13 @@ TEST(DoctorStatus, ATypeThatCannotBeHalted) {
               ElementsAre("halts_nothing"));
   EXPECT_THAT(ids_by_rule(rule, R"({"direction": "import", "type": "geometry_msgs/msg/Twist"})"),
               IsEmpty());
+  EXPECT_THAT(ids_by_rule(rule, R"({"direction": "import", "type": "geometry_msgs/msg/Pose"})",
+                          R"({"topics": [{"topic": "/goal", "direction": "import", "rule": "r",
+                              "type": "geometry_msgs/msg/Pose"},
+                             {"topic": "/cmd_vel", "direction": "import", "rule": "r",
+                              "type": "geometry_msgs/msg/Twist"}]})"),
+              IsEmpty())
+      << "the rule halts another topic";
 }
 
 // One of an operator's two publishers holds the wheel; another operator's would be another peer's.
