@@ -302,7 +302,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"type_not_installed",
                    missing_for("declined", "no matter what it says", "type_unknown")},
         StatusCase{"definitions_differ", missing_for("declined", "it", "type_mismatch")},
-        StatusCase{"not_taken", missing_for("declined", "it", "not_permitted")},
+        StatusCase{"declined", missing_for("declined", "it", "not_permitted")},
         StatusCase{"declined", missing_for("declined", "install a type", "limit")},
         StatusCase{"qos", missing_for("qos")},
         StatusCase{"lost_in_middleware", missing_for("lost")},
@@ -555,12 +555,14 @@ TEST(DoctorStatus, ATypeThatCannotBeHalted) {
               ElementsAre("halts_nothing"));
   EXPECT_THAT(ids_by_rule(rule, R"({"direction": "import", "type": "geometry_msgs/msg/Twist"})"),
               IsEmpty());
-  EXPECT_THAT(ids_by_rule(rule, R"({"direction": "import", "type": "geometry_msgs/msg/Pose"})",
-                          R"({"topics": [{"topic": "/goal", "direction": "import", "rule": "r",
+  EXPECT_THAT(
+      ids_by_rule(
+          rule, R"({"direction": "import", "type": "geometry_msgs/msg/Pose"})",
+          R"({"topics": [{"topic": "/goal", "direction": "import", "rule": "r", "demanded": true,
                               "type": "geometry_msgs/msg/Pose"},
                              {"topic": "/cmd_vel", "direction": "import", "rule": "r",
                               "type": "geometry_msgs/msg/Twist"}]})"),
-              IsEmpty())
+      IsEmpty())
       << "the rule halts another topic";
 }
 
