@@ -97,5 +97,6 @@ def test_after_a_restart_late_subscribers_have_each_once(make_pair, which):
     side = getattr(pair, which)
     side.kill()
     side.start()
+    pair.server.wait_listening()
     pair.client.wait_linked()
     late_subscriber(pair.operator)
