@@ -338,6 +338,9 @@ class Peer(Renewals, Listening, Asking, Calls):
                 if demand["number"]:
                     self.demanded[number] = demand["number"]
 
+    def _on_findings(self, message):
+        """What the side finds is for people."""
+
     def _on_wheel(self, message):
         """Who steers is of no interest here."""
 
