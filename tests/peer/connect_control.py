@@ -187,6 +187,7 @@ def _check_accepts(message):
     require(sum(map(len, stars)) <= WILDCARD_BYTES_MAX, "longer wildcards", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
     member(message, "ros_time", bool, False)
+    member(message, "findings", bool, False)
     if "base" in message:
         require(re.fullmatch("[0-9a-f]{32}", string(message, "base", 32)), "base")
 

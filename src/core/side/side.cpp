@@ -179,7 +179,7 @@ void Side::on(LimitsChanged& input, const Now& now) {
 // Channels may have ended since the findings were made.
 void Side::on(FindingsMade& input, const Now&) {
   for (auto& [id, link] : links_.all()) {
-    if (!link.open()) continue;
+    if (!link.open() || !link.accepts || !link.accepts->list().findings) continue;
     auto& findings = input.of_links[id];
     if (!findings.empty()) {
       std::set<std::string> crossing;
@@ -365,6 +365,7 @@ void Side::send_accepts(Link& link) {
   accepts.ros_time = may_give_time(link);
   accepts.robot = options_.robot;
   accepts.base = link.take_base();
+  accepts.findings = true;
   link.send(accepts);
 }
 

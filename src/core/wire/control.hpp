@@ -161,6 +161,7 @@ struct Accepts {
   bool ros_time = false;                // this side publishes the peer's ROS time
   std::string robot = {};               // "sender" or "receiver": which end is the robot
   Token128 base = {};                   // digest of texts kept from the connection before; or none
+  bool findings = false;                // this side takes "findings"
 
   friend bool operator==(const Accepts&, const Accepts&) = default;
 };

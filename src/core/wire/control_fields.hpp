@@ -169,6 +169,7 @@ void fields(auto& io, Is<Accepts> auto& accepts) {
   io.member("ros_time", accepts.ros_time, Presence::kOptional);
   identifier(io, "robot", accepts.robot, Presence::kOptional);
   io.member("base", accepts.base, Presence::kOptional);
+  io.member("findings", accepts.findings, Presence::kOptional);
 }
 
 void fields(auto& io, Is<Decline> auto& decline) {

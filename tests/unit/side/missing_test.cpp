@@ -476,6 +476,9 @@ std::string text_of(const std::vector<PeerFinding>& findings) {
 
 TEST_F(MissingTest, FindingsAreSentWhenTheyChange) {
   s.join(1);
+  Accepts takes_findings;
+  takes_findings.findings = true;
+  s.say(1, takes_findings);
   s.say(1, offers({"/a"}));
   const auto said = [&](std::vector<PeerFinding> findings) {
     s.give(FindingsMade{{{LinkId{s.status().links.at(0).number}, std::move(findings)}}});
