@@ -32,7 +32,7 @@ struct OutSample {
   VideoPart video = VideoPart::kNone;
   std::uint64_t camera = 0;
 
-  // Whose rate it counts for (RateLimit).
+  // The state whose rate counts it (RateLimit).
   [[nodiscard]] std::uint64_t rate_state() const {
     return video == VideoPart::kNone ? state.value_or(0) : camera;
   }

@@ -73,7 +73,6 @@ void Link::drop_connection() {
   peer_findings_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
-  channels_.release();
   login.lost();
   accepts.lost();
   connection_.reset();

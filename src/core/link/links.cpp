@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kIdentityLinksMin = 8;
 // A link that lives this long counts as a success: the back-off starts again after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
-// What is left of a link after this time ends at once.
+// The rest of a link's end comes at once after this time.
 constexpr Duration kEndsWithin = std::chrono::seconds(2);
 // A connection with packets is read at least this often within dead_after. So neither side takes
 // the other for silent while packets wait for those of other peers.

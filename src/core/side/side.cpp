@@ -316,7 +316,7 @@ bool Side::on_link_lost(Link& link, const Now& now) {
   return over;
 }
 
-// What the peer causes here must not go on until its mirrors have ended.
+// Driving and calls of the peer must not go on until its mirrors have ended.
 void Side::end_work(Link& link, const Now& now) {
   imports_.end_driving(link, now);
   service_exports_.on_link_dead(link.id, now);

@@ -17,7 +17,7 @@ namespace {
 // has left: slow start is over. After quick messages the path may only stand still for a moment.
 constexpr Duration kTellingTime = std::chrono::milliseconds(300);
 constexpr int kTellingRounds = 4;
-// It shows sooner that the path carries far too little.
+// A path that carries far too little shows it sooner.
 constexpr Duration kNearTime = std::chrono::milliseconds(150);
 constexpr int kNearRounds = 2;
 constexpr Duration kNearQueue = std::chrono::milliseconds(50);

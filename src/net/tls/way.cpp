@@ -107,7 +107,7 @@ void Way::race(const std::vector<Race::Endpoint>& addresses) {
   });
 }
 
-// Of several addresses, what follows concerns this one.
+// The address of several that what follows concerns.
 void Way::note_answer(const TcpSocket& socket) {
   ErrorCode gone;
   const auto answered = socket.remote_endpoint(gone);

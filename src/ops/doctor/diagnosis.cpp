@@ -55,7 +55,7 @@ Found diagnose(const Failure& failure) {
 
 namespace {
 
-// Of a wildcard only what is plain: the same one, or all names.
+// Wildcards are compared as texts: the same one, or all names.
 bool takes_all_of(const Pattern& by, const Pattern& names) {
   const bool is_hidden = names.text().find("/_") != std::string::npos;
   if (by == names || (by.text() == "/**" && !is_hidden)) return true;

@@ -122,8 +122,7 @@ constexpr Finding kFindings[] = {
      "the server's log says why. A token: is its entry in the server's token file, has it expired "
      "(`ctl token`), is it written without quotes? A JWT: are its issuer and audience those of "
      "`auth.jwt_issuer` and `auth.jwt_audience`, has it expired? A certificate: is its authority "
-     "in "
-     "the server's `tls.ca`? Have both ends one `auth.method`?"},
+     "in the server's `tls.ca`? Have both ends one `auth.method`?"},
     {"login_timeout", kFault, "the login was not complete in time",
      "look at the server's log; its login method or the path is slow"},
     {"login_not_tried", kHint, "the way to the server is fine; no login was tried",
@@ -223,8 +222,7 @@ constexpr Finding kFindings[] = {
      "nobody is linked, and connections began with a header of the PROXY protocol, which this side "
      "does not expect",
      "if a proxy of yours stands before this server: `listen.proxy_header: proxy_protocol`, and "
-     "the "
-     "proxy's own address in `listen.trusted_proxies`; or let it send none (HAProxy: no "
+     "the proxy's own address in `listen.trusted_proxies`; or let it send none (HAProxy: no "
      "send-proxy). Strangers send such headers, too: they need nothing"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "the server's log says who and why. `auth.method` token: make one for who is to come (`ctl "
@@ -272,9 +270,8 @@ constexpr Finding kFindings[] = {
     {"nothing_arrives", kHint,
      "it has a publisher and is demanded, and no message has reached the bridge yet",
      "does it publish (ros2 topic hz)? A lifecycle node does only while it is active (ros2 "
-     "lifecycle "
-     "get). If it does, its shared memory does not reach the bridge: run both as one user, in "
-     "containers with --ipc=host; or with FASTDDS_BUILTIN_TRANSPORTS=UDPv4"},
+     "lifecycle get). If it does, its shared memory does not reach the bridge: run both as one "
+     "user, in containers with --ipc=host; or with FASTDDS_BUILTIN_TRANSPORTS=UDPv4"},
     {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
      "subscribe there"},
     {"published_here_too", kHint,

@@ -113,11 +113,9 @@ class Doctor {
  public:
   explicit Doctor(const SideFacts& facts) : facts_(facts) {}
   void side(const Json& status);
-  // The findings of this link that its peer is told.
-  std::vector<PeerFinding> for_peer(const Json& status, const Json& link);
+  std::map<LinkId, std::vector<PeerFinding>> for_peers(const Json& status);
   void relay(const Json& status);
-  // `gathers`: those that differ by their subjects alone are one.
-  std::vector<Found> take(bool gathers = true);
+  std::vector<Found> take();
 
  private:
   void know(const Json& status);
@@ -151,7 +149,7 @@ class Doctor {
   std::vector<Found> found_;
 };
 
-std::vector<Found> Doctor::take(bool gathers) {
+std::vector<Found> Doctor::take() {
   const auto is = [](std::string_view id) {
     return [id](const Found& one) { return one.id == id; };
   };
@@ -159,7 +157,7 @@ std::vector<Found> Doctor::take(bool gathers) {
     return one.id == "clocks_differ" && one.program.empty();
   };
   if (std::any_of(found_.begin(), found_.end(), is_own)) std::erase_if(found_, is("clocks_apart"));
-  return gathers ? gathered(found_) : std::move(found_);
+  return gathered(found_);
 }
 
 // Counts of the last minutes; of all time where the program is older.
@@ -560,15 +558,19 @@ void Doctor::know(const Json& status) {
   carries_ = carries_data(status);
 }
 
-std::vector<PeerFinding> Doctor::for_peer(const Json& status, const Json& of_link) {
+std::map<LinkId, std::vector<PeerFinding>> Doctor::for_peers(const Json& status) {
   know(status);
-  resources(status);
-  link(of_link);
-  std::vector<PeerFinding> all;
-  for (const Found& one : take(false)) {
-    if (!is_for_peers(one.id) || !one.program.empty()) continue;
-    all.push_back(
-        {std::string(one.id), one.subject.starts_with('/') ? one.subject : std::string()});
+  std::map<LinkId, std::vector<PeerFinding>> all;
+  for (const Json& one : part_of(status, "links")) {
+    if (!is_set(one, "open")) continue;
+    found_.clear();
+    resources(status);
+    link(one);
+    auto& told = all[LinkId{static_cast<std::uint64_t>(number_in(one, "link"))}];
+    for (const Found& found : found_)
+      if (is_for_peers(found.id) && found.program.empty())
+        told.push_back({std::string(found.id),
+                        found.subject.starts_with('/') ? found.subject : std::string()});
   }
   return all;
 }
@@ -633,12 +635,7 @@ SideFacts facts_of(const Config& config) {
 
 std::map<LinkId, std::vector<PeerFinding>> findings_for_peers(const Json& status,
                                                               const SideFacts& facts) {
-  std::map<LinkId, std::vector<PeerFinding>> all;
-  for (const Json& link : part_of(status, "links"))
-    if (is_set(link, "open"))
-      all[LinkId{static_cast<std::uint64_t>(number_in(link, "link"))}] =
-          Doctor(facts).for_peer(status, link);
-  return all;
+  return Doctor(facts).for_peers(status);
 }
 
 std::set<std::string> brought_topics(const Json& status) {

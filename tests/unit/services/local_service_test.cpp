@@ -95,6 +95,9 @@ TEST(LocalService, SeveralServersAreToldOnce) {
   s.servers({1, 2, 3});
   s.did();
   EXPECT_EQ(s.logged.find("several servers"), s.logged.rfind("several servers"));
+  LinkStatus status;
+  s.subject.add_status(s.peer.link, status);
+  EXPECT_TRUE(status.services.at(0).several_here);
 }
 
 TEST(LocalService, ServersOfOneNodeAreNotSeveral) {
@@ -102,6 +105,9 @@ TEST(LocalService, ServersOfOneNodeAreNotSeveral) {
   s.servers({1, 2}, "robot");
   s.did();
   EXPECT_EQ(s.logged, "");
+  LinkStatus status;
+  s.subject.add_status(s.peer.link, status);
+  EXPECT_FALSE(status.services.at(0).several_here);
 }
 
 // ---- its client
