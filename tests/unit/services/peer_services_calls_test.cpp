@@ -128,5 +128,22 @@ TEST(PeerServices, AnAnswerBeingDecompressedOutlivesTheConnection) {
   EXPECT_EQ(s.did(), "respond 1.11 a\n");
 }
 
+// Calls of nodes here reach that server, and not the peer's.
+TEST(PeerServices, AServerOfThisGraphIsSaidBesideThePeers) {
+  Script s(server({callable()}));
+  mirrored(s);
+  const auto imported = [&] {
+    const Status status = s.status();
+    for (const ServiceStatus& one : status.links.at(0).services)
+      if (!one.exported) return one;
+    return ServiceStatus{};
+  };
+  EXPECT_FALSE(imported().also_here);
+  s.graph({}, {service("/s")});
+  s.pass(kDiscovered);
+  EXPECT_EQ(imported().service, "/s");
+  EXPECT_TRUE(imported().also_here);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

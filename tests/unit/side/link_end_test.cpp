@@ -116,6 +116,22 @@ TEST(LinkEnd, ALinkThatIsBackMeanwhileGoesOnAsAfterAnyBreak) {
   EXPECT_EQ(s.did(), "publish 3 again\n");
 }
 
+// Link 2 has the topic demanded for a publisher of its own: what it brings of another one is no
+// duplicate once that one's link is lost.
+TEST(LinkEnd, ALostFeederGivesWayBeforeItsTurn) {
+  MuchTold s(ending(server(), 1));
+  s.join(2);
+  s.say(2, Offer{{channel(1, "/c", {origin(1, 11), origin(2, 13)})}, true});
+  EXPECT_EQ(s.said(2), "demand 1 on\n");
+  s.did();
+  s.message(2, 1, 1, "of two", 10);
+  EXPECT_EQ(s.did(), "");
+  s.lose(1);
+  s.did();
+  s.message(2, 1, 1, "at once", 20);
+  EXPECT_EQ(s.did(), "publish 2 at once\n");
+}
+
 TEST(LinkEnd, RulesThatChangeMeanwhileHoldForAllOfIt) {
   MuchTold s(ending(keeping(), 1));
   s.lose(1);
