@@ -65,7 +65,7 @@ target_compile_definitions(connect_boost INTERFACE BOOST_ERROR_CODE_HEADER_ONLY 
 # It wants another view of OpenSSL's headers.
 set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/base/sha256.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 # The flow of messages over one byte stream stands alone: it knows neither links nor ROS.
-connect_layer(flow "core/base;core/wire;core/compress;core/media;core/flow" ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json
+connect_layer(flow "core/base;core/wire;core/compress;core/media;core/pacing;core/flow" ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json
   fmt::fmt OpenSSL::Crypto)
 # Its loops over colours are what it does apart from libvpx: the compiler makes several pixels at once of them.
 set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/video/yuv.cpp" PROPERTIES COMPILE_OPTIONS -O3
@@ -75,7 +75,7 @@ if(CONNECT_VIDEO)
   target_compile_definitions(connect_video PRIVATE CONNECT_VIDEO)
   target_link_libraries(connect_video PRIVATE PkgConfig::VPX PkgConfig::TURBOJPEG)
 endif()
-connect_layer(core "core/policy;core/ports;core/jobs;core/link;core/graph;core/offers;core/topics;core/services;core/side;core/driving"
+connect_layer(core "core/policy;core/ports;core/jobs;core/connection;core/link;core/graph;core/offers;core/topics;core/mirrors;core/services;core/side;core/driving"
   connect_video connect_flow)
 connect_layer(config config connect_core yaml-cpp)
 connect_layer(login access/login connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp

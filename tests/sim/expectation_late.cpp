@@ -174,7 +174,7 @@ void Expectation::check_unbroken_at(const Reader& reader) const {
 // A message that is too large to wait is published as soon as its mirror exists. Others of its
 // topic may be fed by then, so that it comes before subscribers have found the mirror.
 bool Expectation::may_come_too_early(const ExpectedMirror& expected) const {
-  constexpr std::uint64_t kWaitingMax = 32 << 10;  // core/topics/first_messages.hpp
+  constexpr std::uint64_t kWaitingMax = 32 << 10;  // core/mirrors/first_messages.hpp
   if (crowd_.plan_of(expected.origin).bytes_max <= kWaitingMax) return false;
   return std::any_of(hosts_.begin(), hosts_.end(), [&](const auto& host) {
     if (host->graph() != expected.graph || !host->running()) return false;

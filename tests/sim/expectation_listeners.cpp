@@ -31,7 +31,7 @@ void expect(const Reader& reader, const Host& importer, const Host& exporter,
 
 }  // namespace
 
-// Larger ones do not wait for their mirror (core/topics/first_messages.hpp).
+// Larger ones do not wait for their mirror (core/mirrors/first_messages.hpp).
 constexpr std::size_t kSmall = 32 << 10;
 // Until it leaves: the origin is told, its type's definition asked for and told, and the demand
 // told, in up to six crossings of up to 200 ms each.

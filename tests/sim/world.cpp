@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "core/flow/path.hpp"
+#include "core/pacing/path.hpp"
 
 namespace connect_bridge::sim {
 namespace {

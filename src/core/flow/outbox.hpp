@@ -22,10 +22,10 @@
 #include "core/flow/light_budget.hpp"
 #include "core/flow/link_cap.hpp"
 #include "core/flow/outbox_options.hpp"
-#include "core/flow/pacer.hpp"
 #include "core/flow/packet.hpp"
 #include "core/flow/small_frames.hpp"
 #include "core/flow/text_history.hpp"
+#include "core/pacing/pacer.hpp"
 #include "core/wire/frame.hpp"
 
 namespace connect_bridge {

@@ -16,11 +16,11 @@
 #include <vector>
 
 #include "core/base/pace.hpp"
+#include "core/connection/channel.hpp"
+#include "core/connection/connection.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/link/account.hpp"
 #include "core/link/arrived.hpp"
-#include "core/link/channel.hpp"
-#include "core/link/connection.hpp"
 #include "core/link/due_links.hpp"
 #include "core/link/link_accepts.hpp"
 #include "core/link/link_end.hpp"

@@ -9,7 +9,7 @@
 
 #include "core/base/address_paces.hpp"
 #include "core/base/log_limit.hpp"
-#include "core/link/connection.hpp"
+#include "core/connection/connection.hpp"
 #include "core/link/options.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"

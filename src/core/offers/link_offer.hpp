@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "core/link/channel.hpp"
+#include "core/connection/channel.hpp"
 #include "core/link/link.hpp"
 #include "core/offers/export_right.hpp"
 #include "core/ports/audit.hpp"

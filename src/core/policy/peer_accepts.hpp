@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/enum_array.hpp"
+#include "core/policy/enum_array.hpp"
 #include "core/policy/interface.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/wire/control.hpp"

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/follow_ups.hpp"
 #include "core/base/logged_once.hpp"
 #include "core/ports/actions.hpp"
+#include "core/ports/follow_ups.hpp"
 #include "core/ports/payer.hpp"
 
 namespace connect_bridge {

@@ -10,8 +10,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/connection/channel.hpp"
 #include "core/jobs/encoder.hpp"
-#include "core/link/channel.hpp"
 #include "core/link/link.hpp"
 #include "core/policy/policy.hpp"
 #include "core/ports/status.hpp"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "core/link/channel.hpp"
+#include "core/connection/channel.hpp"
 #include "core/link/link.hpp"
 #include "core/offers/link_offer.hpp"
 #include "core/policy/policy.hpp"

@@ -4,10 +4,10 @@
 #include <cstdint>
 
 #include "core/graph/side_view.hpp"
+#include "core/mirrors/peer_topics.hpp"
 #include "core/services/local_services.hpp"
 #include "core/services/peer_services.hpp"
 #include "core/topics/local_topics.hpp"
-#include "core/topics/peer_topics.hpp"
 
 namespace connect_bridge {
 

@@ -15,17 +15,17 @@
 #include "core/graph/side_view.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/links.hpp"
+#include "core/mirrors/clock_publisher.hpp"
+#include "core/mirrors/local_listeners.hpp"
+#include "core/mirrors/peer_topics.hpp"
 #include "core/ports/ports.hpp"
 #include "core/ports/status.hpp"
 #include "core/services/local_services.hpp"
 #include "core/services/peer_services.hpp"
 #include "core/side/missing.hpp"
 #include "core/side/options.hpp"
-#include "core/topics/clock_publisher.hpp"
 #include "core/topics/drive_switch.hpp"
-#include "core/topics/local_listeners.hpp"
 #include "core/topics/local_topics.hpp"
-#include "core/topics/peer_topics.hpp"
 
 namespace connect_bridge {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "core/base/time.hpp"
-#include "core/flow/repairs.hpp"
+#include "core/pacing/repairs.hpp"
 #include "net/tcp/traffic.hpp"
 
 namespace connect_bridge {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/flow/repairs.hpp"
+#include "core/pacing/repairs.hpp"
 
 namespace connect_bridge {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <random>
 
-#include "core/flow/pacer.hpp"
+#include "core/pacing/pacer.hpp"
 #include "unit/flow/foreign_flow.hpp"
 
 namespace connect_bridge::flow_test {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "core/link/connection.hpp"
+#include "core/connection/connection.hpp"
 #include "unit/flow/script.hpp"
 
 namespace connect_bridge::link_test {

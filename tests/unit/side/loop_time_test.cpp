@@ -71,6 +71,28 @@ TEST(LoopTime, SoIsWhatIsSentToIt) {
   EXPECT_EQ(s.turn(), 2U);
 }
 
+TEST(LoopTime, SoIsTheLossOfItsConnection) {
+  TwoLinks s;
+  s.say(1, Accepts{});
+  s.lose(1);
+  s.spend(50ms);
+  s.login(3, {}, called("busy"));
+  s.arrive(3);
+  s.arrive(2);
+  EXPECT_EQ(s.turn(), 2U);
+}
+
+TEST(LoopTime, AChangeOfTheGraphHereIsPaidByNobody) {
+  TwoLinks s;
+  s.say(1, Accepts{});
+  s.say(2, Accepts{});
+  s.graph({topic("/a").pub(1), topic("/c").pub(2)});
+  s.spend(50ms);
+  s.arrive(1);
+  s.arrive(2);
+  EXPECT_EQ(s.turn(), 1U);
+}
+
 // What is due for who has used much waits for the packets of the others.
 TEST(LoopTime, DueWorkOfWhoUsesMuchComesLater) {
   TwoLinks s;

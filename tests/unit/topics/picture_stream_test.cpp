@@ -9,8 +9,8 @@
 #include "core/video/body.hpp"
 #include "core/video/picture.hpp"
 #include "unit/media/samples.hpp"
+#include "unit/mirrors/peer_topic_script.hpp"
 #include "unit/topics/exporting.hpp"
-#include "unit/topics/peer_topic_script.hpp"
 
 namespace connect_bridge::topics_test {
 namespace {

@@ -4,8 +4,8 @@
 #include "core/media/sample_codec.hpp"
 #include "core/topics/topic_offers.hpp"
 #include "unit/media/samples.hpp"
+#include "unit/mirrors/peer_topic_script.hpp"
 #include "unit/topics/exporting.hpp"
-#include "unit/topics/peer_topic_script.hpp"
 
 namespace connect_bridge::topics_test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <deque>
 
-#include "core/topics/peer_topics.hpp"
+#include "core/mirrors/peer_topics.hpp"
 #include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::topics_test {

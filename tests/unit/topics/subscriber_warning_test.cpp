@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "unit/topics/peer_topic_script.hpp"
+#include "unit/mirrors/peer_topic_script.hpp"
 
 namespace connect_bridge::topics_test {
 namespace {
