@@ -54,6 +54,12 @@ constexpr std::size_t kNameBytes = 100;
 constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
                                       "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
 
+bool is_asked(const std::string& variable) {
+  const auto is = [&](const char* name) { return variable == name; };
+  return std::any_of(std::begin(kVariables), std::end(kVariables), is) ||
+         std::any_of(std::begin(kMiddlewareVariables), std::end(kMiddlewareVariables), is);
+}
+
 void add_found(std::vector<Found>& to, std::vector<Found> from, const std::string& subject = {}) {
   for (Found& found : from) {
     if (found.subject.empty()) found.subject = subject;
@@ -61,11 +67,24 @@ void add_found(std::vector<Found>& to, std::vector<Found> from, const std::strin
   }
 }
 
+// The variables that count in an environment as /proc shows it: NAME=value, each with a zero at its
+// end.
+std::map<std::string, std::string> variables_in(const std::string& environment) {
+  std::map<std::string, std::string> found;
+  for (std::size_t at = 0; at < environment.size();) {
+    const std::string entry = environment.c_str() + at;
+    at += entry.size() + 1;
+    const auto equals = entry.find('=');
+    if (equals != std::string::npos && is_asked(entry.substr(0, equals)))
+      found[entry.substr(0, equals)] = entry.substr(equals + 1);
+  }
+  return found;
+}
+
 ProcessFacts this_process() {
   ProcessFacts facts;
   facts.user = ::geteuid();
-  for (const char* name : kVariables)
-    if (const char* value = std::getenv(name)) facts.variables[name] = value;
+  facts.variables = variables_in(content_of("/proc/self/environ"));
   return facts;
 }
 
@@ -76,13 +95,7 @@ bool facts_of(const std::string& socket, ProcessFacts& facts) {
   struct stat owner {};
   if (environment.empty() || ::stat(folder.c_str(), &owner) != 0) return false;
   facts.user = owner.st_uid;
-  for (std::size_t at = 0; at < environment.size();) {
-    const std::string entry = environment.c_str() + at;
-    at += entry.size() + 1;
-    const auto equals = entry.find('=');
-    for (const char* name : kVariables)
-      if (entry.substr(0, equals) == name) facts.variables[name] = entry.substr(equals + 1);
-  }
+  facts.variables = variables_in(environment);
   return true;
 }
 

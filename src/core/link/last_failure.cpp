@@ -15,6 +15,12 @@ std::string long_time(Duration time) {
   return std::to_string(minutes / kDay) + " days";
 }
 
+bool is_of_certificate(Cause cause) {
+  return cause == Cause::kCertificateForeign || cause == Cause::kCertificateName ||
+         cause == Cause::kCertificatePurpose || cause == Cause::kCertificateEarly ||
+         cause == Cause::kCertificateExpired || cause == Cause::kOtherKey;
+}
+
 }  // namespace
 
 void LastFailure::set(Failure why, const Now& now) {
@@ -28,6 +34,10 @@ void LastFailure::set(Failure why, const Now& now) {
 }
 
 void LastFailure::tell(Line line, const Now& now) {
+  if (is_of_certificate(line.why.cause)) certified_until_ = now.steady + kPeriod;
+  if (line.why.cause == Cause::kRobotNotAtRelay && is_of_certificate(last_.cause) &&
+      now.steady < certified_until_)
+    return;
   if (line.why == before_ && now.steady < before_until_) {
     std::swap(last_, before_);
     before_until_ = now.steady + kTurn;

@@ -38,7 +38,9 @@ class LastFailure {
   [[nodiscard]] const Failure& last() const { return last_; }
   // A link was lost or refused here, and the log says so already.
   void set(Failure why, const Now& now);
-  // A client's: a dial failed, or the server did not welcome it.
+  // A client's: a dial failed, or the server did not welcome it. A relay that limits visitors says
+  // to each that its robot is absent (docs/protocol.md, "Limits"). So where TLS with the robot has
+  // failed in the last kPeriod, that reason stays.
   void tell(Line line, const Now& now);
   // A link is open.
   void clear() {
@@ -54,6 +56,7 @@ class LastFailure {
   Failure before_;                  // another one, the last before
   TimePoint before_until_{};        // until then it takes turns
   std::optional<TimePoint> since_;  // since then no link is open
+  TimePoint certified_until_{};     // until then a robot is not absent: its certificate failed
   TimePoint next_{};                // until then the same reason is not logged again
   int news_ = 0;                    // told, since a reason has stayed
   bool logged_ = true;              // the last one was

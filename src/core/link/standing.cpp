@@ -182,6 +182,7 @@ DialFailure wait_after(Cause cause) {
     case Cause::kCertificateExpired:
     case Cause::kCertificateName:
     case Cause::kCertificateForeign:
+    case Cause::kCertificatePurpose:
     case Cause::kClientCertificate:
     case Cause::kTlsFails:
     case Cause::kPathWrong:

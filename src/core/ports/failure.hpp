@@ -40,6 +40,7 @@ enum class Cause : std::uint8_t {
   kCertificateExpired,
   kCertificateName,     // it is for another name
   kCertificateForeign,  // its authority is not known, or the certificate is refused otherwise
+  kCertificatePurpose,  // the server's is for clients
   kOtherKey,            // no key of tls.pin
   kClientCertificate,   // the server wants one, or another one
   kNameNotServed,       // what answers has no server of this name
@@ -100,7 +101,7 @@ enum class Cause : std::uint8_t {
   kAddressNotHere,    // this machine has no such address
 };
 
-inline constexpr std::array<Word<Cause>, 71> kCauseWords{{
+inline constexpr std::array<Word<Cause>, 72> kCauseWords{{
     {Cause::kNone, ""},
     {Cause::kOther, "other"},
     {Cause::kHostUnknown, "host_unknown"},
@@ -123,6 +124,7 @@ inline constexpr std::array<Word<Cause>, 71> kCauseWords{{
     {Cause::kCertificateExpired, "certificate_expired"},
     {Cause::kCertificateName, "certificate_name"},
     {Cause::kCertificateForeign, "certificate_foreign"},
+    {Cause::kCertificatePurpose, "certificate_purpose"},
     {Cause::kOtherKey, "other_key"},
     {Cause::kClientCertificate, "client_certificate"},
     {Cause::kNameNotServed, "name_not_served"},

@@ -87,8 +87,35 @@ struct Why {
   std::string code = {};  // kDeclined
 };
 
+// "; in /camera/* (rule cam) the star is one token, ** is any number of them", where a pattern
+// stops a token short of the name.
+std::string shorter_pattern(const PolicyTrace& trace, Direction direction, InterfaceKind kind,
+                            std::string_view name) {
+  const OpenedBy by = kind == InterfaceKind::kTopic     ? OpenedBy::kTopics
+                      : kind == InterfaceKind::kService ? OpenedBy::kServices
+                                                        : OpenedBy::kActions;
+  for (const RuleTrace& said : trace)
+    for (const Pattern& pattern : said.rule->opens[direction][by]) {
+      const std::string_view text = pattern.text();
+      if (text.ends_with("/*") && name.starts_with(text.substr(0, text.size() - 1)))
+        return "; in " + pattern.text() + " (rule " + said.rule->name +
+               ") the star is one token, ** is any number of them";
+    }
+  return {};
+}
+
+// "the rule drive here is for other peers (Anna, the group drivers), and this one is anna"
+std::string for_others(const Rule& rule, const Identity& who) {
+  std::vector<std::string> named = rule.identities;
+  for (const std::string& group : rule.groups) named.push_back("the group " + group);
+  return "the rule " + rule.name + " here is for other peers (" + joined(named) +
+         "), and this one is " + (who.name.empty() ? "nobody" : who.name);
+}
+
 // No rule here opens it: which came nearest.
-Why why_forbidden(const PolicyTrace& trace, std::string_view name) {
+Why why_forbidden(const PolicyTrace& trace, Direction direction, const Wish& wish,
+                  const Identity& who) {
+  const std::string_view name = action_or_name(wish);
   for (const RuleTrace& said : trace)
     if (said.applies && said.denied_by)
       return {MissingReason::kDenied, said.rule->name,
@@ -99,9 +126,10 @@ Why why_forbidden(const PolicyTrace& trace, std::string_view name) {
               "the rule " + said.rule->name + " here is only for " + joined(said.rule->types)};
   for (const RuleTrace& said : trace)
     if (said.opened_by && said.type_fits)
-      return {MissingReason::kOtherPeer, said.rule->name,
-              "the rule " + said.rule->name + " here is for other peers"};
-  return {MissingReason::kNoRule, "", with_hidden("no rule here allows it", name)};
+      return {MissingReason::kOtherPeer, said.rule->name, for_others(*said.rule, who)};
+  return {MissingReason::kNoRule, "",
+          with_hidden("no rule here allows it", name) +
+              shorter_pattern(trace, direction, named(wish).kind, name)};
 }
 
 // The types for which the peer spells the name out; none: not known.
@@ -214,7 +242,7 @@ std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_n
   PolicyTrace trace;
   if (found_.names.size() < MissingName::kMissingMax)
     static_cast<void>(side_.policy.decide(direction, what, who, &trace));
-  return why_forbidden(trace, action_or_name(wish));
+  return why_forbidden(trace, direction, wish, who);
 }
 
 std::optional<Why> Search::declined(const Wish& wish) const {

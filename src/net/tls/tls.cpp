@@ -16,6 +16,7 @@
 #include "core/base/sha256.hpp"
 #include "core/ports/pin.hpp"
 #include "core/wire/text.hpp"
+#include "net/tls/certified.hpp"
 #include "net/tls/openssl_owned.hpp"
 
 namespace connect_bridge {
@@ -128,12 +129,24 @@ std::string issuer_shown(SSL* tls) {
   return ", issued by '" + to_text(name_text(issuer), kNameBytes) + "'";
 }
 
+// " but for 'robot2'": the name in the server's certificate, which the server chooses.
+std::string name_shown(SSL* tls) {
+  constexpr std::size_t kNameBytes = 80;
+  const STACK_OF(X509)* const chain = SSL_get_peer_cert_chain(tls);
+  if (chain == nullptr || sk_X509_num(chain) <= 0) return {};
+  const std::string name = name_in(sk_X509_value(chain, 0));
+  return name.empty() ? "" : " but for '" + to_text(name, kNameBytes) + "'";
+}
+
 Failure certificate_failure(long result, const std::string& name, SSL* tls) {
   switch (result) {
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
-      return {Cause::kCertificateName, "the server's certificate is not for '" + name +
-                                           "' (connect to a name that is in it, or set tls.pin)"};
+      return {Cause::kCertificateName, "the server's certificate is not for '" + name + "'" +
+                                           name_shown(tls) +
+                                           " (connect to a name that is in it, or set tls.pin)"};
+    case X509_V_ERR_INVALID_PURPOSE:
+      return {Cause::kCertificatePurpose, "the server shows a certificate that is not for servers"};
     case X509_V_ERR_CERT_HAS_EXPIRED:
       return {Cause::kCertificateExpired, "the server's certificate has expired"};
     case X509_V_ERR_CERT_NOT_YET_VALID:

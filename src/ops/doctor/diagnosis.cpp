@@ -151,13 +151,14 @@ std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs) 
 
 std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFacts& shell) {
   std::vector<Found> found;
+  const auto shown = [](const std::string& value) {
+    return value.empty() ? "not set" : to_text(value, kSeenBytes);
+  };
   const auto compare = [&](std::string_view id, const char* name, const char* otherwise) {
     const std::string there = value_of(side, name, otherwise);
     const std::string here = value_of(shell, name, otherwise);
     if (there != here)
-      found.push_back({id, name,
-                       fmt::format("{} there, {} here", to_text(there, kSeenBytes),
-                                   to_text(here, kSeenBytes))});
+      found.push_back({id, name, fmt::format("{} there, {} here", shown(there), shown(here))});
   };
   compare("domain_differs", "ROS_DOMAIN_ID", "0");
   compare("rmw_differs", "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
@@ -167,6 +168,7 @@ std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFac
   else
     compare("discovery_range", kRange, "SUBNET");
   compare("discovery_range", "ROS_LOCALHOST_ONLY", "0");
+  for (const char* name : kMiddlewareVariables) compare("middleware_differs", name, "");
   if (side.user != shell.user)
     found.push_back({"user_differs", {}, fmt::format("{} there, {} here", side.user, shell.user)});
   return found;

@@ -30,6 +30,13 @@ struct ProgramFacts {
 };
 [[nodiscard]] std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs);
 
+// Variables that change whom a middleware finds, beside the domain and the range.
+inline constexpr const char* kMiddlewareVariables[] = {
+    "ROS_DISCOVERY_SERVER",           "ROS_STATIC_PEERS",           "FASTDDS_DEFAULT_PROFILES_FILE",
+    "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS", "CYCLONEDDS_URI",
+    "ZENOH_SESSION_CONFIG_URI",       "ZENOH_CONFIG_OVERRIDE",
+};
+
 // The variables that count of the environment of a process, by name; and its user.
 struct ProcessFacts {
   std::map<std::string, std::string> variables;

@@ -29,7 +29,9 @@ constexpr Finding kFindings[] = {
      "look at this machine's own network: cable, Wi-Fi, gateway (ip route)"},
     {"no_answer", kFault, "nothing answers at this address",
      "check the address: has the server another one now, or is that of its name an old one "
-     "(/etc/hosts)? Check the firewall: one TCP port must be open at the server"},
+     "(/etc/hosts), or one of a container or another network (172.17.x.x)? `server --pair HOST` "
+     "names the one that clients reach. Check the firewall: one TCP port must be open at the "
+     "server"},
     {"server_silent", kFault, "something accepts the connection there and does not answer",
      "look at the server: is its process stopped or overloaded? Others do the same: a forwarded "
      "port, tunnel or balancer (ssh -L, DNAT) without a server behind it; a proxy whose PROXY "
@@ -71,12 +73,17 @@ constexpr Finding kFindings[] = {
      "certificate to the server's `tls.certificate`. If the server does not know the issuer, a "
      "firewall that inspects TLS shows a certificate of its own"},
     {"certificate_name", kFault, "the server's certificate is for another name",
-     "dial a name that is in it, or set `tls.pin`"},
+     "does the address still belong to that machine (DHCP, /etc/hosts)? Then dial a name that is "
+     "in "
+     "the certificate, or set `tls.pin`"},
+    {"certificate_purpose", kFault, "the server's certificate is not for servers",
+     "`tls.certificate` of the server names server.crt of `ctl certs`, not a client's"},
     {"certificate_pin", kFault, "the server has another key than the one that is pinned",
      "pair again; or, if the key was changed on purpose, add its pin to `tls.pin`"},
     {"certificate_files", kFault, "certificate and private key do not fit, or cannot be read",
-     "name the files that belong together in `tls.certificate` and `tls.private_key`; `tls.ca` "
-     "names certificates, never a key"},
+     "name the files that belong together in `tls.certificate` and `tls.private_key`, the key "
+     "without a passphrase (openssl pkey -in KEY -out PLAIN); `tls.ca` names certificates, never a "
+     "key"},
     {"client_certificate", kFault, "the server wants a certificate of the client, or another one",
      "set `tls.certificate` and `tls.private_key` to files of the authority in the server's "
      "`tls.ca`"},
@@ -110,7 +117,8 @@ constexpr Finding kFindings[] = {
     {"tls_fails", kFault, "the TLS handshake fails",
      "look at the log of both sides; a proxy or firewall in between may not pass TLS on"},
     {"robot_not_at_relay", kFault, "the relay has no such robot now",
-     "check the robot's name in `url`, and the robot's own connection to the relay"},
+     "check the robot's name in `url`, and the robot's own connection to the relay. A client whose "
+     "connections fail again and again gets this answer, too: the first line of its log says why"},
     {"robots_with_one_token", kFault,
      "another machine has the token of this robot: a copied disk, and clients cannot tell which of "
      "the two they drive",
@@ -132,7 +140,7 @@ constexpr Finding kFindings[] = {
     {"login_withdrawn", kFault, "the credential was withdrawn at the server",
      "make a new one (`ctl token`)"},
     {"login_not_judged", kFault, "the server's login method gives no answer",
-     "look at the server's log: its keys or its login service are not reachable"},
+     "look at the server's log: the keys or its login service are not reachable"},
     {"too_many_connections", kFault, "the server has no place for this login",
      "end other connections, or raise `connections_max`, of which one identity has half"},
     {"dialed_itself", kFault, "the client has reached its own process", "check `url`"},
@@ -211,7 +219,7 @@ constexpr Finding kFindings[] = {
     {"parameters_refused", kFault,
      "a changed parameter file was refused: what was before stays in use",
      "correct it (`ctl check FILE`); it is read again at once"},
-    {"needs_restart", kHint, "it was changed in the parameter file, and is as it was",
+    {"needs_restart", kFault, "it was changed in the parameter file, and is as it was",
      "start this program again: the other keys of the file apply at once"},
     {"loopback_alone", kHint,
      "nobody is linked, and the server listens on the loopback alone: other machines do not reach "
@@ -227,7 +235,8 @@ constexpr Finding kFindings[] = {
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "the server's log says who and why. `auth.method` token: make one for who is to come (`ctl "
      "token`); jwt: compare issuer, audience and expiry of the JWT with `auth.jwt_issuer` and "
-     "`auth.jwt_audience`; certificate: sign one with the authority in `tls.ca`"},
+     "`auth.jwt_audience`; certificate: sign one with the authority in `tls.ca`. Both ends need "
+     "one `auth.method`"},
     {"token_expired", kHint,
      "somebody comes with a wrong login, and this identity's token has expired",
      "make another one (`ctl token`), and give it to the client"},
@@ -259,10 +268,14 @@ constexpr Finding kFindings[] = {
      "install the package there, or source its workspace before the bridge starts"},
     {"definitions_differ", kFault, "the type or its definition is another one at the other side",
      "use the same type, and the same version of its package, at both sides; for another "
-     "definition `allow_type_mismatch` helps"},
+     "definition `allow_type_mismatch` helps. Where two nodes of one side publish the name with "
+     "two "
+     "types, rename one"},
     {"declined", kFault, "the importing side cannot take it", "its reason says why"},
     {"qos", kFault, "a subscriber requests a quality of service that no publisher offers",
-     "change the QoS of the subscriber or the publisher, or `qos` in the rule"},
+     "change the QoS of the subscriber or the publisher. Where the publisher does offer it, `qos` "
+     "of "
+     "a rule at one of the two sides has taken it away"},
     {"lost_in_middleware", kFault,
      "messages are lost in the middleware before the bridge gets them: the publisher's shared "
      "memory is too small for them",
@@ -270,8 +283,11 @@ constexpr Finding kFindings[] = {
     {"nothing_arrives", kHint,
      "it has a publisher and is demanded, and no message has reached the bridge yet",
      "does it publish (ros2 topic hz)? A lifecycle node does only while it is active (ros2 "
-     "lifecycle get). If it does, its shared memory does not reach the bridge: run both as one "
-     "user, in containers with --ipc=host; or with FASTDDS_BUILTIN_TRANSPORTS=UDPv4"},
+     "lifecycle get), one with `use_sim_time` only while /clock runs. If it does, its shared "
+     "memory "
+     "does not reach the bridge: run both as one user, in containers with --ipc=host; or with "
+     "FASTDDS_BUILTIN_TRANSPORTS=UDPv4. From another computer large messages need their UDP "
+     "fragments: look at its firewall and mtu"},
     {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
      "subscribe there"},
     {"published_here_too", kHint,
@@ -320,8 +336,8 @@ constexpr Finding kFindings[] = {
     {"stamps_old", kFault,
      "every message is older than a rule's `max_age`, and the clocks of the machines agree: its "
      "stamps are of another time",
-     "look at the clock of the publisher: another machine, `use_sim_time`, a recording; or take "
-     "`max_age` away"},
+     "a latched topic (a map) needs a rule without `max_age`. Else look at the clock of the "
+     "publisher: another machine, `use_sim_time`, a recording"},
     {"clocks_apart", kHint,
      "the clocks of the machines differ: nodes that compare stamps (tf2) fail on it",
      "synchronize both clocks (chrony)"},
@@ -368,8 +384,8 @@ constexpr Finding kFindings[] = {
     {"connections_ended", kFault,
      "the other end, or something on the path, ends the connection again and again",
      "is the program there killed, or started again and again (its log, systemctl status)? Else "
-     "look "
-     "at proxies and firewalls between both ends"},
+     "look at proxies and firewalls between both ends: an idle timeout there (nginx: "
+     "proxy_read_timeout) has to be longer than a third of `dead_after`"},
     {"link_breaks", kFault, "the link breaks again and again",
      "look at the network between both ends; a larger `dead_after` bridges silences. Ask `ctl "
      "doctor` at the other end, too"},
@@ -381,7 +397,8 @@ constexpr Finding kFindings[] = {
     {"audit_fails", kFault, "the audit log cannot be written", "free its disk, or change its file"},
     {"nothing_here", kHint,
      "this side exports nothing: no node here publishes or serves what a rule names",
-     "is the bridge in the domain (ROS_DOMAIN_ID), discovery range and RMW of the nodes?"},
+     "is the bridge in the domain (ROS_DOMAIN_ID), discovery range and RMW of the nodes? Do rules "
+     "name it under the right key (export_topics, export_services, export_actions)?"},
 
     // ---- this machine
     {"domain_differs", kHint, "the bridge is in another ROS_DOMAIN_ID than this shell",
@@ -397,6 +414,12 @@ constexpr Finding kFindings[] = {
      "ROS again; or unset RMW_IMPLEMENTATION"},
     {"discovery_range", kFault, "the discovery range keeps nodes and bridge apart",
      "the same ROS_AUTOMATIC_DISCOVERY_RANGE (and ROS_LOCALHOST_ONLY) for both, and not OFF"},
+    {"middleware_differs", kHint,
+     "a variable of the middleware differs between the bridge and this shell: they may not find "
+     "the "
+     "same nodes",
+     "start the bridge with the variables of the nodes (discovery server, profiles, static peers), "
+     "or without"},
     {"user_differs", kHint, "the bridge runs as another user than this shell",
      "run it as the user of the nodes: Fast DDS's shared memory delivers nothing between users"},
     {"shared_memory_small", kHint, "there is little shared memory: large messages may vanish",

@@ -76,6 +76,7 @@ std::string_view finding_at_relay(Cause cause) {
     case Cause::kCertificateExpired:
     case Cause::kCertificateName:
     case Cause::kCertificateForeign:
+    case Cause::kCertificatePurpose:
     case Cause::kCertificateFiles:
     case Cause::kOtherKey: return "relay_certificate";
     case Cause::kTokenMissing: return "relay_token_missing";
@@ -132,6 +133,7 @@ class Doctor {
   bool breaks(const Json& link, const std::string& who);
   void identities(const Json& links);
   [[nodiscard]] bool is_missed(const Json& name) const;
+  [[nodiscard]] std::string moved_node(const std::string& name) const;
   [[nodiscard]] RuleFacts rule_of(const Json& topic) const;
   void missing(const Json& link);
   void topic(const Json& link, const Json& topic);
@@ -143,6 +145,7 @@ class Doctor {
   const SideFacts facts_;
   bool is_client_ = false;
   bool is_robot_ = true;
+  std::string node_;
   bool carries_ = false;  // something crosses, or has
   std::optional<double> now_;
   std::set<std::string> halting_;  // rules by which a topic comes that can be halted
@@ -191,6 +194,14 @@ bool Doctor::is_missed(const Json& name) const {
   return !is_rule || waits == "peer" || (waits == "sender" && !is_robot_);
 }
 
+// "; the namespace of this program is no prefix: `prefix: /robot1`", where a name is below the
+// namespace of the node, or nothing.
+std::string Doctor::moved_node(const std::string& name) const {
+  const std::string space = node_.substr(0, node_.rfind('/'));
+  if (space.empty() || space.size() == node_.size() || !name.starts_with(space + "/")) return {};
+  return "; the namespace of this program's node is no prefix: set `prefix: " + space + "`";
+}
+
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
     if (!is_missed(name)) continue;
@@ -198,7 +209,7 @@ void Doctor::missing(const Json& link) {
     const auto finding = finding_of_missing(reason, text_in(name, "code"), is_exported(name));
     // What this side declines may be what nobody here wants.
     const bool is_declined = !is_exported(name) && reason == "declined" && waits == "nobody";
-    add(finding, text_in(name, "name"), text_in(name, "text"),
+    add(finding, text_in(name, "name"), text_in(name, "text") + moved_node(text_in(name, "name")),
         is_exported(name) ? waits == "peer" : !is_declined);
     found_.back().is_hint = is_declined;
   }
@@ -287,10 +298,20 @@ void Doctor::service(const Json& service) {
         true);
 }
 
+// A sensor that publishes is never quiet for long.
+bool is_stream(const std::string& type) {
+  constexpr std::string_view kStreams[] = {
+      "sensor_msgs/msg/Image",     "sensor_msgs/msg/CompressedImage",
+      "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/PointCloud2",
+      "sensor_msgs/msg/Imu",
+  };
+  return std::find(std::begin(kStreams), std::end(kStreams), type) != std::end(kStreams);
+}
+
 // Topics on which nothing happens. Some topics carry little, and links that nobody uses now are
-// usual: only a side on which nothing happens at all is worth a word.
+// usual: beside a sensor, only a side on which nothing happens at all is worth a word.
 void Doctor::silent_topics(const Json& link) {
-  if (carries_ || number_in(link, "open_seconds") < kOpenSeconds) return;
+  if (number_in(link, "open_seconds") < kOpenSeconds) return;
   bool demanded_any = false;
   std::vector<std::string> silent, lonely;
   for (const Json& topic : part_of(link, "topics")) {
@@ -298,7 +319,9 @@ void Doctor::silent_topics(const Json& link) {
     const bool demanded = is_set(topic, "demanded");
     demanded_any = demanded_any || demanded;
     if (!is_exported(topic)) continue;
-    if (!demanded && text_in(topic, "declined").empty()) lonely.push_back(name);
+    if (!demanded && text_in(topic, "declined").empty() && !carries_) lonely.push_back(name);
+    if (carries_ && (number_in(topic, "messages") > 0 || !is_stream(text_in(topic, "type"))))
+      continue;
     if (demanded && number_in(topic, "origins") > 0 && part_of(topic, "dropped").empty() &&
         number_in(topic, "queued") == 0 && name.find("/_action/") == std::string::npos)
       silent.push_back(name);
@@ -447,7 +470,7 @@ void Doctor::link(const Json& link) {
     service(one);
     exports = exports || is_exported(one);
   }
-  for (const Json& name : part_of(link, "missing")) exports = exports || is_exported(name);
+  for (const Json& name : part_of(link, "missing")) (is_exported(name) ? exports : is_heard) = true;
   silent_topics(link);
   // Who only looks has nothing to give.
   if (!exports && !is_heard && is_robot_ && facts_.may_export &&
@@ -497,6 +520,8 @@ void Doctor::way(const Json& status) {
   if (number_in(strangers, "proxy_headers") > 0)
     add("proxy_header_unexpected", {},
         fmt::format("{:.0f} connections", number_in(strangers, "proxy_headers")));
+  if (const double logins = number_in(strangers, "logins_not_judged"); logins > 0)
+    add("login_not_judged", {}, fmt::format("{:.0f} logins", logins), true);
   add(is_local ? "loopback_alone" : "nobody_linked", {},
       refused.empty() ? "" : "the last connection that was refused came from " + refused);
 }
@@ -527,7 +552,7 @@ void Doctor::resources(const Json& status) {
   if (const Json& refused = part_of(status, "refused_parameters"); !refused.empty())
     add("parameters_refused", {}, text_in(refused, "time") + ": " + text_in(refused, "problem"));
   for (const Json& key : part_of(status, "needs_restart"))
-    if (key.is_string()) add("needs_restart", to_text(key.get<std::string>(), kKeyBytes));
+    if (key.is_string()) add("needs_restart", to_text(key.get<std::string>(), kKeyBytes), {}, true);
   const auto end = moment_in(status, "certificate_valid_until");
   if (!end || !now_) return;
   const std::string until = text_in(status, "certificate_valid_until");
@@ -553,6 +578,7 @@ void Doctor::identities(const Json& links) {
 
 void Doctor::know(const Json& status) {
   is_client_ = text_in(status, "role") == "client";
+  node_ = text_in(status, "node");
   is_robot_ = status.contains("is_robot") ? is_set(status, "is_robot") : !is_client_;
   now_ = moment_in(status, "time");
   carries_ = carries_data(status);

@@ -43,6 +43,21 @@ TEST(LastFailure, IsToldAgainAfterAMinuteThenEveryTenMinutes) {
             "still cannot connect, for 5 days: refused; trying again");
 }
 
+// A relay that limits visitors says so to each of them.
+TEST(LastFailure, ARobotWhoseCertificateFailsIsNotAbsent) {
+  ToldFailures t;
+  const auto fail = [&](std::int64_t minute, Cause cause) {
+    t.failure.tell({LogLevel::kWarn, "", {cause, std::string(word_of(cause))}, ""}, t.at(minute));
+    return t.logged();
+  };
+  EXPECT_EQ(fail(0, Cause::kRobotNotAtRelay), "robot_not_at_relay");
+  EXPECT_EQ(fail(1, Cause::kCertificateForeign), "certificate_foreign");
+  EXPECT_EQ(fail(2, Cause::kRobotNotAtRelay), "");
+  EXPECT_EQ(t.failure.last().cause, Cause::kCertificateForeign);
+  EXPECT_EQ(fail(12, Cause::kRobotNotAtRelay), "robot_not_at_relay");
+  EXPECT_EQ(t.failure.last().cause, Cause::kRobotNotAtRelay);
+}
+
 TEST(LastFailure, AnotherReasonIsToldAtOnce) {
   ToldFailures t;
   t.fail(0, "refused");

@@ -426,7 +426,7 @@ TEST_F(MissingNamespace, ThePeerListensToATopicThatIsInANamespaceHere) {
 struct MissingRulesTest : MissingTest {
   MissingRulesTest() : MissingTest({typed_rule(), other_rule(), denying()}) {}
   static Rule typed_rule() {
-    Rule drive = rule({"/cmd_vel"}, {"/pose"});
+    Rule drive = rule({"/cmd_vel"}, {"/pose", "/arm/*"});
     drive.name = "drive";
     drive.types = {"p/msg/Twist"};
     return drive;
@@ -446,17 +446,20 @@ struct MissingRulesTest : MissingTest {
 
 TEST_F(MissingRulesTest, TheRuleThatDecidesIsNamed) {
   s.graph({topic("/camera/raw").sub(1), topic("/cmd_vel").pub(2), topic("/pose").sub(3),
-           topic("/secret").sub(4), topic("/unknown").sub(5)});
+           topic("/secret").sub(4), topic("/unknown").sub(5), topic("/arm/left/state").sub(6)});
   s.join(1);
   settle();
   EXPECT_EQ(missing(),
+            "import topic /arm/left/state no_rule: no rule here allows it; in /arm/* (rule drive) "
+            "the star is one token, ** is any number of them\n"
             "import topic /camera/raw denied: the rule no here denies it (/camera/raw) [no]\n"
             "import topic /pose rule_type: the rule drive here is only for p/msg/Twist [drive]\n"
-            "import topic /secret other_peer: the rule boss here is for other peers [boss]\n"
+            "import topic /secret other_peer: the rule boss here is for other peers (boss), "
+            "and this one is nobody [boss]\n"
             "import topic /unknown no_rule: no rule here allows it\n"
             "export topic /cmd_vel rule_type: the rule drive here is only for p/msg/Twist "
             "[drive]\n");
-  EXPECT_NE(logged().find("5 names that nodes here use are not forwarded"), std::string::npos);
+  EXPECT_NE(logged().find("6 names that nodes here use are not forwarded"), std::string::npos);
 }
 
 // ---- questions of the peer

@@ -660,6 +660,43 @@ TEST(DoctorStatus, WhoseRulesExportNothingLacksNothing) {
   EXPECT_THAT(ids_of(diagnose_status(driven)), IsEmpty()) << "its graph is the right one";
 }
 
+TEST(DoctorStatus, ANodeThatWaitsForAPeerShowsThatTheGraphIsRight) {
+  Json status = status_of(missing_for("other_peer"));
+  status["links"][0]["topics"] = Json::array();
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("other_peer"));
+}
+
+TEST(DoctorStatus, ASensorThatIsSilentIsSaidWhateverElseCrosses) {
+  Json status = status_of(topic_with("{}"));
+  Json silent = status["links"][0]["topics"][0];
+  silent["topic"] = "/scan";
+  silent["messages"] = 0;
+  for (const auto& [type, id] : {std::pair("std_msgs/msg/String", ""),
+                                 std::pair("sensor_msgs/msg/LaserScan", "nothing_arrives")}) {
+    silent["type"] = type;
+    status["links"][0]["topics"][1] = silent;
+    EXPECT_EQ(ids_of(diagnose_status(status)),
+              *id == 0 ? std::vector<std::string>() : std::vector<std::string>{id});
+  }
+}
+
+TEST(DoctorStatus, TheNamespaceOfTheProgramIsTakenForAPrefix) {
+  Json status = status_of(missing_for("not_given"));
+  status["links"][0]["missing"][0]["name"] = "/robot1/chatter";
+  status["node"] = "/connect_client";
+  EXPECT_THAT(diagnose_status(status)[0].detail, Not(HasSubstr("prefix")));
+  status["node"] = "/robot1/connect_client";
+  EXPECT_THAT(diagnose_status(status)[0].detail, HasSubstr("set `prefix: /robot1`"));
+}
+
+// The server's own login method fails: nobody comes in.
+TEST(DoctorStatus, ALoginMethodThatGivesNoAnswerIsSaidAtTheServer) {
+  const Json status =
+      status_of(R"({"listens": ["10.0.0.5:9090"], "strangers": {"logins_not_judged": 2}})");
+  EXPECT_THAT(ids_of(diagnose_status(status)),
+              UnorderedElementsAre("login_not_judged", "nobody_linked"));
+}
+
 // A robot listens to much that only some peers, or none, may send.
 TEST(DoctorStatus, ARobotThatWorksKeepsItsRules) {
   for (const char* reason : {"no_rule", "other_peer", "denied"}) {
@@ -759,6 +796,10 @@ TEST(DoctorProcesses, WhatKeepsNodesAndBridgeApart) {
               ElementsAre("discovery_range"));
   EXPECT_THAT(differs("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"), ElementsAre("discovery_range"));
   EXPECT_THAT(ids_of(diagnose_processes({{}, 0}, plain)), ElementsAre("user_differs"));
+  const auto found =
+      diagnose_processes({{{"ROS_DISCOVERY_SERVER", "10.9.0.254:11811"}}, 1000}, plain);
+  ASSERT_THAT(ids_of(found), ElementsAre("middleware_differs"));
+  EXPECT_EQ(found[0].detail, "10.9.0.254:11811 there, not set here");
 }
 
 // A shell of another domain says nothing about a bridge that carries data.
