@@ -261,7 +261,8 @@ void add_connection(Rows& rows) {
        .unit = "bytes/s",
        .help =
            "Highest rate at which this side sends on all links together, in bytes of IP packets, "
-           "as a provider bills them. Logins, refused visitors and a relay's connection count. "
+           "as a provider bills them. Logins, refused visitors and a relay's connection count, and "
+           "take at most half of it from the links. "
            "Identities have equal shares. Urgent messages count and are never held back. 0: no "
            "limit; below 1000 means 1000."},
       [](Config& c) { return &c.limits.bytes_per_second_max; });

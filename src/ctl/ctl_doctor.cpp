@@ -51,6 +51,7 @@ struct DoctorOrder {
 constexpr auto kPatienceOfDoctor = std::chrono::seconds(15);
 constexpr int kSomethingWrong = 1;
 constexpr std::size_t kNameBytes = 100;
+constexpr std::size_t kSeenBytes = 300;
 constexpr const char* kVariables[] = {"ROS_DOMAIN_ID", "RMW_IMPLEMENTATION",
                                       "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"};
 
@@ -174,11 +175,11 @@ bool is_ours(const Config& config) {
   return false;
 }
 
-// Another user's program may be this server, and its user may listen where this one may not.
+// Another user's program listens there: it may be this server.
 bool is_hidden(const Failure& failure, std::uint16_t port) {
   const auto listener = listener_at(port);
-  return failure.cause == Cause::kPortNotPermitted ||
-         (failure.cause == Cause::kPortTaken && listener && *listener != ::geteuid());
+  return (failure.cause == Cause::kPortNotPermitted || failure.cause == Cause::kPortTaken) &&
+         listener && *listener != ::geteuid();
 }
 
 // A server that runs may listen at an address that this machine has lost, or never had.
@@ -251,22 +252,29 @@ struct Looked {
   std::vector<Found> found;
 };
 
-// Of a server, relative to the folder of the program.
-std::vector<std::string> expired_in(const std::string& token_file) {
+// The token file of a server, relative to the folder of the program.
+void look_at_tokens(const std::string& token_file, SideFacts& facts, std::vector<Found>& found) {
   TokenTable table;
   std::vector<std::string> problems, warnings;
-  table.read(content_of(token_file), token_file, 0, problems, warnings);
-  std::vector<std::string> names;
+  const std::string text = content_of(token_file);
+  table.read(text, token_file, 0, problems, warnings);
+  if (!problems.empty() && !text.empty())
+    found.push_back({"file_refused", token_file, to_text(problems.front(), kSeenBytes), true});
   if (problems.empty())
     for (const auto& ended : table.ending(0, system_now()))
-      names.push_back(to_text(ended.identity, kNameBytes));
-  return names;
+      facts.expired.push_back(to_text(ended.identity, kNameBytes));
 }
 
 // The program has read its files, and what became wrong with them since then shows here.
 bool may_have_come_later(Cause cause) {
   return cause == Cause::kFileMissing || cause == Cause::kFileDistrusted ||
-         cause == Cause::kFileReadable;
+         cause == Cause::kFileReadable || cause == Cause::kCertificateFiles;
+}
+
+Found found_later(const Failure& failure) {
+  Found found = diagnose(failure);
+  if (failure.cause == Cause::kCertificateFiles) found.id = "file_refused";
+  return found;
 }
 
 // Its parameters are those of its files, and of its command line, which is not read here.
@@ -284,7 +292,7 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
     const FileJudged judged = judge_file(file, role);
     for (const std::vector<Failure>& all : {judged.given.problems, judged.hints})
       for (const Failure& failure : all)
-        if (may_have_come_later(failure.cause)) add_found(found, {diagnose(failure)}, file);
+        if (may_have_come_later(failure.cause)) add_found(found, {found_later(failure)}, file);
     for (const auto& [key, value] : judged.given.parameters)
       parameters.insert_or_assign(key, value);
   }
@@ -294,7 +302,7 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
     facts = facts_of(config);
     add_found(found, diagnose_config(config));
     if (config.role == Role::kServer && !config.auth.token_file.empty())
-      facts.expired = expired_in(config.auth.token_file);
+      look_at_tokens(config.auth.token_file, facts, found);
   }
   std::filesystem::current_path(here, failed);
   return found;

@@ -101,9 +101,11 @@ class Jobs {
     ~Pictures() {
       if (jobs_) jobs_->outputs_.push(EndPicture{id_});
     }
-    // False: there is no memory for a codec that takes so many bytes.
+    // False: there is no memory for a codec that takes so many bytes. A codec that has been larger
+    // keeps its buffers, so it counts as it was.
     [[nodiscard]] bool make_room(std::uint64_t bytes) {
-      if (bytes > hold_.amount() && bytes - hold_.amount() > memory_->room()) return false;
+      if (bytes <= hold_.amount()) return true;
+      if (bytes - hold_.amount() > memory_->room()) return false;
       hold_.resize(bytes);
       return true;
     }

@@ -110,8 +110,10 @@ void Links::on(Authenticated& input, const Now& now) {
   const Connection* const stranger = strangers_.find(input.connection);
   if (!stranger) {
     Link* const link = link_of(input.connection);
-    if (link && link->login.end_renewal() && take_renewal(*link, input, outputs_, now))
+    if (link && link->login.end_renewal() && take_renewal(*link, input, outputs_, now)) {
+      end_rests(now);
       user_.on_identity_changed(*link, now);
+    }
     return;
   }
   if (stranger->state() != Connection::State::kAuthenticating) return;
@@ -141,6 +143,7 @@ void Links::answer_login(Authenticated& answer, const Now& now) {
   if (!link) return refuse(id, {CloseCode::kTooManyConnections, "too many links"}, now);
   const Outputs::Paying paying(outputs_, link->account->time);
   auto connection = strangers_.take(id);
+  end_rest(*link, now);  // before its rights change
   link->login.set_identity(identity);
   connection->on_authenticated(identity, link->login.session(), now);
   carry(*link, std::move(connection), now);

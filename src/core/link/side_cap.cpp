@@ -59,14 +59,18 @@ void SideCap::owe(double bytes) {
 
 void SideCap::counted(std::uint64_t sent_bytes, TimePoint now) {
   if (!limits()) return;
+  of_others_ = std::min(of_others_ + kOfOthers * rate_ * seconds(now - counted_at_),
+                        kOfOthers * rate_ * seconds(LinkCap::kDebtMax));
   if (counted_ && sent_bytes > *counted_) {
-    const double more = static_cast<double>(sent_bytes - *counted_) - known_;
+    const double more = std::min(static_cast<double>(sent_bytes - *counted_) - known_, of_others_);
     if (more > 0) {
+      of_others_ -= more;
       owe(more);
       sent(now, 0);
     }
   }
   counted_ = sent_bytes;
+  counted_at_ = now;
   known_ = 0;
 }
 

@@ -49,6 +49,9 @@ class SideCap {
   static constexpr Duration kPaidBack = std::chrono::seconds(1);
   // Part of the limit that is divided however much is owed: urgent messages do not stop the rest.
   static constexpr double kLeast = 0.05;
+  // Part of the limit that bytes of no link take from the links at most, over some seconds:
+  // strangers cause most of them.
+  static constexpr double kOfOthers = 0.5;
 
  private:
   void begin(TimePoint now) {
@@ -64,7 +67,9 @@ class SideCap {
   std::optional<TimePoint> ends_;
   std::uint64_t in_period_ = 0;           // bytes that links have sent since it began
   std::optional<std::uint64_t> counted_;  // by the last counted()
-  double known_ = 0;                      // bytes of links since then
+  TimePoint counted_at_{};
+  double known_ = 0;      // bytes of links since then
+  double of_others_ = 0;  // bytes of no link that may be owed at `counted_at_`
 };
 
 // The level up to which each may take of `amount`, so that nobody who wants more than the level

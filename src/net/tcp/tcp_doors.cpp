@@ -71,7 +71,10 @@ std::string TcpDoors::bind(const std::string& address, std::uint16_t port) {
   if (!error) acceptor.listen(ListeningSocket::max_listen_connections, error);
   if (error)
     return "cannot listen on " + host_and_port(parsed.to_string(), port) + ": " + error.message() +
-           (error == asio::error::address_in_use ? kTaken + port_key_ + ")" : "");
+           (error == asio::error::address_in_use ? kTaken + port_key_ + ")"
+            : error == asio::error::access_denied
+                ? " (a port below 1024 needs CAP_NET_BIND_SERVICE or a socket of systemd)"
+                : "");
   doors_.push_back(door);
   if (absent)
     events_.log(LogLevel::kWarn,

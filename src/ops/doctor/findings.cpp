@@ -82,13 +82,15 @@ constexpr Finding kFindings[] = {
      "pair again; or, if the key was changed on purpose, add its pin to `tls.pin`"},
     {"certificate_files", kFault, "certificate and private key do not fit, or cannot be read",
      "name the files that belong together in `tls.certificate` and `tls.private_key`, the key "
-     "without a passphrase (openssl pkey -in KEY -out PLAIN); `tls.ca` names certificates, never a "
+     "without a passphrase (openssl pkey -in KEY -out PLAIN), of RSA with at least 2048 bits; "
+     "`tls.ca` names certificates, never a "
      "key"},
     {"client_certificate", kFault, "the server wants a certificate of the client, or another one",
      "set `tls.certificate` and `tls.private_key` to files of the authority in the server's "
      "`tls.ca`"},
     {"tls_to_plain_port", kFault, "the server does not speak TLS at this port",
-     "dial ws:// instead of wss://, or give the server a certificate"},
+     "dial ws:// instead of wss://, or give the server a certificate. Or is it another program's "
+     "port (SSH)?"},
     {"plain_to_tls_port", kFault, "the server speaks TLS at this port",
      "dial wss:// instead of ws://"},
     {"not_this_program", kFault, "what answers there is no ROS2 Connect server",
@@ -129,7 +131,8 @@ constexpr Finding kFindings[] = {
     {"login_refused", kFault, "the server refuses the login",
      "the server's log says why. A token: is its entry in the server's token file, has it expired "
      "(`ctl token`), is it written without quotes? A JWT: are its issuer and audience those of "
-     "`auth.jwt_issuer` and `auth.jwt_audience`, has it expired? A certificate: is its authority "
+     "`auth.jwt_issuer` and `auth.jwt_audience`, its key in `auth.jwt_keys`, has it expired? A "
+     "certificate: is its authority "
      "in the server's `tls.ca`? Have both ends one `auth.method`?"},
     {"login_timeout", kFault, "the login was not complete in time",
      "look at the server's log; its login method or the path is slow"},
@@ -172,7 +175,9 @@ constexpr Finding kFindings[] = {
     {"port_taken", kFault, "another program listens at this address and port",
      "end it (ss -ltnp shows it), or choose another `listen.port`"},
     {"port_not_permitted", kFault, "this user may not listen at a port below 1024",
-     "a larger `listen.port`, or a socket of systemd (docs/service.md)"},
+     "a larger `listen.port`, a socket of systemd (docs/service.md), or CAP_NET_BIND_SERVICE. For "
+     "a "
+     "server of another user, ask as that user"},
     {"port_hidden", kHint, "only another user sees whether the server can listen at its port",
      "ask as the user of the server, or as root: who listens there may be this server"},
     {"address_not_here", kFault, "this machine has no such address",
@@ -219,6 +224,12 @@ constexpr Finding kFindings[] = {
     {"parameters_refused", kFault,
      "a changed parameter file was refused: what was before stays in use",
      "correct it (`ctl check FILE`); it is read again at once"},
+    {"file_refused", kFault,
+     "a file of the running program was changed, and cannot be used as it is: what was before "
+     "stays "
+     "in use",
+     "correct it: it is read again at once. Until then nobody who is new in it comes in, and the "
+     "program does not start again"},
     {"needs_restart", kFault, "it was changed in the parameter file, and is as it was",
      "start this program again: the other keys of the file apply at once"},
     {"loopback_alone", kHint,
@@ -234,8 +245,9 @@ constexpr Finding kFindings[] = {
      "send-proxy). Strangers send such headers, too: they need nothing"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "the server's log says who and why. `auth.method` token: make one for who is to come (`ctl "
-     "token`); jwt: compare issuer, audience and expiry of the JWT with `auth.jwt_issuer` and "
-     "`auth.jwt_audience`; certificate: sign one with the authority in `tls.ca`. Both ends need "
+     "token`); jwt: compare issuer, audience, key and expiry of the JWT with "
+     "`auth.jwt_issuer`, `auth.jwt_audience` and `auth.jwt_keys`; certificate: sign one with the "
+     "authority in `tls.ca`. Both ends need "
      "one `auth.method`"},
     {"token_expired", kHint,
      "somebody comes with a wrong login, and this identity's token has expired",
@@ -279,7 +291,8 @@ constexpr Finding kFindings[] = {
     {"lost_in_middleware", kFault,
      "messages are lost in the middleware before the bridge gets them: the publisher's shared "
      "memory is too small for them",
-     "give the publishing node config/fastdds_large_data.xml (docs/troubles.md, \"Large images\")"},
+     "give the publishing node config/fastdds_large_data.xml (docs/troubles.md, \"Large images\"), "
+     "and /dev/shm room for it (in Docker --shm-size=1g)"},
     {"nothing_arrives", kHint,
      "it has a publisher and is demanded, and no message has reached the bridge yet",
      "does it publish (ros2 topic hz)? A lifecycle node does only while it is active (ros2 "

@@ -29,6 +29,7 @@ constexpr double kMostOfAge = 0.8;    // of a rule's max_age
 constexpr double kRoundTripMs = 800;  // more than by a satellite
 constexpr double kServersLost = 3;
 constexpr char kItsWords[] = "\"here\" and \"this side\" are the other end";
+constexpr double kPatient = 1;   // s, of `dead_after`; less is shorter than usual silences
 constexpr double kUnheard = 10;  // s; a peer acknowledges at once
 constexpr std::size_t kKeyBytes = 100;
 constexpr double kShortBreak = 1;     // s
@@ -179,17 +180,23 @@ bool is_shared_by_nodes(const std::string& topic) {
          topic == "/joint_states" || topic.find("/_action/") != std::string::npos;
 }
 
+// Topics that there are without anybody's doing.
+bool is_of_every_node(const std::string& topic) {
+  return topic == "/diagnostics" || topic == "/rosout";
+}
+
 bool is_exported(const Json& of) {
   return text_in(of, "direction") == "export";
 }
 
 // Most of what a robot publishes is not to be elsewhere, and RViz has tools that nobody uses. A
-// robot also listens to much that nobody is to send: while anything crosses, its rules are as they
-// are meant.
+// robot also listens to much that nobody is to send, or not yet: while anything crosses, its rules
+// are as they are meant.
 bool Doctor::is_missed(const Json& name) const {
   const std::string waits = text_in(name, "waits"), reason = text_in(name, "reason");
   const bool is_rule_here = reason == "no_rule" || reason == "denied" || reason == "other_peer";
-  if (!is_exported(name)) return !is_rule_here || !is_robot_ || !carries_;
+  const bool is_for_later = reason == "not_there" && text_in(name, "kind") == "topic";
+  if (!is_exported(name)) return !(is_rule_here || is_for_later) || !is_robot_ || !carries_;
   const bool is_rule = is_rule_here || reason == "not_taken";
   return !is_rule || waits == "peer" || (waits == "sender" && !is_robot_);
 }
@@ -236,8 +243,10 @@ void Doctor::topic(const Json& link, const Json& topic) {
       !node.empty() && messages > 0 && is_set(topic, "demanded") && !is_shared_by_nodes(name))
     add("published_here_too", name, node, true);
   const RuleFacts rule = rule_of(topic);
+  const std::string rule_name = text_in(topic, "rule");
+  const std::string by_rule = rule_name.empty() ? "" : ", by the rule " + rule_name;
   if (many("rate", rule.limits_bytes ? kDroppedShare : kStarvedShare))
-    add("drops_rate", name, counted("rate"));
+    add("drops_rate", name, counted("rate") + by_rule);
   if (many("too_large", kDroppedShare)) add("drops_too_large", name, counted("too_large"), true);
   if (many("memory", kDroppedShare)) add("drops_memory", name, counted("memory"), true);
   const std::string wheel = text_in(topic, "wheel");
@@ -319,7 +328,8 @@ void Doctor::silent_topics(const Json& link) {
     const bool demanded = is_set(topic, "demanded");
     demanded_any = demanded_any || demanded;
     if (!is_exported(topic)) continue;
-    if (!demanded && text_in(topic, "declined").empty() && !carries_) lonely.push_back(name);
+    if (!demanded && text_in(topic, "declined").empty() && !carries_ && !is_of_every_node(name))
+      lonely.push_back(name);
     if (carries_ && (number_in(topic, "messages") > 0 || !is_stream(text_in(topic, "type"))))
       continue;
     if (demanded && number_in(topic, "origins") > 0 && part_of(topic, "dropped").empty() &&
@@ -329,6 +339,11 @@ void Doctor::silent_topics(const Json& link) {
   for (const std::string& name : silent) add("nothing_arrives", name, {}, true);
   if (!demanded_any)
     for (const std::string& name : lonely) add("no_listener", name);
+}
+
+bool may_be_lossy(const std::string& type) {
+  return type == "sensor_msgs/msg/Image" || type == "sensor_msgs/msg/CompressedImage" ||
+         type == "sensor_msgs/msg/PointCloud2";
 }
 
 // The finding of a thin link names the heaviest of the topics that lose messages to it. A path that
@@ -354,9 +369,12 @@ void Doctor::thin(const Json& link) {
     return add("own_limit", text_in(*heaviest, "topic"), fmt::format("{:.0f} bytes/s", limit),
                true);
   if (published > 0 && rate * seconds > published * kAmple) return;
-  add(rule_of(*heaviest).urgent ? "urgent_is_heavy" : "link_too_thin", text_in(*heaviest, "topic"),
-      fmt::format("it is the heaviest: {:.1f} MB; the path carries {:.0f} kB/s",
-                  lately_in(*heaviest, "wire_bytes") / 1e6, rate / 1e3),
+  const RuleFacts rule = rule_of(*heaviest);
+  const bool is_kept_exact = rule.exact && may_be_lossy(text_in(*heaviest, "type"));
+  add(rule.urgent ? "urgent_is_heavy" : "link_too_thin", text_in(*heaviest, "topic"),
+      fmt::format("it is the heaviest: {:.1f} MB; the path carries {:.0f} kB/s{}",
+                  lately_in(*heaviest, "wire_bytes") / 1e6, rate / 1e3,
+                  is_kept_exact ? "; its rule says `lossy: never`" : ""),
       true);
 }
 
@@ -413,8 +431,10 @@ bool Doctor::breaks(const Json& link, const std::string& who) {
                                   ? "connections_forgotten"
                               : 2 * ended > breaks ? "connections_ended"
                                                    : "link_breaks";
+  const bool is_impatient = silent > 0 && facts_.dead_after > 0 && facts_.dead_after < kPatient;
   add(id, who,
-      fmt::format("{} breaks in 10 min", breaks) + (last.empty() ? "" : ", the last: " + last),
+      fmt::format("{} breaks in 10 min", breaks) + (last.empty() ? "" : ", the last: " + last) +
+          (is_impatient ? fmt::format("; `dead_after` is {:.2g} s here", facts_.dead_after) : ""),
       true);
   return true;
 }
@@ -649,12 +669,13 @@ SideFacts facts_of(const Config& config) {
   };
   SideFacts facts{std::any_of(rules.begin(), rules.end(), exports),
                   config.limits.bytes_per_second_max};
+  facts.dead_after = std::chrono::duration<double>(config.limits.dead_after).count();
   for (const Rule& rule : rules) {
     const Treatment& how = rule.treatment;
     facts.rules[rule.name] = {
         how.max_age == kForever ? 0 : std::chrono::duration<double>(how.max_age).count(),
         how.priority == Priority::kUrgent, how.bytes_per_second_max > 0 && how.max_rate == 0,
-        how.halt_after != kForever};
+        how.halt_after != kForever, how.lossy == Lossy::kNever};
   }
   return facts;
 }

@@ -22,6 +22,7 @@ struct RuleFacts {
   bool urgent = false;
   bool limits_bytes = false;
   bool halts = false;
+  bool exact = false;  // `lossy: never`
 };
 
 // The parameters of a running side, as far as they are known.
@@ -29,6 +30,7 @@ struct SideFacts {
   bool may_export = true;              // some rule lets something out
   std::uint64_t bytes_per_second = 0;  // the limit that somebody has set; 0: none
   std::map<std::string, RuleFacts> rules = {};
+  double dead_after = 0;  // s; 0: not known
   // Server: identities of which no token is valid any longer.
   std::vector<std::string> expired = {};
 };

@@ -46,6 +46,20 @@ TEST_F(JobsTest, TheOwnerAndNobodyElseIsTold) {
   EXPECT_EQ(one.results.size(), 1U);
 }
 
+// Its buffers keep their size when its pictures become smaller.
+TEST_F(JobsTest, ACodecCountsAsItsLargestPicture) {
+  Budget memory(1000);
+  {
+    Jobs::Pictures pictures(jobs, memory);
+    EXPECT_TRUE(pictures.make_room(800));
+    EXPECT_TRUE(pictures.make_room(10));
+    EXPECT_EQ(memory.room(), 200U);
+    EXPECT_FALSE(pictures.make_room(1001));
+    EXPECT_EQ(memory.room(), 200U);
+  }
+  EXPECT_EQ(memory.room(), 1000U);
+}
+
 TEST_F(JobsTest, AResultThatNobodyWantsIsIgnored) {
   {
     const auto gone = jobs.compress(one, {Codec::kZstd, 1}, Payload::copy_of(Bytes(200)));

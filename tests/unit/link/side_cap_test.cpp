@@ -158,6 +158,24 @@ TEST(SideCap, BytesOfNoLinkCountToo) {
   EXPECT_NEAR(static_cast<double>(links), 10.0 * kRate, 0.15 * 10 * kRate);
 }
 
+// Who is not logged in causes as many as it likes.
+TEST(SideCap, BytesOfNoLinkTakeAtMostHalf) {
+  Senders s(kRate);
+  s.add(&kAnna);
+  s.run(2s);
+  s.take();
+  std::uint64_t sent = 1'000'000;
+  std::uint64_t links = 0;
+  for (int second = 0; second < 40; ++second) {
+    s.counted(sent);
+    s.run(1s);
+    const auto now = s.take_sum();
+    if (second >= 20) links += now;
+    sent += now + 5 * kRate;
+  }
+  EXPECT_NEAR(static_cast<double>(links), 10.0 * kRate, 0.15 * 10 * kRate);
+}
+
 TEST(SideCap, SomethingFlowsWhateverIsOwed) {
   Senders s(kRate);
   s.add(&kBert, 500, true);

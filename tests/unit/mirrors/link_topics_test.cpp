@@ -236,6 +236,11 @@ TEST(LinkTopics, OnlySoMuchIsDecompressedAtOnce) {
   EXPECT_FALSE(s.peer.decompress_at_once(half, ms(499)));
   EXPECT_TRUE(s.peer.decompress_at_once(half, ms(500)));
   EXPECT_FALSE(s.peer.decompress_at_once(of_size(16 * kMiB + 1), ms(100'000)));
+  InMessage columns = half;
+  columns.codec = Codec::kPlanes;
+  EXPECT_FALSE(s.peer.decompress_at_once(columns, ms(200'000)));
+  EXPECT_TRUE(s.peer.decompress_at_once(half, ms(200'000)));
+  EXPECT_TRUE(s.peer.decompress_at_once(half, ms(200'000))) << "it was not even tried";
 }
 
 TEST(LinkTopics, WhatDoesNotDecompressHasCostItsTimeToo) {

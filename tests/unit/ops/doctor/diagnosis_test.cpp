@@ -296,7 +296,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"not_taken", missing_for("not_taken")},
         StatusCase{"not_given", missing_for("not_given")},
         StatusCase{"other_type", missing_for("other_type")},
-        StatusCase{"not_there", missing_for("not_there")},
+        StatusCase{"not_there", at_operator(missing_for("not_there"))},
         StatusCase{"outside_prefix", missing_for("outside_prefix")},
         StatusCase{"type_not_installed", missing_for("type_unknown")},
         StatusCase{"type_not_installed",
@@ -651,6 +651,24 @@ TEST(DoctorStatus, ALimitOfThisSideIsNamed) {
   EXPECT_THAT(ids_of(diagnose_status(status, {true, 1'000'000})), ElementsAre("own_limit"));
 }
 
+TEST(DoctorStatus, ARuleThatKeepsPicturesExactIsNamed) {
+  SideFacts facts;
+  facts.rules["cam"].exact = true;
+  Json status = status_of(topic_with(R"({"rule": "cam", "dropped": {"newer_available": 50}})"));
+  EXPECT_THAT(diagnose_status(status, facts)[0].detail, Not(HasSubstr("lossy")));
+  status["links"][0]["topics"][0]["type"] = "sensor_msgs/msg/Image";
+  EXPECT_THAT(diagnose_status(status, facts)[0].detail, HasSubstr("`lossy: never`"));
+}
+
+TEST(DoctorStatus, AnImpatientSideIsNamedWhereLinksBreakBySilence) {
+  SideFacts facts;
+  facts.dead_after = 0.3;
+  const Json status = status_of(broken("silent", 5));
+  EXPECT_THAT(diagnose_status(status, facts)[0].detail, HasSubstr("`dead_after` is 0.3 s here"));
+  facts.dead_after = 3;
+  EXPECT_THAT(diagnose_status(status, facts)[0].detail, Not(HasSubstr("dead_after")));
+}
+
 // It is to be driven, and gives nothing.
 TEST(DoctorStatus, WhoseRulesExportNothingLacksNothing) {
   const Json status = status_of(link_with(R"({"topics": []})"));
@@ -699,8 +717,9 @@ TEST(DoctorStatus, ALoginMethodThatGivesNoAnswerIsSaidAtTheServer) {
 
 // A robot listens to much that only some peers, or none, may send.
 TEST(DoctorStatus, ARobotThatWorksKeepsItsRules) {
-  for (const char* reason : {"no_rule", "other_peer", "denied"}) {
+  for (const char* reason : {"no_rule", "other_peer", "denied", "not_there"}) {
     Json status = status_of(missing_for(reason));
+    status["links"][0]["missing"][0]["kind"] = "topic";
     EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty()) << reason;
     status["links"][0]["topics"] = Json::array();
     EXPECT_THAT(ids_of(diagnose_status(status)), Contains(reason)) << "nothing crosses";
