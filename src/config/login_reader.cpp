@@ -121,11 +121,25 @@ void check_login(const CheckedValues& values, const Config& config, const Surrou
   check_method(values, config, problems);
 }
 
+// Whether clients come to the address of the status.
+bool is_listened_to(const StatusOptions& status, const Config& config) {
+  if (config.role != Role::kServer || config.listen_address == "systemd") return false;
+  const auto is_same = [&](const std::string& address) {
+    return address == status.address || address == "*" || address == "0.0.0.0";
+  };
+  const auto& addresses = config.listen.addresses;
+  return status.port != 0 && status.port == config.listen.port &&
+         std::any_of(addresses.begin(), addresses.end(), is_same);
+}
+
 void read_status(const CheckedValues& values, Config& config, std::vector<Problem>& problems) {
   constexpr const char* kListen = "status.listen";
   StatusOptions& status = config.status;
   if (const auto at = syntax::parse_status_address(values.text(kListen)))
     status = {at->host, at->port, status.groups, !syntax::is_loopback(at->host)};
+  if (is_listened_to(status, config))
+    return add(problems, kListen, to_text(values.text(kListen)),
+               "another port than listen.port, where clients come");
   if (!status.beyond_loopback) {  // mutant: status_beyond_loopback
     if (!status.groups.empty())
       add(problems, "status.groups", to_text(status.groups),

@@ -79,7 +79,10 @@ std::string token_problem(std::string_view token) {
            "with Out-File -Encoding ascii)";
   if (token.size() < kTokenCharactersMin) {
     return "the token has " + std::to_string(token.size()) + " characters, at least " +
-           std::to_string(kTokenCharactersMin) + " are needed ('openssl rand -hex 24' makes one)";
+           std::to_string(kTokenCharactersMin) + " are needed ('openssl rand -hex 24' makes one)" +
+           (token.starts_with('$') ? "; a parameter file expands no variables: "
+                                     "auth.token_file, or CONNECT_BRIDGE_TOKEN in the environment"
+                                   : "");
   }
   if (token.size() > kCredentialBytesMax) {
     return "the token has more than " + std::to_string(kCredentialBytesMax) + " characters";

@@ -242,7 +242,11 @@ std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_n
   PolicyTrace trace;
   if (found_.names.size() < MissingName::kMissingMax)
     static_cast<void>(side_.policy.decide(direction, what, who, &trace));
-  return why_forbidden(trace, direction, wish, who);
+  Why why = why_forbidden(trace, direction, wish, who);
+  if (why.reason == MissingReason::kNoRule && wire_name != wish.name &&
+      side_.policy.decide(direction, {wish.kind, wish.name, wish.type, what.action_type}, who))
+    why.text += "; rules have names without `prefix` and `remap`: " + wire_name;
+  return why;
 }
 
 std::optional<Why> Search::declined(const Wish& wish) const {

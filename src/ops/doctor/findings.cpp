@@ -41,7 +41,8 @@ constexpr Finding kFindings[] = {
     {"path_wrong", kFault, "an HTTP server answers, and has nothing at this path",
      "check the path in `url` against the configuration of the proxy"},
     {"proxy_without_server", kFault, "a proxy answers, and has no server behind it",
-     "start the server; check where the proxy forwards to"},
+     "start the server; check where the proxy forwards to, and whether with TLS (nginx: proxy_pass "
+     "http:// or https://)"},
     {"proxy_without_upgrade", kFault,
      "a proxy or web server does not pass on the WebSocket upgrade",
      "let it forward `Upgrade` and `Connection` by HTTP/1.1 (docs/proxies.md)"},
@@ -92,7 +93,9 @@ constexpr Finding kFindings[] = {
      "dial ws:// instead of wss://, or give the server a certificate. Or is it another program's "
      "port (SSH)?"},
     {"plain_to_tls_port", kFault, "the server speaks TLS at this port",
-     "dial wss:// instead of ws://"},
+     "dial wss:// instead of ws://. If `url` has wss://, a proxy before the server forwards "
+     "without "
+     "TLS (nginx: proxy_pass https://)"},
     {"not_this_program", kFault, "what answers there is no ROS2 Connect server",
      "check host and port; rosbridge has the same default port"},
     {"name_not_served", kFault, "what answers has no server of this name (TLS)",
@@ -275,7 +278,8 @@ constexpr Finding kFindings[] = {
      "graph is meant for the peer"},
     {"not_there", kHint, "nobody publishes or serves it at the other side",
      "start that node; does it use the same name, namespace, domain, discovery range and prefix? "
-     "Nodes of another computer need ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"},
+     "Nodes of another computer need ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET, and multicast or "
+     "ROS_STATIC_PEERS"},
     {"type_not_installed", kFault, "the type is not installed where it has to be",
      "install the package there, or source its workspace before the bridge starts"},
     {"definitions_differ", kFault, "the type or its definition is another one at the other side",

@@ -88,6 +88,8 @@ class KeyCheck {
         found.if_refused.push_back(at + "stands below a node's name: indent it below `/**:`");
       else if (value.IsNull())
         found.if_refused.push_back(at + "has nothing below it: indent the parameters further");
+    } else if (separator == kOfNodes && value.IsSequence()) {
+      found.if_refused.push_back(at + "is no node's name: indent it below `ros__parameters:`");
     } else if (value.IsNull()) {
       found.if_refused.push_back(at + "has no value; a list stands in brackets: [/one, /two]");
     }

@@ -60,6 +60,9 @@ const Case kCases[] = {
     {"status_groups_on_loopback", kServer,
      "{status: {listen: '127.0.0.1:9091', groups: [ops]}, auth: {token_file: a}}",
      "status.listen beyond loopback too"},
+    {"status_where_clients_come", kServer,
+     "{status: {listen: '127.0.0.1:9090'}, auth: {token_file: a}}",
+     "status.listen: \"127.0.0.1:9090\" is wrong, expected another port than listen.port"},
     {"identities_of_a_nameless_key", kClient,
      "{tls: {pin: [47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=]}, rules: [a], rule: {a: "
      "{import_topics: [/a], identities: [x]}}}",

@@ -74,6 +74,13 @@ TEST(ParameterFile, AWrongIndentIsNamed) {
               Contains(HasSubstr(":2: \"ros__parameters\" stands below a node's name: indent it")));
 }
 
+TEST(ParameterFile, AParameterOutsideOfTheSectionIsNamed) {
+  EXPECT_THAT(problems_of("/**:\n  ros__parameters:\n    rules: [a]\n  rule:\n    a:\n"
+                          "      export_topics: [/a]\n"),
+              Contains(HasSubstr(":6: \"export_topics\" is no node's name: indent it below "
+                                 "`ros__parameters:`")));
+}
+
 TEST(ParameterFile, AFileOfBareParametersIsToldWhatIsMissing) {
   for (const char* bare : {"rules: []\ndead_after: 3.0\n", "/**:\n  dead_after: 3.0\n", "[a]\n",
                            "listen: {port: 1}\n"})

@@ -378,6 +378,25 @@ TEST_F(MissingWithPrefix, ThePeerListensToANameOutsideOfIt) {
             "/robot1 (`prefix` of this side) can be exported\n");
 }
 
+SideOptions rules_with_prefix() {
+  SideOptions options = server({rule({}, {"/robot1/**"})});
+  options.names = NameMap("/robot1", {});
+  return options;
+}
+
+struct MissingByPrefix : MissingTest {
+  MissingByPrefix() : MissingTest(rules_with_prefix()) {}
+};
+
+TEST_F(MissingByPrefix, ARuleHasTheNameOfThisGraph) {
+  s.graph({topic("/robot1/scan").sub(1)});
+  s.join(1);
+  settle();
+  EXPECT_EQ(missing(),
+            "import topic /robot1/scan no_rule: no rule here allows it; rules have names without "
+            "`prefix` and `remap`: /scan\n");
+}
+
 TEST_F(MissingTest, SomebodyAtThePeerWaits) {
   s.graph({typed(topic("/cmd_vel").pub(1), "p/msg/Stamped")});
   s.join(1);
