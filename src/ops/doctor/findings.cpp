@@ -70,13 +70,13 @@ constexpr Finding kFindings[] = {
      "renew it; a running side takes the new files by itself"},
     {"certificate_foreign", kFault, "the server's certificate is of an authority unknown here",
      "`tls.ca` names the file of the authority that signed it: copy the server's again (ca.crt of "
-     "`ctl certs`), or set `tls.pin`. If the issuer is an intermediate authority, append its "
-     "certificate to the server's `tls.certificate`. If the server does not know the issuer, a "
-     "firewall that inspects TLS shows a certificate of its own"},
+     "`ctl certs`; behind a relay the robot's, not the relay's), or set `tls.pin`. If the issuer "
+     "is an intermediate authority, append its certificate to the server's `tls.certificate`. If "
+     "the server does not know the issuer, a firewall that inspects TLS shows a certificate of its "
+     "own"},
     {"certificate_name", kFault, "the server's certificate is for another name",
      "does the address still belong to that machine (DHCP, /etc/hosts)? Then dial a name that is "
-     "in "
-     "the certificate, or set `tls.pin`"},
+     "in the certificate, or set `tls.pin`"},
     {"certificate_purpose", kFault, "the server's certificate is not for servers",
      "`tls.certificate` of the server names server.crt of `ctl certs`, not a client's"},
     {"certificate_pin", kFault, "the server has another key than the one that is pinned",
@@ -84,8 +84,7 @@ constexpr Finding kFindings[] = {
     {"certificate_files", kFault, "certificate and private key do not fit, or cannot be read",
      "name the files that belong together in `tls.certificate` and `tls.private_key`, the key "
      "without a passphrase (openssl pkey -in KEY -out PLAIN), of RSA with at least 2048 bits; "
-     "`tls.ca` names certificates, never a "
-     "key"},
+     "`tls.ca` names certificates, never a key"},
     {"client_certificate", kFault, "the server wants a certificate of the client, or another one",
      "set `tls.certificate` and `tls.private_key` to files of the authority in the server's "
      "`tls.ca`"},
@@ -94,8 +93,7 @@ constexpr Finding kFindings[] = {
      "port (SSH)?"},
     {"plain_to_tls_port", kFault, "the server speaks TLS at this port",
      "dial wss:// instead of ws://. If `url` has wss://, a proxy before the server forwards "
-     "without "
-     "TLS (nginx: proxy_pass https://)"},
+     "without TLS (nginx: proxy_pass https://)"},
     {"not_this_program", kFault, "what answers there is no ROS2 Connect server",
      "check host and port; rosbridge has the same default port"},
     {"name_not_served", kFault, "what answers has no server of this name (TLS)",
@@ -109,8 +107,7 @@ constexpr Finding kFindings[] = {
      "into `listen.relay.token_file`"},
     {"relay_certificate", kFault, "the relay's certificate or key is not the one that is expected",
      "check `listen.relay.ca` and `listen.relay.pin`, and this machine's clock; pair with the "
-     "relay "
-     "again if its key was changed on purpose"},
+     "relay again if its key was changed on purpose"},
     {"relay_token_missing", kFault, "there is no usable token for the relay",
      "put the token that `relay --robot NAME` gives into `listen.relay.token_file`"},
     {"relay_is_none", kFault, "what answers there is no relay",
@@ -135,8 +132,7 @@ constexpr Finding kFindings[] = {
      "the server's log says why. A token: is its entry in the server's token file, has it expired "
      "(`ctl token`), is it written without quotes? A JWT: are its issuer and audience those of "
      "`auth.jwt_issuer` and `auth.jwt_audience`, its key in `auth.jwt_keys`, has it expired? A "
-     "certificate: is its authority "
-     "in the server's `tls.ca`? Have both ends one `auth.method`?"},
+     "certificate: is its authority in the server's `tls.ca`? Have both ends one `auth.method`?"},
     {"login_timeout", kFault, "the login was not complete in time",
      "look at the server's log; its login method or the path is slow"},
     {"login_not_tried", kHint, "the way to the server is fine; no login was tried",
@@ -179,8 +175,7 @@ constexpr Finding kFindings[] = {
      "end it (ss -ltnp shows it), or choose another `listen.port`"},
     {"port_not_permitted", kFault, "this user may not listen at a port below 1024",
      "a larger `listen.port`, a socket of systemd (docs/service.md), or CAP_NET_BIND_SERVICE. For "
-     "a "
-     "server of another user, ask as that user"},
+     "a server of another user, ask as that user"},
     {"port_hidden", kHint, "only another user sees whether the server can listen at its port",
      "ask as the user of the server, or as root: who listens there may be this server"},
     {"address_not_here", kFault, "this machine has no such address",
@@ -229,8 +224,7 @@ constexpr Finding kFindings[] = {
      "correct it (`ctl check FILE`); it is read again at once"},
     {"file_refused", kFault,
      "a file of the running program was changed, and cannot be used as it is: what was before "
-     "stays "
-     "in use",
+     "stays in use",
      "correct it: it is read again at once. Until then nobody who is new in it comes in, and the "
      "program does not start again"},
     {"needs_restart", kFault, "it was changed in the parameter file, and is as it was",
@@ -248,10 +242,9 @@ constexpr Finding kFindings[] = {
      "send-proxy). Strangers send such headers, too: they need nothing"},
     {"wrong_logins", kHint, "somebody came with a wrong login",
      "the server's log says who and why. `auth.method` token: make one for who is to come (`ctl "
-     "token`); jwt: compare issuer, audience, key and expiry of the JWT with "
-     "`auth.jwt_issuer`, `auth.jwt_audience` and `auth.jwt_keys`; certificate: sign one with the "
-     "authority in `tls.ca`. Both ends need "
-     "one `auth.method`"},
+     "token`); jwt: compare issuer, audience, key and expiry of the JWT with `auth.jwt_issuer`, "
+     "`auth.jwt_audience` and `auth.jwt_keys`; certificate: sign one with the authority in "
+     "`tls.ca`. Both ends need one `auth.method`"},
     {"token_expired", kHint,
      "somebody comes with a wrong login, and this identity's token has expired",
      "make another one (`ctl token`), and give it to the client"},
@@ -285,13 +278,11 @@ constexpr Finding kFindings[] = {
     {"definitions_differ", kFault, "the type or its definition is another one at the other side",
      "use the same type, and the same version of its package, at both sides; for another "
      "definition `allow_type_mismatch` helps. Where two nodes of one side publish the name with "
-     "two "
-     "types, rename one"},
+     "two types, rename one"},
     {"declined", kFault, "the importing side cannot take it", "its reason says why"},
     {"qos", kFault, "a subscriber requests a quality of service that no publisher offers",
      "change the QoS of the subscriber or the publisher. Where the publisher does offer it, `qos` "
-     "of "
-     "a rule at one of the two sides has taken it away"},
+     "of a rule at one of the two sides has taken it away"},
     {"lost_in_middleware", kFault,
      "messages are lost in the middleware before the bridge gets them: the publisher's shared "
      "memory is too small for them",
@@ -301,9 +292,8 @@ constexpr Finding kFindings[] = {
      "it has a publisher and is demanded, and no message has reached the bridge yet",
      "does it publish (ros2 topic hz)? A lifecycle node does only while it is active (ros2 "
      "lifecycle get), one with `use_sim_time` only while /clock runs. If it does, its shared "
-     "memory "
-     "does not reach the bridge: run both as one user, in containers with --ipc=host; or with "
-     "FASTDDS_BUILTIN_TRANSPORTS=UDPv4. From another computer large messages need their UDP "
+     "memory does not reach the bridge: run both as one user, in containers with --ipc=host; or "
+     "with FASTDDS_BUILTIN_TRANSPORTS=UDPv4. From another computer large messages need their UDP "
      "fragments: look at its firewall and mtu"},
     {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
      "subscribe there"},
@@ -318,8 +308,8 @@ constexpr Finding kFindings[] = {
     {"halts_nothing", kFault,
      "`halt_after` has no effect on this type: when its sender falls silent, nothing stops the "
      "robot",
-     "cross the speed itself (Twist, TwistStamped, AckermannDrive or its stamped form), so "
-     "that `halt_after` publishes a zero (docs/driving.md)"},
+     "cross the speed itself (Twist, TwistStamped, AckermannDrive or its stamped form), so that "
+     "`halt_after` publishes a zero (docs/driving.md)"},
     {"rule_hidden", kHint,
      "a rule before it allows all of its names, so it decides nothing and its other keys have no "
      "effect",
@@ -433,8 +423,7 @@ constexpr Finding kFindings[] = {
      "the same ROS_AUTOMATIC_DISCOVERY_RANGE (and ROS_LOCALHOST_ONLY) for both, and not OFF"},
     {"middleware_differs", kHint,
      "a variable of the middleware differs between the bridge and this shell: they may not find "
-     "the "
-     "same nodes",
+     "the same nodes",
      "start the bridge with the variables of the nodes (discovery server, profiles, static peers), "
      "or without"},
     {"user_differs", kHint, "the bridge runs as another user than this shell",
