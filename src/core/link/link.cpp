@@ -191,9 +191,9 @@ std::uint64_t Link::memory_bytes() const {
   return outbox.data_bytes() + outbox.kept_bytes() + connection_->open_bytes();
 }
 
-void Link::keep_counts(std::vector<TopicStatus> topics) {
+void Link::keep_counts(std::vector<TopicStatus> topics, DropReason of_queued) {
   for (auto& topic : topics) {
-    topic.dropped.add(DropReason::kLinkLost, topic.queued);
+    topic.dropped.add(of_queued, topic.queued);
     if (topic.messages + topic.dropped.total() == 0) continue;
     const std::tuple key{topic.exported, topic.topic, topic.type};
     const std::uint64_t bytes = bytes_of<Past>(topic.topic, topic.type);

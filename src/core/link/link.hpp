@@ -257,8 +257,9 @@ class Link final : public ConnectionUser {
   // The link's own part of its status.
   [[nodiscard]] LinkStatus status() const;
   [[nodiscard]] std::uint64_t memory_bytes() const;  // of queues and unfinished messages
-  // The counts of a lost connection are kept with the topic as long as the link exists.
-  void keep_counts(std::vector<TopicStatus> topics);
+  // The counts of a channel that ended are kept with the topic as long as the link exists.
+  // `of_queued`: why messages that waited then do not arrive.
+  void keep_counts(std::vector<TopicStatus> topics, DropReason of_queued = DropReason::kLinkLost);
   void add_past(TopicStatus& topic) const;
 
   // ---- arrivals

@@ -123,6 +123,7 @@ void LocalTopic::review(const Link& link, const Now& now) {
     const auto why = it->second.review();
     if (!why) return;  // mutant: rules_withdraw
     backlogs_.end(link.id, DropReason::kWithdrawn, now);
+    offers_.lose_under_way(it->second);
     it->second.withdraw(*why);
   }
   if (offers_.erase(link.id)) update_subscription(now);
@@ -133,6 +134,8 @@ void LocalTopic::on_link_lost(LinkId link, const Now& now) {
   if (offer == offers_.end()) return;
   // Most links never had the topic open; then nothing changes.
   const bool was_open = offer->second.is_open();
+  offers_.lose_under_way(offer->second);
+  offer->second.drop_early(DropReason::kLinkLost);
   offer->second.leave_counts();
   offers_.erase(link);
   if (was_open) update_subscription(now);
@@ -154,6 +157,12 @@ void LocalTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& 
   for (const auto& sample : all_early)
     if ((!kept || offer.is_live()) && offer.admit(sample, TopicOffer::Age::kNew, now))
       offers_.send_to(offer, sample, now);
+}
+
+// The rule of a declined offer does not count any more.
+void LocalTopic::on_decline(TopicOffer& offer, const Now& now) {
+  offers_.note(offer);
+  update_subscription(now);
 }
 
 void LocalTopic::on_time(const Now& now) {

@@ -42,6 +42,7 @@ class LocalTopic {
   void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.
   void on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now);
+  void on_decline(TopicOffer& offer, const Now& now);
   // Listeners came or went.
   void on_listeners(const Now& now);
   // No publisher is here, no listener at the other side, and nothing is kept for a lost link.

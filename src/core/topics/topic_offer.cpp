@@ -136,11 +136,13 @@ void TopicOffer::configure_queue() {
 // ---- changes
 
 void TopicOffer::withdraw(const Ending& why) {
-  offer_.close(why);
   pictures_.clear(DropReason::kWithdrawn);
+  drop_held(DropReason::kWithdrawn);
+  drop_early(DropReason::kWithdrawn);
+  leave_counts(DropReason::kWithdrawn);
+  offer_.close(why);
   queue_ = nullptr;
   demand_ = {};
-  drop_held(DropReason::kWithdrawn);
 }
 
 void TopicOffer::add_origins(const std::vector<Gid>& added) {
@@ -203,7 +205,8 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
   offer_.on_decline(decline, now);
-  topic_.update_subscription(now);  // the rule of a declined offer does not count any more
+  drop_early(DropReason::kNoDemand);
+  topic_.on_decline(*this, now);
 }
 
 // ---- over connections
@@ -428,6 +431,10 @@ void TopicOffer::drop_held(DropReason reason) {
   while (const auto sample = held_.take()) lose(*sample, reason);
 }
 
+void TopicOffer::drop_early(DropReason reason) {
+  for (const OutSample& sample : early_.end()) lose(sample, reason);
+}
+
 void TopicOffer::lose(const OutSample& sample, DropReason reason) {
   drop(reason);
   const Moment moment = moment_of(sample);
@@ -579,7 +586,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
   status.topics.push_back(std::move(s));
 }
 
-void TopicOffer::leave_counts() const {
+void TopicOffer::leave_counts(DropReason of_queued) const {
   const ChannelCounts counts = queue_ ? queue_->counts() : ChannelCounts();
   if (counts.sent + counts.queued + counts.dropped.total() + dropped_.total() + held_.size() +
           pictures_.size() ==
@@ -587,7 +594,7 @@ void TopicOffer::leave_counts() const {
     return;
   LinkStatus last;
   add_status(last);
-  link_.keep_counts(std::move(last.topics));
+  link_.keep_counts(std::move(last.topics), of_queued);
 }
 
 void TopicOffer::add_channel(std::vector<ChannelFacts>& channels) const {

@@ -85,6 +85,8 @@ class TopicOffer final : public OutgoingChannel {
   // Moves the samples that still wait because of a rate limit to `samples`.
   void take_all_held(std::vector<OutSample>& samples);
   void drop_held(DropReason reason);
+  // Drops the samples that were kept for the peer's demand, and keeps no more.
+  void drop_early(DropReason reason);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
   // Drops an admitted sample, and releases the messages that waited to leave with it.
@@ -152,8 +154,9 @@ class TopicOffer final : public OutgoingChannel {
   // No message waits here or in the link's queue.
   [[nodiscard]] bool drained() const;
   void add_status(LinkStatus& status) const;
-  // The link keeps the counts of the topic, if it has any: the connection is lost.
-  void leave_counts() const;
+  // The link keeps the counts of the topic, if it has any: the channel ends. `of_queued`: why
+  // messages that wait do not arrive.
+  void leave_counts(DropReason of_queued = DropReason::kLinkLost) const;
   void add_channel(std::vector<ChannelFacts>& channels) const;
 
  private:
