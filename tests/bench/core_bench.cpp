@@ -3,6 +3,8 @@
 //   core_bench control          how long control messages of the worst shapes take to be read
 //   core_bench steps            the longest step of the loop after packets that take a side long
 //   core_bench shared           the same where one identity's links offer the same publishers
+//   core_bench graph            the longest step of the loop when a node starts beside many links
+//   core_bench calls            calls of another identity beside those of one identity's links
 //   core_bench media            size and time of pictures, distances and clouds, drawn ones
 //   core_bench driving          a command that drives a robot, with a wheel and without
 //   core_bench links [N ...]    messages of 1 kB, 50 a second in both directions on each of N links
@@ -14,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/busy_server.hpp"
 #include "bench/control_shapes.hpp"
 #include "bench/crowd.hpp"
 #include "bench/driven_robot.hpp"
@@ -205,23 +208,31 @@ bool measure_kept(double held_up_max) {
   return is_short;
 }
 
-// Nor does a node that starts beside many topics, of which many have no place.
-bool measure_unplaced(double held_up_max) {
+// Nor does a node that starts beside many topics or services, of which most have no place.
+bool measure_unplaced(InterfaceKind kind, double held_up_max) {
   constexpr std::uint32_t kOffered = 3750;
   std::vector<std::string> identities;
   for (int link = 0; link < 24; ++link) identities.push_back("driver" + std::to_string(link / 4));
-  bench::LoadedSide side(kOffered, 0, 0, identities);
-  const auto node = [&](bool runs) {
-    return side.seconds_of([&] {
-      side.run_node(runs);
-      side.rest(std::chrono::seconds(2));
-    });
+  bench::LoadedSide side(kOffered, 0, 0, identities, kind);
+  bool all_short = side.open();
+  const auto tell = [&](const char* event, const auto& happen) {
+    double longest = 0, all = 0;
+    for (const bool begins : {true, false}) {
+      longest = std::max(longest, side.seconds_of([&] {
+        happen(begins);
+        side.rest(std::chrono::seconds(2));
+      }));
+      all += side.seconds_in_all();
+    }
+    const bool is_short = 1e3 * longest <= held_up_max;
+    all_short = all_short && is_short;
+    std::printf("   24 links with %u %-8s each %20.2f %10.2f  %s starts and ends%s\n", kOffered,
+                kind == InterfaceKind::kTopic ? "topics" : "services", 1e3 * longest, 1e3 * all,
+                event, is_short ? "" : ", long");
   };
-  const double longest = std::max(node(true), node(false));
-  const bool is_short = side.open() && 1e3 * longest <= held_up_max;
-  std::printf("   24 links with %u topics each %20.2f             a node starts and ends%s\n",
-              kOffered, 1e3 * longest, is_short ? "" : ", long");
-  return is_short;
+  tell("a node", [&](bool runs) { side.run_node(runs); });
+  tell("another bridge", [&](bool runs) { side.run_bridge(runs); });
+  return all_short;
 }
 
 // A link that ends and a node that starts hold up all others for less than kHeldUpMax, however many
@@ -265,7 +276,71 @@ int measure_shared() {
       for (const auto& [links, topics] : {std::pair{20U, 8U}, std::pair{31U, 1U}})
         if (!measure({links, topics, 256, transient_local, listened})) return 1;
   all_short = measure_kept(kHeldUpMax) && all_short;
-  return measure_unplaced(kHeldUpMax) && all_short ? 0 : 1;
+  for (const auto kind : {InterfaceKind::kTopic, InterfaceKind::kService})
+    all_short = measure_unplaced(kind, kHeldUpMax) && all_short;
+  return all_short ? 0 : 1;
+}
+
+// A node that starts or ends takes less than kStepMax of each step, however many links are offered
+// what it brings.
+int measure_graph() {
+  constexpr double kStepMax = 5;  // ms
+  constexpr std::uint32_t kLinks = 32;
+  struct Case {
+    std::uint32_t offered, exported;
+    InterfaceKind kind;
+    bench::LoadedSide::Node node;
+  };
+  // The links of one identity may offer 16,384 names.
+  const std::vector<Case> cases{{256, 0, InterfaceKind::kTopic, {100, 0, 0}},
+                                {256, 0, InterfaceKind::kTopic, {10, 100, 0}},
+                                {256, 0, InterfaceKind::kTopic, {10, 0, 20}},
+                                {3750, 0, InterfaceKind::kTopic, {100, 0, 0}},
+                                {3750, 0, InterfaceKind::kService, {10, 100, 0}},
+                                {256, 500, InterfaceKind::kTopic, {1000, 0, 0}},
+                                {256, 500, InterfaceKind::kTopic, {0, 1000, 0}}};
+  bool all_short = true;
+  std::puts(
+      "each of 32 links offers, is offered  the node: topics services actions  "
+      "starts, ms  all ms  ends, ms  all ms");
+  for (const auto& [offered, exported, kind, node] : cases) {
+    bench::LoadedSide side(offered, exported, 0, std::vector<std::string>(kLinks, "peer"), kind);
+    const auto run = [&](std::optional<bench::LoadedSide::Node> runs) {
+      const double longest = side.seconds_of([&] {
+        side.run_node(runs);
+        side.rest(std::chrono::seconds(5));
+      });
+      return std::pair{1e3 * longest, 1e3 * side.seconds_in_all()};
+    };
+    const std::uint32_t before = side.all_offers();
+    const auto starts = run(node);
+    const std::uint32_t told = side.all_offers() - before;
+    const auto ends = run(std::nullopt);
+    const bool is_short = std::max(starts.first, ends.first) <= kStepMax;
+    all_short = all_short && is_short;
+    std::printf("%10u %-8s %16u  %16u %8u %7u %11.2f %7.1f %9.2f %7.1f%s\n", offered,
+                kind == InterfaceKind::kTopic ? "topics" : "services", exported, node.topics,
+                node.services, node.actions, starts.first, starts.second, ends.first, ends.second,
+                is_short ? "" : ", long");
+    if (told != kLinks * (node.topics + node.services + 5 * node.actions) || !side.open()) {
+      std::fprintf(stderr, "%u offers were made\n", told);
+      return 1;
+    }
+  }
+  return all_short ? 0 : 1;
+}
+
+// Calls of another identity wait no longer beside many links of one than beside one link.
+int measure_calls() {
+  constexpr std::uint32_t kCalls = 500;
+  std::vector<std::uint32_t> p99;
+  std::puts("links  a call of another identity: p50 ms  p99 ms  max ms");
+  for (const std::uint32_t links : {1U, 8U, 32U}) {
+    const auto waits = bench::BusyServer(links).waits(kCalls);
+    p99.push_back(waits[kCalls * 99 / 100]);
+    std::printf("%5u %34u %7u %7u\n", links, waits[kCalls / 2], p99.back(), waits.back());
+  }
+  return p99.front() > 0 && p99.back() <= p99.front() + p99.front() / 4 ? 0 : 1;
 }
 
 // The shortest of some means: the wheel costs a command at most 1 us.
@@ -331,6 +406,8 @@ int main(int argc, char** argv) {
   if (what == "steps" && argc == 2) return measure_steps();
   if (what == "media" && argc == 2) return measure_media();
   if (what == "shared" && argc == 2) return measure_shared();
+  if (what == "graph" && argc == 2) return measure_graph();
+  if (what == "calls" && argc == 2) return measure_calls();
   if (what == "driving" && argc == 2) return measure_driving();
   if (what == "links") {
     std::vector<std::uint32_t> counts;
@@ -338,7 +415,9 @@ int main(int argc, char** argv) {
       counts.push_back(static_cast<std::uint32_t>(std::strtoul(argv[i], nullptr, 10)));
     return measure_links(counts.empty() ? std::vector<std::uint32_t>{1, 60, 300} : counts);
   }
-  std::fputs("usage: core_bench control | steps | media | shared | driving | links [N ...]\n",
-             stderr);
+  std::fputs(
+      "usage: core_bench control | steps | media | shared | graph | calls | driving | "
+      "links [N ...]\n",
+      stderr);
   return 2;
 }

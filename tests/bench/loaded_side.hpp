@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/side_step.hpp"
+#include "core/policy/interface.hpp"
 #include "core/side/side.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/frame.hpp"
@@ -23,14 +24,23 @@ using namespace connect_bridge;
 
 class LoadedSide {
  public:
-  // So many topics that each peer offers, with an origin each (channels 1, 2, ...), and so many of
-  // nodes here, which the peers accept and demand; they listen to `listeners` that nobody
-  // publishes. `identities`: of one link each.
+  // What a node publishes, serves and offers as actions.
+  struct Node {
+    std::uint32_t topics = 10;
+    std::uint32_t services = 0;
+    std::uint32_t actions = 0;
+  };
+
+  // So many topics that each peer offers, with an origin each (channels 1, 2, ...), or as many
+  // services; and so many topics of nodes here, which the peers accept and demand. The peers listen
+  // to `listeners` that nobody publishes. `identities`: of one link each.
   LoadedSide(std::uint32_t offered, std::uint32_t exported, std::uint32_t listeners,
-             const std::vector<std::string>& identities = {"peer"})
+             const std::vector<std::string>& identities = {"peer"},
+             InterfaceKind kind = InterfaceKind::kTopic)
       : offered_(offered),
         exported_(exported),
         listeners_(listeners),
+        kind_(kind),
         side_(options(identities.size()), 1, 0) {
     for (const std::string& identity : identities) peers_.emplace_back().identity = identity;
     give(graph());
@@ -43,10 +53,12 @@ class LoadedSide {
   // Processor time of the longest step that the work causes.
   template <class Work>
   double seconds_of(Work work) {
-    longest_ = 0;
+    longest_ = all_ = 0;
     work();
     return longest_;
   }
+  // The same of all steps of that work.
+  [[nodiscard]] double seconds_in_all() const { return all_; }
   double seconds_for(bool text, ByteView packet) {
     return seconds_of([&] {
       send(0, text, packet);
@@ -76,9 +88,15 @@ class LoadedSide {
     rest(std::chrono::milliseconds(1));
     demand(link);
   }
-  // A node subscribes to ten topics that peers offer and publishes as many; or it ends.
-  void run_node(bool runs) {
-    node_runs_ = runs;
+  // A node starts, which also subscribes to as many topics of peers as it publishes; or it ends.
+  void run_node(bool runs) { run_node(runs ? std::optional(Node()) : std::nullopt); }
+  void run_node(std::optional<Node> node) {
+    node_ = node;
+    give(graph());
+  }
+  // Another bridge starts in this graph, or ends.
+  void run_bridge(bool runs) {
+    bridge_runs_ = runs;
     give(graph());
   }
   // Time passes: what is due in it is done, and the peers live.
@@ -96,6 +114,12 @@ class LoadedSide {
   [[nodiscard]] bool open() const { return peers_.front().open; }
   // Channels that this side offers it.
   [[nodiscard]] std::uint32_t offers() const { return peers_.front().told; }
+  // The same of the peers together.
+  [[nodiscard]] std::uint32_t all_offers() const {
+    std::uint32_t all = 0;
+    for (const Peer& peer : peers_) all += peer.told;
+    return all;
+  }
 
   // An offer of a peer.
   static ChannelOffer channel(std::uint32_t n) {
@@ -106,10 +130,19 @@ class LoadedSide {
     offer.origins.push_back({{1}, gid(n, 3), "/peer", {}});
     return offer;
   }
+  static ChannelOffer service(std::uint32_t n) {
+    ChannelOffer offer;
+    offer.channel = {n};
+    offer.kind = InterfaceKind::kService;
+    offer.name = up(n);
+    offer.type = "p/srv/S";
+    offer.node = "/peer";
+    offer.epoch = 1;
+    return offer;
+  }
 
  private:
   static constexpr char kType[] = "p/msg/T";
-  static constexpr std::uint32_t kNodeTopics = 10;
 
   struct Peer {
     std::string identity;
@@ -152,12 +185,31 @@ class LoadedSide {
     for (std::uint32_t i = 0; i < exported_; ++i)
       graph.topics.push_back({"/down" + std::to_string(i), kType, "", {endpoint(i)}, {}});
     graph.services.push_back({"/service", "p/srv/S", {{gid(1, 4), "/", "node"}}});
-    const Endpoint node{gid(0, 5), "/", "starts", {}};
-    for (std::uint32_t n = 1; node_runs_ && n <= std::min(offered_, kNodeTopics); ++n) {
-      graph.topics.push_back({up(n), kType, "", {}, {node}});
-      graph.topics.push_back({"/more" + std::to_string(n), kType, "", {node}, {}});
-    }
+    if (node_) add(*node_, graph);
+    if (bridge_runs_)
+      graph.topics.push_back({kClaimsTopic, kClaimsType, "", {{gid(0, 7), "/", "bridge", {}}}, {}});
     return graph;
+  }
+  void add(const Node& node, GraphChanged& graph) const {
+    const Endpoint endpoint{gid(0, 5), "/", "starts", {}};
+    const Server server{gid(0, 6), "/", "starts"};
+    const auto publish = [&](const std::string& name, const std::string& type) {
+      graph.topics.push_back({name, type, "", {endpoint}, {}});
+    };
+    for (std::uint32_t n = 1; n <= node.topics; ++n) publish("/more" + std::to_string(n), kType);
+    for (std::uint32_t n = 1; n <= std::min(offered_, node.topics); ++n)
+      graph.topics.push_back({up(n), kType, "", {}, {endpoint}});
+    for (std::uint32_t n = 1; n <= node.services; ++n)
+      graph.services.push_back({"/serves" + std::to_string(n), "p/srv/S", {server}});
+    for (std::uint32_t n = 1; n <= node.actions; ++n)
+      for (const ActionPart part : kActionParts) {
+        const std::string name = name_of_part("/acts" + std::to_string(n), part);
+        const std::string type = type_of_part("p/action/A", part);
+        if (kind_of(part) == InterfaceKind::kTopic)
+          publish(name, type);
+        else
+          graph.services.push_back({name, type, {server}});
+      }
   }
 
   // Logs in, and says all but the demands.
@@ -182,7 +234,7 @@ class LoadedSide {
     for (std::uint32_t first = 1; first <= offered_; first += kOfferChannelsMax) {
       Offer offer;
       for (std::uint32_t n = first; n < first + kOfferChannelsMax && n <= offered_; ++n)
-        offer.channels.push_back(channel(n));
+        offer.channels.push_back(kind_ == InterfaceKind::kTopic ? channel(n) : service(n));
       hear(link, offer);
     }
     for (std::uint32_t first = 1; first <= listeners_; first += kAddedMax) {
@@ -224,6 +276,7 @@ class LoadedSide {
   void give(Input&& input) {
     const SideStep step = step_of(side_, std::move(input), now_);
     longest_ = std::max(longest_, step.seconds);
+    all_ += step.seconds;
     for (const Action& action : step.actions)
       if (const auto* close = std::get_if<CloseConnection>(&action))
         for (Peer& peer : peers_) peer.open = peer.open && peer.connection != close->connection;
@@ -252,12 +305,15 @@ class LoadedSide {
   }
 
   const std::uint32_t offered_, exported_, listeners_;
+  const InterfaceKind kind_;
   Side side_;
   Now now_{TimePoint(std::chrono::seconds(1)), 1'700'000'000LL * kStampSecond, 0};
   std::vector<Peer> peers_;
   std::uint64_t last_connection_ = 0;
-  bool node_runs_ = false;
+  std::optional<Node> node_;
+  bool bridge_runs_ = false;
   double longest_ = 0;
+  double all_ = 0;
 };
 
 }  // namespace bench
