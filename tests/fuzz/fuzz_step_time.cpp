@@ -70,7 +70,7 @@ void happen(bench::LoadedSide& side, std::uint8_t event, const Sent& sent) {
       for (std::size_t lost = link; lost < kIdentities.size(); ++lost) side.lose(lost);
       return;
     case 3: return side.come_back(link);
-    case 4: return side.run_node(true);
+    case 4: return side.run_node(bench::LoadedSide::Node{8 * which, 8 * (which % 8), which % 4});
     case 5: return side.run_node(false);
     default: return side.rest(std::chrono::milliseconds(1U << which % kRestMax));
   }

@@ -240,9 +240,12 @@ Scenario make_scenario(std::uint64_t seed) {
   add_caps(scenario);
   add_relays(scenario);
   add_identities(scenario);
-  // Links tell little here. The end of most takes several steps nevertheless.
+  // Links tell little here. The end of most takes several steps nevertheless, and so do offers.
   if (seed % 4 != 0)
-    for (HostPlan& host : scenario.hosts) host.options.ends_at_once = 1 + seed % 4;
+    for (HostPlan& host : scenario.hosts) {
+      host.options.ends_at_once = 1 + seed % 4;
+      host.options.offers_at_once = host.options.offer_ends_at_once = 1 + seed % 3;
+    }
   return scenario;
 }
 

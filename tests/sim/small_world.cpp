@@ -37,6 +37,7 @@ HostPlan SmallWorld::plan_of(Role role, int graph) {
   plan.options.retry_min = 100ms;
   plan.options.retry_max = 500ms;
   plan.options.ends_at_once = 2;  // links tell little here
+  plan.options.offers_at_once = plan.options.offer_ends_at_once = 2;
   return plan;
 }
 

@@ -8,7 +8,7 @@
 // as a whole or not at all (docs/protocol.md section 9.11, rule 3).
 namespace connect_bridge {
 
-bool LocalActions::update(const GraphView& graph, const Claims& claims) {
+std::vector<std::string> LocalActions::update(const GraphView& graph, const Claims& claims) {
   std::map<std::string, std::string> whole;
   lacked_.clear();
   for (const auto& [key, service] : graph.services()) {
@@ -39,9 +39,17 @@ bool LocalActions::update(const GraphView& graph, const Claims& claims) {
       whole.emplace(goal->action, goal->action_type);
     }
   }
-  if (whole == types_) return false;
+  std::vector<std::string> changed;
+  const auto note_others = [&](const auto& ones, const auto& others) {
+    for (const auto& [name, type] : ones) {
+      const auto other = others.find(name);
+      if (other == others.end() || other->second != type) changed.push_back(name);
+    }
+  };
+  note_others(whole, types_);
+  note_others(types_, whole);
   types_ = std::move(whole);
-  return true;
+  return changed;
 }
 
 std::optional<std::string> LocalActions::type_of(InterfaceKind kind, const std::string& name,

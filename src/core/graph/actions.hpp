@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
@@ -20,9 +21,9 @@ struct LackedAction {
 class LocalActions {
  public:
   // Finds the whole actions of this graph: their three services have real servers, their two topics
-  // have real publishers, and their types can be taken here. True if an action became whole or
-  // stopped being whole.
-  bool update(const GraphView& graph, const Claims& claims);
+  // have real publishers, and their types can be taken here. Returns the actions that became whole,
+  // or stopped being whole.
+  std::vector<std::string> update(const GraphView& graph, const Claims& claims);
 
   // For a part of an action: the action's type; nullopt while the action is not whole. For other
   // topics and services: an empty text.

@@ -1,6 +1,7 @@
 // Options for the appearance of a side in its graph.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "core/policy/interface.hpp"
@@ -9,10 +10,14 @@
 
 namespace connect_bridge {
 
-// Options for the appearance of imported topics and services in the local graph.
+// Options for the appearance of imported topics and services in the local graph, and for what its
+// changes may cost.
 struct GraphOptions {
   bool proxy_nodes = false;  // mirrors belong to a node with their origin's name, not to our own
   bool qos_must_fit = true;  // false: a subscriber receives messages whatever QoS it requests
+  // In one step: offers to links, and offers that end with their publishers or servers.
+  std::size_t offers_at_once = 128;
+  std::size_t offer_ends_at_once = 256;
 
   // The local node that owns the mirror of an endpoint of the peer's `node` (a name on the wire).
   // Empty: our own node.

@@ -426,13 +426,14 @@ void Links::log(const Link& link, LogLevel level, std::string text, const Now& n
     outputs_.log(level, std::move(text) + left_out(*count));
 }
 
-void Links::on_time(const Now& now) {
+bool Links::on_time(const Now& now) {
   accounts_.on_time(now);
   while (auto answer = strangers_.take_due(now)) answer_login(*answer, now);
   strangers_.on_time(now);
   while (const auto failed = strangers_.failed()) look_at(*strangers_.find(*failed), now);
   // The end of a link may take milliseconds: other work runs between two of them.
-  for (bool ended = false; !ended;) {
+  bool ended = false;
+  while (!ended) {
     const auto due = due_.take_due(now.steady);
     if (!due) break;
     ended = on_time(links_.at(*due), now);
@@ -440,6 +441,7 @@ void Links::on_time(const Now& now) {
   accounts_.appearing().on_time(turns_, now);
   const auto period_ends = side_cap_.deadline();
   if (period_ends && *period_ends <= now.steady) divide_cap(now);
+  return ended;
 }
 
 bool Links::on_time(Link& link, const Now& now) {

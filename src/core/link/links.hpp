@@ -51,7 +51,8 @@ class Links {
     for (auto& [id, link] : links_) end_rest(link, now);
   }
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
-  void on_time(const Now& now);
+  // True: something of a link has ended, which may have taken long.
+  [[nodiscard]] bool on_time(const Now& now);
   // Called after each input; checks the links that the input concerned. Closes failed connections,
   // and notes the connections with something to send and the deadlines. True: a connection had
   // failed.

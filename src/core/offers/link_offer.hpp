@@ -1,10 +1,12 @@
 // One interface of ours on one link.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/connection/channel.hpp"
 #include "core/link/link.hpp"
@@ -23,6 +25,9 @@ class LinkOffer {
     kFixed,    // the interface is offered again, unless may_follow()
     kFollowed  // the new terms apply from the review on
   };
+
+  // An offer takes as long as so many looks at interfaces that are offered already.
+  static constexpr std::size_t kLooks = 32;
 
   // `side` and `link` must outlive this object.
   LinkOffer(const SideView& side, Link& link, std::shared_ptr<const LocalInterface> what,
@@ -82,5 +87,11 @@ class LinkOffer {
   std::optional<std::uint64_t> declined_under_;
   Ending declined_;
 };
+
+// Sends offers that were opened. `completes`: they complete the first round of the connection.
+void send_offers(Link& link, const std::vector<ChannelOffer>& offers, bool completes);
+// Logs that the type of an interface that the peer might have cannot be taken here, once for each
+// type. An action is reported as a whole.
+void tell_lack(const SideView& side, const Link& link, const LocalInterface& what);
 
 }  // namespace connect_bridge

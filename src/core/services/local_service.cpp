@@ -55,6 +55,8 @@ void LocalService::update_servers(const ServiceState& state, const Now& now) {
     exports_.outputs.log(LogLevel::kWarn, key().first +
                                               " has several servers: each call reaches all of "
                                               "them, and the first answer counts");
+  const bool lacks = state.lack.has_value();
+  if (std::exchange(lacks_type_, lacks) != lacks) exports_.news.insert(key());
   const auto stays = [&](const auto& server) { return servers.contains(server.first); };
   // A server that replaces the old one does not know the calls that were made.
   const bool replaced = !servers.empty() && !servers_.empty() &&
@@ -65,18 +67,36 @@ void LocalService::update_servers(const ServiceState& state, const Now& now) {
   servers_ = std::move(servers);
   if (!replaced) return end_lost(now);  // mutant: server_replaced
   end(now);
-  exports_.outputs.follow_up(FollowUp::kOffers);  // offered on a new channel
+  offer_again();  // on a new channel
 }
 
-void LocalService::end(const Now& now) {
-  // The gate comes first: no call may begin while the service offers end one by one.
+void LocalService::leave() {
+  leaving_ = true;
+  lose_server();
+}
+
+// The gate comes first: no call may begin while the service offers end one by one.
+void LocalService::lose_server() {
   gate_.server_gone();
   forget_own();
   if (!action_.empty()) exports_.goals.on_server_gone(action_);
-  for (auto& [id, service_offer] : service_offers_)
-    service_offer.end({"it has no server any longer"}, now);
-  service_offers_.clear();
+}
+
+void LocalService::end(const Now& now) {
+  Course all;
+  static_cast<void>(end_some(all, now));
+}
+
+bool LocalService::end_some(Course& course, const Now& now) {
+  lose_server();
+  while (!service_offers_.empty()) {
+    if (!course.take()) return false;
+    const auto first = service_offers_.begin();
+    first->second.end({"it has no server any longer"}, now);
+    service_offers_.erase(first);
+  }
   release_client();
+  return true;
 }
 
 // Links whose service offer has ended receive the offer again.
@@ -84,7 +104,12 @@ void LocalService::forget_ended() {
   const auto ended = std::erase_if(service_offers_, [](const auto& entry) {
     return !entry.second.is_offered() && entry.second.is_idle();
   });
-  if (ended > 0) exports_.outputs.follow_up(FollowUp::kOffers);
+  if (ended > 0) offer_again();
+}
+
+void LocalService::offer_again() {
+  exports_.news.insert(key());
+  exports_.outputs.follow_up(FollowUp::kOffers);
 }
 
 void LocalService::end_lost(const Now& now) {
@@ -97,15 +122,19 @@ void LocalService::end_lost(const Now& now) {
 
 // ---- links
 
-bool LocalService::lacks_type() const {
-  const auto state = exports_.graph.services().find(key());
-  return state != exports_.graph.services().end() && state->second.lack;
+bool LocalService::is_due(LinkId link) const {
+  const auto it = service_offers_.find(link);
+  if (leaving_) return false;
+  return it == service_offers_.end() || (!failed_ && it->second.is_due());
 }
 
 std::optional<ChannelOffer> LocalService::offer(Link& link, const Now& now) {
-  const bool is_known = service_offers_.contains(link.id);
-  if (is_known ? failed_ : lacks_type()) return std::nullopt;
-  return service_offers_.try_emplace(link.id, *this, link, exports_).first->second.offer(now);
+  if (!is_due(link.id)) return std::nullopt;
+  std::optional<ChannelOffer> opened;
+  if (service_offers_.contains(link.id) || !lacks_type_)
+    opened = service_offers_.try_emplace(link.id, *this, link, exports_).first->second.offer(now);
+  if (!opened) tell_lack(exports_, link, *what_);
+  return opened;
 }
 
 void LocalService::review(Link& link, const Now& now) {
@@ -124,7 +153,8 @@ void LocalService::on_link_lost(LinkId link) {
 
 void LocalService::on_link_dead(LinkId link, const Now& now) {
   const auto it = service_offers_.find(link);
-  if (it != service_offers_.end()) remove(it, {"the link has ended"}, now);
+  if (it == service_offers_.end() || it->second.is_idle()) return;
+  remove(it, {"the link has ended"}, now);
 }
 
 void LocalService::remove(ServiceOffers::iterator service_offer, const Ending& why,
@@ -139,13 +169,13 @@ void LocalService::remove(ServiceOffers::iterator service_offer, const Ending& w
 void LocalService::renew(LinkId link, const Now& now) {
   const auto it = service_offers_.find(link);
   if (it != service_offers_.end()) remove(it, LinkOffer::offered_again(), now);
-  exports_.outputs.follow_up(FollowUp::kOffers);
+  offer_again();
 }
 
 // ---- the client
 
 void LocalService::use_client() {
-  if (client_) return;
+  if (client_ || leaving_) return;
   failed_ = false;
   // Without a client the graph had no ids: the known ones may belong to servers that are gone.
   servers_.clear();
@@ -187,8 +217,7 @@ void LocalService::on(const ServiceReady& ready, const Now& now) {
   // (docs/protocol.md section 9.2).
   if (!ready.ready) {
     end(now);
-    exports_.outputs.follow_up(FollowUp::kOffers);
-    return;
+    return offer_again();
   }
   ready_ = true;
   type_hash_ = ready.type_hash;

@@ -1,4 +1,5 @@
 // A service of the local graph that has a real server.
+// One unit: servers, client, offers and calls of a service begin and end each other.
 #pragma once
 
 #include <deque>
@@ -8,6 +9,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "core/base/course.hpp"
 #include "core/policy/policy.hpp"
 #include "core/services/call_gate.hpp"
 #include "core/services/service_offer.hpp"
@@ -25,16 +27,23 @@ class LocalService {
 
   // ---- the graph
   void update_servers(const ServiceState& state, const Now& now);
-  // Ends all service offers and the client.
+  // The server is gone: no call begins any more.
+  void leave();
+  // Ends all service offers and the client. end_some(): as many offers as `course` allows; true:
+  // none is left.
   void end(const Now& now);
+  [[nodiscard]] bool end_some(Course& course, const Now& now);
 
   // ---- links
+  // Was nothing decided for the link, or may it be decided again?
+  [[nodiscard]] bool is_due(LinkId link) const;
   // Returns the offer for the link, if it is due. A service that cannot be called is not offered.
   [[nodiscard]] std::optional<ChannelOffer> offer(Link& link, const Now& now);
   // Applies changed rules, `accepts` or actions: ends an offer that the link may not have any
   // longer, or applies the new rules to it.
   void review(Link& link, const Now& now);
   void on_link_lost(LinkId link);
+  // Ends its calls. An offer without calls ends with the connection.
   void on_link_dead(LinkId link, const Now& now);
 
   // ---- the client
@@ -77,7 +86,9 @@ class LocalService {
  private:
   using ServiceOffers = std::map<LinkId, ServiceOffer>;
 
-  [[nodiscard]] bool lacks_type() const;
+  void lose_server();
+  // Links whose service offer has ended may be due.
+  void offer_again();
   // Ends the service offer, and the client if no other offer holds it.
   void remove(ServiceOffers::iterator service_offer, const Ending& why, const Now& now);
   void forget_ended();
@@ -99,11 +110,13 @@ class LocalService {
   bool gives_results_;
   std::string action_;  // whose goals come here; empty: none
   std::string node_;
+  bool lacks_type_ = false;
   std::map<Gid, TimePoint> servers_;  // ids, with the time since when each is known
   bool has_several_servers_ = false;
   bool warned_several_ = false;
   ServiceClientId client_;  // none: no link is attached
   bool ready_ = false;
+  bool leaving_ = false;  // the server is gone
   // The client could not be made. The next try follows when servers change, or when a link
   // attaches.
   bool failed_ = false;

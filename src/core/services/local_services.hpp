@@ -3,11 +3,13 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "core/base/course.hpp"
 #include "core/base/random.hpp"
 #include "core/base/timers.hpp"
 #include "core/graph/side_view.hpp"
@@ -34,22 +36,31 @@ class LocalServices final : public SideView {
   LocalServices(const LocalServices&) = delete;
   LocalServices& operator=(const LocalServices&) = delete;
 
-  // Servers, or the claims of other bridges, have changed.
+  // Servers, or the claims of other bridges, have changed. The offers of a service whose server is
+  // gone end, some in each step; no call begins any more.
   void on_graph(const Now& now);
   // Withdraws services that the link may not have any longer, and applies the present rules to the
   // rest. Between hold() and go_on() no call begins: its right may not have been checked yet.
   void review(Link& link, const Now& now);
+  // The same for the services of one name.
+  void review(Link& link, const std::string& name, const Now& now);
   void hold() { held = true; }
   void go_on(const Now& now);
-  // Adds the offers that are due for the link.
-  void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
+  // As LocalTopics has them.
+  [[nodiscard]] bool offer_all(Link& link, Course& course, std::vector<ChannelOffer>& offers,
+                               const Now& now);
+  void offer_one(const ServiceKey& key, Link& link, Course& course,
+                 std::vector<ChannelOffer>& offers, const Now& now);
+  std::set<ServiceKey> take_news() { return std::exchange(news, {}); }
   // Changes of action use since the last call.
   std::vector<ActionUse> take_action_uses() { return std::exchange(action_uses, {}); }
 
-  // The connection is gone: calls go on, answers wait for the link's return.
-  void on_link_lost(LinkId link, const Now& now);
+  // The connection is gone: calls go on, answers wait for the link's return. Its offers end, some
+  // in each step. True: all have ended.
+  void on_link_lost(LinkId link, const Now& now) { goals.on_link_lost(link, now.steady); }
+  [[nodiscard]] bool end_offers(LinkId link, LinkEnd& end);
   // The link is declared dead: its calls end.
-  void on_link_dead(LinkId link, const Now& now);
+  void on_link_dead(const Link& link, const Now& now);
 
   void on_link_open(const Link& link) { goals.on_link_open(sender_of(link)); }
 
@@ -62,7 +73,7 @@ class LocalServices final : public SideView {
   void on_time(const Now& now);
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return earliest(timers.deadline(), goals.deadline());
+    return earliest(earliest(timers.deadline(), goals.deadline()), leaving_at_);
   }
   void add_status(const Link& link, LinkStatus& status) const;
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;
@@ -77,6 +88,7 @@ class LocalServices final : public SideView {
   std::unordered_map<ServiceClientId, LocalService*> by_client{};
   std::vector<ActionUse> action_uses{};  // changes that were not taken yet
   SentGoals goals{};
+  std::set<ServiceKey> news{};   // services that may be due at links that had no offer of them
   std::uint64_t unanswered = 0;  // calls that ended without an answer
 
  private:
@@ -88,7 +100,12 @@ class LocalServices final : public SideView {
     if (service != by_client.end()) service->second->on(input, now);
   }
 
+  // Ends services without a server, as far as one step may.
+  void end_leaving(const Now& now);
+
   std::map<ServiceKey, LocalService> services_;
+  std::set<ServiceKey> leaving_;         // of these: services whose server is gone
+  std::optional<TimePoint> leaving_at_;  // when more of them end; none: there are none
 };
 
 }  // namespace connect_bridge

@@ -49,6 +49,7 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
   // ---- the offer
   // The offer, once for each connection and set of rules; nullopt: the peer may not have it.
   [[nodiscard]] std::optional<ChannelOffer> offer(const Now& now);
+  [[nodiscard]] bool is_due() const { return offer_.is_due(); }
   // Applies changed rules, `accepts` or actions. Returns the reason if the offer ends
   // (LinkOffer::review).
   [[nodiscard]] std::optional<Ending> review();

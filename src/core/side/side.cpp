@@ -5,7 +5,7 @@
 
 #include "core/base/random.hpp"
 #include "core/link/standing.hpp"
-#include "core/side/offers.hpp"
+#include "core/offers/import_right.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -28,6 +28,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
       local_listeners_(view_),
       service_exports_(view_, options_, random_),
       service_imports_(view_, options_, options_.node),
+      offering_(view_),
       missing_(view_),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_),
@@ -38,6 +39,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
 
 void Side::handle(Input input, const Now& now) {
   outputs_.begin_step();
+  offering_.begin_step();
   if (stopping_) return;
   if (!std::exchange(started_, true)) links_.dial_if_due(now);
   if (claims_topic_.has_lapsed(now)) service_imports_.on_lapse(now);  // mutant: claims_lapse
@@ -61,7 +63,7 @@ void Side::follow(FollowUp what, const Now& now) {
     case FollowUp::kRights: return recheck_rights(now);
     case FollowUp::kDemands: return imports_.send_demands();
     case FollowUp::kActions: return hold_actions(now);
-    case FollowUp::kOffers: return send_offers(now);
+    case FollowUp::kOffers: return offering_.go_on(exports_, service_exports_, now);
     case FollowUp::kWheels: return drive_switch_.answer(exports_, now);
     case FollowUp::kClock: return follow_clock();
     case FollowUp::kClaim:
@@ -110,8 +112,10 @@ void Side::on_graph(const GraphDifference& difference, const Now& now) {
 // Parts of an action are offered while the action is whole.
 void Side::update_exports(const Now& now) {
   service_exports_.on_graph(now);
-  if (!actions_.update(local_.view, local_.claims)) return send_offers(now);
-  recheck(now);
+  const auto changed = actions_.update(local_.view, local_.claims);
+  changed_actions_.insert(changed.begin(), changed.end());
+  if (!changed_actions_.empty()) return recheck_actions(now);
+  offering_.go_on(exports_, service_exports_, now);
 }
 
 void Side::on(MessageTaken& input, const Now& now) {
@@ -239,13 +243,15 @@ void Side::on(StopRequested&, const Now& now) {
 
 void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
-  links_.on_time(now);
+  const bool ended = links_.on_time(now);
   if (local_.claims.expire(now.steady)) on_claims(now);  // mutant: claims_expire
   while (local_.release(now)) on_graph({false, {}, {}, {}}, now);
   exports_.on_time(now);
   imports_.on_time(now);
   service_exports_.on_time(now);
   service_imports_.on_time(now);
+  if (!ended && actions_go_on_at_ && *actions_go_on_at_ <= now.steady) recheck_actions(now);
+  if (!ended) offering_.on_time(exports_, service_exports_, now);
   look_for_missing(now);
   clock_publisher_.on_time(outputs_, local_.claims, now);
   drive_switch_.answer(exports_, now);
@@ -256,9 +262,10 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-                           service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
-                           missing_.deadline(), drive_switch_.deadline()})
+  for (const auto& next :
+       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
+        offering_.deadline(), actions_go_on_at_, missing_.deadline(), drive_switch_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -304,6 +311,7 @@ bool Side::on_link_lost(Link& link, const Now& now) {
     exports_.end_listeners(link.id, now);
     local_listeners_.on_link_lost(link.id);
     missing_.on_link_lost(link.id);
+    offering_.forget(link.id);
     service_exports_.on_link_lost(link.id, now);
     if (end.dies) end_work(link, now);
     return true;
@@ -311,7 +319,8 @@ bool Side::on_link_lost(Link& link, const Now& now) {
   const bool over = end.part(0, begin) &&
                     end.part(1, [&] { return exports_.on_link_lost(link, end, now); }) &&
                     end.part(2, [&] { return imports_.on_link_lost(link.id, end, now); }) &&
-                    end.part(3, [&] { return service_imports_.on_link_lost(link.id, end, now); });
+                    end.part(3, [&] { return service_imports_.on_link_lost(link.id, end, now); }) &&
+                    end.part(4, [&] { return service_exports_.end_offers(link.id, end); });
   if (over && !link.life.may_return()) link.arrived.clear();
   return over;
 }
@@ -319,7 +328,7 @@ bool Side::on_link_lost(Link& link, const Now& now) {
 // Driving and calls of the peer must not go on until its mirrors have ended.
 void Side::end_work(Link& link, const Now& now) {
   imports_.end_driving(link, now);
-  service_exports_.on_link_dead(link.id, now);
+  service_exports_.on_link_dead(link, now);
 }
 
 bool Side::on_link_dead(Link& link, const Now& now) {
@@ -348,7 +357,7 @@ void Side::on_session_forgotten(Link& link, const Now& now) {
 }
 
 void Side::on_peer_replaced(Link& link, const Now& now) {
-  service_exports_.on_link_dead(link.id, now);
+  service_exports_.on_link_dead(link, now);
   LinkEnd all;
   static_cast<void>(service_imports_.on_link_dead(link.id, all, now));
   on_link_forgotten(link, now);  // mutant: another_process
@@ -386,20 +395,66 @@ void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   hold_actions(now);
   for (Link* link : links) exports_.review(*link, now);
   exports_.go_on(now);
-  for (Link* link : links) offer_to(*link, view_, exports_, service_exports_, now);
+  for (Link* link : links)
+    if (link->open() && link->accepts) offering_.begin(*link);
+  offering_.go_on(exports_, service_exports_, now);
   service_exports_.go_on(now);
 }
 
-void Side::send_offers(const Now& now) {
-  for (auto& [id, link] : links_.all()) offer_to(link, view_, exports_, service_exports_, now);
+// Links have offers of each part. An action takes all its turns in one step, services first.
+void Side::recheck_actions(const Now& now) {
+  missing_.on_change(now);
+  service_exports_.hold();
+  exports_.hold();
+  Course course{.left = options_.offer_ends_at_once};
+  while (!changed_actions_.empty() && course.take()) {
+    const std::string action =
+        std::move(changed_actions_.extract(changed_actions_.begin()).value());
+    course.charge(kActionParts.size() * links_.all().size());
+    for (const auto kind : {InterfaceKind::kService, InterfaceKind::kTopic})
+      for (const ActionPart part : kActionParts)
+        if (kind_of(part) == kind) recheck(kind, name_of_part(action, part), now);
+  }
+  actions_go_on_at_.reset();
+  if (!changed_actions_.empty()) actions_go_on_at_ = now.steady;
+  exports_.go_on(now);
+  offering_.go_on(exports_, service_exports_, now);
+  service_exports_.go_on(now);
+}
+
+void Side::recheck(InterfaceKind kind, const std::string& name, const Now& now) {
+  for (auto& [id, link] : links_.all())
+    if (kind == InterfaceKind::kService)
+      service_exports_.review(link, name, now);
+    else
+      exports_.review(link, name, now);
+  hold_actions(now);
 }
 
 Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
   missing_.on_change(now);
-  const auto taken =
-      take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
-  if (taken && offer.complete) on_offers_over(link, now);
-  return taken;
+  for (const ChannelOffer& channel : offer.channels)
+    if (auto taken = take(link, channel, now); !taken) return taken;
+  if (offer.complete) on_offers_over(link, now);
+  return Nothing{};
+}
+
+Result<Nothing> Side::take(Link& link, const ChannelOffer& channel, const Now& now) {
+  if (!channel.channel || link.expects(channel.channel))
+    return Error{CloseCode::kIllegal, "a channel number was offered twice"};
+  if (link.offered() >= options_.channels_max)
+    return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
+  // Before an owner judges the channel: a declined channel stays offered, counts for the limit, and
+  // may be withdrawn later.
+  link.expect_offered(channel.channel, channel.kind);
+  if (link.account->channels.used() > Account::kChannelsMax) {
+    decline(service_imports_, link, channel, "limit", "its identity offers too many channels");
+  } else if (channel.kind == InterfaceKind::kService) {
+    service_imports_.on_offer(link, channel, now);
+  } else {
+    imports_.on_offer(link, channel, now);
+  }
+  return Nothing{};
 }
 
 // One link at a time: a check costs as much as the link has channels.

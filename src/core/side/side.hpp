@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@
 #include "core/services/local_services.hpp"
 #include "core/services/peer_services.hpp"
 #include "core/side/missing.hpp"
+#include "core/side/offering.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/drive_switch.hpp"
 #include "core/topics/local_topics.hpp"
@@ -147,6 +149,9 @@ class Side final : private LinkUser {
   void on_session_forgotten(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;
 
+  // Takes a channel that the peer offers. Errors: kIllegal for a number that is in use, kTooLarge
+  // beyond `channels_max`.
+  Result<Nothing> take(Link& link, const ChannelOffer& channel, const Now& now);
   [[nodiscard]] bool may_give_time(const Link& link) const;
   void take_time_of(Link& link, const Now& now);
   void end_time_of_peer(const Now& now);
@@ -161,10 +166,12 @@ class Side final : private LinkUser {
   void update_exports(const Now& now);  // the graph, or claims of other bridges, have changed
   void recheck(const std::vector<Link*>& links, const Now& now);
   void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
+  // Only what belongs to actions that have become whole, or are not any longer: some in each step.
+  void recheck_actions(const Now& now);
+  void recheck(InterfaceKind kind, const std::string& name, const Now& now);
   void recheck_rights(const Now& now);
   void send_accepts(Link& link);
   void tell_rights(Link& link, const Now& now);
-  void send_offers(const Now& now);  // to all open links
   void end_work(Link& link, const Now& now);
   [[nodiscard]] std::vector<ChannelFacts> channels_of(const Link& link) const;
   void look_for_missing(const Now& now);
@@ -178,6 +185,8 @@ class Side final : private LinkUser {
   Jobs jobs_;
   LocalGraph local_;
   LocalActions actions_;
+  std::set<std::string> changed_actions_;      // not rechecked yet
+  std::optional<TimePoint> actions_go_on_at_;  // when more of them are; none: there are none
   Links links_;
   SideView view_;
   LocalTopics exports_;
@@ -185,6 +194,7 @@ class Side final : private LinkUser {
   LocalListeners local_listeners_;
   LocalServices service_exports_;
   PeerServices service_imports_;
+  Offering offering_;
   Missing missing_;
   ClockPublisher clock_publisher_;
   LinkId clock_from_{};  // the link whose peer gives the time

@@ -35,6 +35,7 @@ struct ExportContext : SideView {
   // needs it may lose the right next.
   bool reviewing = false;
   std::set<TopicKey> postponed{};  // topics that need another subscription after the review
+  std::set<TopicKey> news{};       // topics that may be due at links that had no offer of them
 
   // Is this publisher another bridge's mirror? Our view of the graph does not show a bridge with
   // our node's name, but its claim does.

@@ -39,10 +39,14 @@ LocalTopic::LocalTopic(ExportContext& context, TopicKey key)
 
 void LocalTopic::on_graph(const Now& now) {
   const TopicState* state = context_.graph.find(key());
-  if (state) lacks_type_ = state->lack.has_value();  // also when its last publisher has just ended
+  // Also when its last publisher has just ended.
+  const bool lacks = state ? state->lack.has_value() : lacks_type_;
+  if (std::exchange(lacks_type_, lacks) != lacks) context_.news.insert(key());
   if (state) has_header_ = state->has_header;
   if (state) on_type_hash(*state, now);
+  const bool is_new = origins_.empty();
   const auto changed = origins_.update(state, now);
+  if (is_new && !origins_.empty()) context_.news.insert(key());
   if (!changed.empty()) {
     if (std::exchange(failed_, false)) offer_closed_again();
     for (auto& [link, offer] : offers_) offer.add_origins(changed);
@@ -64,10 +68,13 @@ void LocalTopic::on_type_hash(const TopicState& state, const Now& now) {
   if (state.type_hash.empty() || (state.publishers.empty() && !type_hash_.empty())) return;
   if (std::exchange(type_hash_, state.type_hash) == state.type_hash) return;
   for (auto it = offers_.begin(); it != offers_.end();) review((it++)->second.link(), now);
+  context_.news.insert(key());
 }
 
 void LocalTopic::offer_closed_again() {
-  if (offers_.erase_closed()) context_.outputs.follow_up(FollowUp::kOffers);
+  if (!offers_.erase_closed()) return;
+  context_.news.insert(key());
+  context_.outputs.follow_up(FollowUp::kOffers);
 }
 
 void LocalTopic::remove_vanished(const Now& now) {
@@ -108,9 +115,14 @@ bool LocalTopic::is_kept(OriginId origin) const {
 }
 
 std::optional<ChannelOffer> LocalTopic::offer_to(Link& link, const Now& now) {
-  if (origins_.empty() || offers_.contains(link.id) || lacks_type_) return std::nullopt;
+  if (!is_due(link.id)) return std::nullopt;
+  if (lacks_type_) {
+    tell_lack(context_, link, *what_);
+    return std::nullopt;
+  }
   TopicOffer& offer = offers_.add(*this, link);
   auto opened = offer.open();
+  if (!opened) tell_lack(context_, link, *what_);
   const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value(), now);
   if (opened) opened->resume = resumes;
   return opened;
@@ -369,10 +381,16 @@ void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const
   offers_.send(sample, age, now);
 }
 
+void LocalTopic::offer_at_once(Link& link, const Now& now) {
+  if (!is_due(link.id) || !link.open() || !link.accepts || !link.may_offer()) return;
+  if (auto opened = offer_to(link, now)) send_offers(link, {*std::move(opened)}, false);
+}
+
 void LocalTopic::keep_early(const OutSample& sample, const Now& now) {
   // The backlog of a lost link has these samples, too.
   std::vector<TopicOffer*> awaited;
   for (const LinkId link : context_.listeners.links_of(key())) {
+    offer_at_once(context_.listeners.link(link), now);  // mutant: early_before_its_turn
     const auto offer = offers_.find(link);
     if (offer != offers_.end() && offer->second.is_awaited() && !backlogs_.contains(link))
       awaited.push_back(&offer->second);

@@ -28,6 +28,10 @@ class LocalTopic {
   LocalTopic& operator=(const LocalTopic&) = delete;
 
   void on_graph(const Now& now);
+  // Was nothing decided for the link?
+  [[nodiscard]] bool is_due(LinkId link) const {
+    return !origins_.empty() && !offers_.contains(link);
+  }
   // The offer for the link; nullopt: none, or it was decided before.
   [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link, const Now& now);
   // Rules, the peer's `accepts`, or the type's definition have changed: an offer that would differ
@@ -64,6 +68,8 @@ class LocalTopic {
   // Number of samples of one origin that a late local subscriber would get, as far as the graph
   // shows.
   [[nodiscard]] std::uint32_t history_depth() const;
+  // Number of links for which something was decided.
+  [[nodiscard]] std::size_t offers() const { return offers_.size(); }
   // Adds the offers by which robots are driven from here.
   void add_steered(std::vector<TopicOffer*>& offers);
   void add_status(LinkId link, LinkStatus& status) const;
@@ -97,6 +103,8 @@ class LocalTopic {
   void read(OutSample& sample, TimePoint taken) const;
   // `at`: when the sample came; it may have waited for its publisher to be known.
   void forward(Origin& origin, MessageTaken taken, TimePoint at, const Now& now);
+  // The link, whose peer listens, has the offer before its turn.
+  void offer_at_once(Link& link, const Now& now);
   // A sample was taken: keeps it for the links that will demand the topic.
   void keep_early(const OutSample& sample, const Now& now);
   void send_history(TopicOffer& offer, const Now& now);

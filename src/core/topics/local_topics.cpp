@@ -26,6 +26,14 @@ void LocalTopics::review(const Link& link, const Now& now) {
   for (auto& [key, topic] : topics_) topic.review(link, now);
 }
 
+void LocalTopics::review(const Link& link, const std::string& name, const Now& now) {
+  for (auto it = topics_.lower_bound({name, ""}); it != topics_.end() && it->first.first == name;
+       ++it) {
+    it->second.review(link, now);
+    context_.news.insert(it->first);
+  }
+}
+
 void LocalTopics::go_on(const Now& now) {
   context_.reviewing = false;
   for (const TopicKey& key : std::exchange(context_.postponed, {}))
@@ -33,10 +41,27 @@ void LocalTopics::go_on(const Now& now) {
       topic->second.update_subscription(now);
 }
 
-void LocalTopics::collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now) {
-  for (auto& [key, topic] : topics_)
-    if (auto offer = link.may_offer() ? topic.offer_to(link, now) : std::nullopt)
-      offers.push_back(*std::move(offer));
+namespace {
+
+void open_due(LocalTopic& topic, Link& link, Course& course, std::vector<ChannelOffer>& offers,
+              const Now& now) {
+  if (!topic.is_due(link.id) || !link.may_offer()) return;
+  course.charge(LinkOffer::kLooks);
+  if (auto opened = topic.offer_to(link, now)) offers.push_back(*std::move(opened));
+}
+
+}  // namespace
+
+bool LocalTopics::offer_all(Link& link, Course& course, std::vector<ChannelOffer>& offers,
+                            const Now& now) {
+  return course.each(topics_,
+                     [&](LocalTopic& topic) { open_due(topic, link, course, offers, now); });
+}
+
+void LocalTopics::offer_one(const TopicKey& key, Link& link, Course& course,
+                            std::vector<ChannelOffer>& offers, const Now& now) {
+  const auto topic = topics_.find(key);
+  if (topic != topics_.end()) open_due(topic->second, link, course, offers, now);
 }
 
 Result<Nothing> LocalTopics::on_listeners(Link& link, const Listeners& change, const Now& now) {
@@ -142,8 +167,13 @@ void LocalTopics::on_time(const Now& now) {
   // Names of topics that are over. Other types of these names are checked after the loop, as it
   // erases topics.
   std::set<std::string> left;
-  while (const auto due = context_.timers.take_due(now.steady)) {
+  // The topics of a node that has ended are due together, and each ends on all its links.
+  Course course{.left = context_.graph_options.offer_ends_at_once};
+  while (course.take()) {
+    const auto due = context_.timers.take_due(now.steady);
+    if (!due) break;
     LocalTopic& topic = **due;
+    course.charge(topic.offers());
     topic.on_time(now);
     if (topic.is_over()) left.insert(erase(topics_.find(topic.key())));
   }

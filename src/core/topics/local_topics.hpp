@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/course.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/local_topic.hpp"
 
@@ -23,11 +24,19 @@ class LocalTopics {
   // The peer's `accepts` or our rules have changed. Withdraws topics that are no longer allowed, or
   // that are treated differently now; the latter may be offered again.
   void review(const Link& link, const Now& now);
+  // The same for the topics of one name.
+  void review(const Link& link, const std::string& name, const Now& now);
   // Between hold() and go_on() subscriptions end, but none is made: rights are under review.
   void hold() { context_.reviewing = true; }
   void go_on(const Now& now);
-  // Adds the topics that are to be offered to the link and are not offered yet.
-  void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
+  // Opens the topics that are due for the link, as far as `course` allows, and adds their offers.
+  // True: none is left. offer_one(): opens this one, if it is due.
+  [[nodiscard]] bool offer_all(Link& link, Course& course, std::vector<ChannelOffer>& offers,
+                               const Now& now);
+  void offer_one(const TopicKey& key, Link& link, Course& course, std::vector<ChannelOffer>& offers,
+                 const Now& now);
+  // The topics that may have become due since the last call.
+  std::set<TopicKey> take_news() { return std::exchange(context_.news, {}); }
   // The connection is about to be lost. Its listeners leave first, so that no topic is subscribed
   // again for one that leaves with the same link. Then the offers end, some in each step; messages
   // are kept for another connection that may follow. True: all have ended.

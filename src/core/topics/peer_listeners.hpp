@@ -46,6 +46,8 @@ class PeerListeners {
   [[nodiscard]] bool listens(const TopicKey& topic) const { return counting(topic) != nullptr; }
   // The links that have a listener for the topic.
   [[nodiscard]] std::vector<LinkId> links_of(const TopicKey& topic) const;
+  // One of them.
+  [[nodiscard]] Link& link(LinkId link) const { return *links_.at(link).link; }
   // All topics that this peer subscribes to, even without a rule that allows them; local names.
   [[nodiscard]] std::vector<TopicKey> reported_by(LinkId link) const;
   // The weakest reliability and durability that our rules set for the listening links for which

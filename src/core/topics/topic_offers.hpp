@@ -45,6 +45,7 @@ class TopicOffers {
   // none.
   [[nodiscard]] bool drop_late(const Now& now);
 
+  [[nodiscard]] std::size_t size() const { return offers_.size(); }
   [[nodiscard]] bool contains(LinkId link) const { return offers_.contains(link); }
   [[nodiscard]] auto find(LinkId link) { return offers_.find(link); }
   [[nodiscard]] auto find(LinkId link) const { return offers_.find(link); }

@@ -40,7 +40,7 @@ std::optional<std::string> type_of(const LocalActions& actions, ActionPart part,
 }
 
 struct Local {
-  bool see(const GraphView& graph) { return actions.update(graph, claims); }
+  bool see(const GraphView& graph) { return !actions.update(graph, claims).empty(); }
   bool is_whole() const { return type_of(actions, ActionPart::kSendGoal).has_value(); }
 
   Claims claims{Token128{}};

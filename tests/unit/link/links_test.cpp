@@ -82,7 +82,7 @@ struct Carried {
     links.settle(now_ms(at));
   }
   void pass(std::int64_t at) {
-    links.on_time(now_ms(at));
+    static_cast<void>(links.on_time(now_ms(at)));
     links.settle(now_ms(at));
   }
   void withdraw_login(const std::string& identity, std::int64_t at) {

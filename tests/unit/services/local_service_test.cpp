@@ -247,9 +247,13 @@ TEST(LocalService, AServiceWhoseTypeIsNotHereIsNotOffered) {
   Served s;
   ServiceState lacking = service("/s");
   lacking.lack = TypeLack{"type_unknown", "no such type"};
-  s.show(lacking);
+  const auto see = [&](const ServiceState& state) {
+    s.show(state);
+    s.subject.update_servers(state, ms(0));
+  };
+  see(lacking);
   EXPECT_FALSE(s.subject.offer(later.link, ms(0)));
-  s.show(service("/s"));
+  see(service("/s"));
   EXPECT_TRUE(s.subject.offer(later.link, ms(0)));
 }
 

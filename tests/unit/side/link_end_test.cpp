@@ -78,6 +78,13 @@ TEST(LinkEnd, AStepEndsSoManyEntries) {
   EXPECT_EQ(whole.did(), "unsubscribe 2\nunsubscribe 3\n");
 }
 
+TEST(LinkEnd, WhatIsServedForItsPeerIsCountedToo) {
+  MuchTold s(ending(server({callable()}), 1));
+  s.graph({topic("/a").pub(1), topic("/b").pub(2)}, {service("/r"), service("/s"), service("/t")});
+  s.lose(1);
+  EXPECT_EQ(s.settle(), 6U);
+}
+
 // What nodes publish before a topic's turn is kept as what they publish after it.
 TEST(LinkEnd, NothingIsMissingThatCameMeanwhile) {
   MuchTold s(ending(keeping(), 1));

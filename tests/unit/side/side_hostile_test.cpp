@@ -120,6 +120,7 @@ TEST(Side, OffersNoMoreThanAPeerTakes) {
   s.login(1);
   s.did();
   s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  s.pass(1);
   const std::string said = s.said(1);
   EXPECT_EQ(times(said, "/t"), 4096);
   s.did();

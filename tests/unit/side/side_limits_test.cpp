@@ -60,6 +60,7 @@ TEST(Limits, BeyondThePlacesOfALinkWhatFitsStays) {
   s.login(1);
   s.said(1);
   s.say(1, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+  s.pass(1);
   EXPECT_EQ(times(s.said(1), "/t"), 4096);
   s.did();
   EXPECT_EQ(times(s.logged, "not all interfaces"), 1);

@@ -220,6 +220,7 @@ TEST(Shares, TheStatusShowsSoManyTopicsOfALink) {
   for (int i = 0; i < 600; ++i) topics.push_back(topic("/t" + std::to_string(i)).pub(1));
   s.graph(topics);
   s.join(1);
+  s.pass(1);
   s.demand(1, 600, true);
   const LinkStatus shown = s.status().links.front();
   EXPECT_EQ(shown.topics.size(), LinkStatus::kShownMax);
