@@ -22,6 +22,10 @@ Duration price_of(double amount, double per_second) {
 constexpr double kCreditMax = 2;
 constexpr Duration kByteSlack = std::chrono::milliseconds(100);
 constexpr Duration kSavedOfVideo = std::chrono::seconds(1);
+// A path may hold up messages for so long, and none is lost if they were published evenly.
+constexpr Duration kSavedOfStamps = std::chrono::minutes(1);
+// No clock is so fast. What stamps were ahead is soon made up for.
+constexpr double kFastestClock = 1.02;
 
 }  // namespace
 
@@ -53,8 +57,8 @@ double RateLimit::window_of(Stamp ns) const {
 // What shares windows because there are too many states.
 constexpr std::uint64_t kOtherStates = ~std::uint64_t{0};
 
-TimePoint RateLimit::idle_at(const Windows& windows) const {
-  return windows.arrived + Duration(static_cast<Duration::rep>(period_));
+TimePoint RateLimit::after(const Windows& windows, double periods) const {
+  return windows.arrived + Duration(static_cast<Duration::rep>(periods * period_));
 }
 
 std::uint64_t RateLimit::key(std::uint64_t state) const {
@@ -62,15 +66,16 @@ std::uint64_t RateLimit::key(std::uint64_t state) const {
   return states_.contains(state) ? state : kOtherStates;
 }
 
-// The shared windows stay a period longer: what is held for them leaves before a newer message of
-// the same state can pass by windows of its own.
+// Windows are forgotten when new ones would let no more pass. The shared windows stay twice as
+// long: what is held for them leaves before a newer message of the same state can pass by windows
+// of its own.
 RateLimit::Windows& RateLimit::windows_of(std::uint64_t state, TimePoint now) {
   const auto known = states_.find(state);
   if (known != states_.end()) return known->second;
   if (states_.size() >= kStatesMax || states_.contains(kOtherStates))
     std::erase_if(states_, [&](const auto& entry) {
-      const TimePoint at = idle_at(entry.second);
-      return (entry.first == kOtherStates ? at + (at - entry.second.arrived) : at) <= now;
+      const double longer = entry.first == kOtherStates ? 2 : 1;
+      return after(entry.second, longer * entry.second.fresh) <= now;
     });
   const bool shares = states_.size() >= kStatesMax || states_.contains(kOtherStates);
   return states_[shares ? kOtherStates : state];
@@ -81,12 +86,19 @@ void RateLimit::advance(Windows& windows, Stamp stamp, TimePoint now, double cre
   const bool first = windows.arrived == TimePoint::min();
   if (!first && period_ > 0) {
     const bool stamped = stamp > windows.stamp && windows.stamp != 0;
-    const double passed = stamped ? window_of(stamp) - window_of(windows.stamp)
+    const auto since = [&](Duration time) { return static_cast<double>(time.count()) / period_; };
+    windows.ahead = std::min(windows.ahead + kFastestClock * since(now - windows.arrived),
+                             std::max(kAheadFirst, since(kSavedOfStamps)));
+    const double passed = stamped ? std::min(window_of(stamp) - window_of(windows.stamp),
+                                             std::max(windows.ahead, 0.0))
                                   : window_of(steady(now)) - window_of(steady(windows.arrived));
-    windows.credit = std::min(windows.credit + passed, credit_max);
+    const double credit = std::min(windows.credit + passed, credit_max);
+    windows.ahead -= credit - windows.credit;
+    windows.credit = credit;
   }
   windows.stamp = stamp;
-  windows.arrived = latest_ = now;
+  windows.arrived = now;
+  idle_at_ = std::max(idle_at_, after(windows, windows.fresh));
 }
 
 bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64_t state,
@@ -97,6 +109,8 @@ bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64
   double most = kCreditMax;
   if (is_packet && period_ > 0) most = std::max(most, static_cast<double>(saved.count()) / period_);
   if (is_packet && windows.arrived == TimePoint::min()) windows.credit = most;
+  const double fresh = is_packet ? most : stamp != 0 ? kAheadFirst : 1;
+  windows.fresh = std::max(windows.fresh, static_cast<float>(fresh));
   advance(windows, stamp, now, most);
   // Both or none: a message that one of them stops is not counted by the other. A video without key
   // frames goes on as PacketGroups lets it.
@@ -115,11 +129,11 @@ bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now, std::uint64
 TimePoint RateLimit::leaves_at(std::uint64_t state) const {
   const auto windows = states_.find(key(state));
   if (windows == states_.end()) return bytes_.ready_at();
-  return std::max(idle_at(windows->second), bytes_.ready_at());
+  return std::max(after(windows->second, 1), bytes_.ready_at());
 }
 
 bool RateLimit::idle(TimePoint now) const {
-  return now >= bytes_.ready_at() && now >= latest_ + Duration(static_cast<Duration::rep>(period_));
+  return now >= bytes_.ready_at() && now >= idle_at_;
 }
 
 void RateLimit::leave(std::size_t bytes, TimePoint now, std::uint64_t state) {

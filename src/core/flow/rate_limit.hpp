@@ -40,8 +40,10 @@ class Throttle {
 
 // Time is divided into windows of 1 / max_rate, and one message passes for each. The windows are
 // those of the messages' own stamps, so topics that share stamps (an image and its CameraInfo) let
-// the same ones pass without knowing of each other. One window that was left out is made up for:
-// a source of exactly max_rate passes whole, though its clock shakes.
+// the same ones pass without knowing of each other, and so do those that a path has held up. Stamps
+// let no more pass than the time here, of which up to a minute is saved up: whoever sends them may
+// write what it likes. One window that was left out is made up for: a source of exactly max_rate
+// passes whole, though its clock shakes.
 //
 // Each state of the publisher has windows of its own: a node sends the frames of several parts in
 // turn, and a limit for all together would let some of them starve. Bytes are the publisher's.
@@ -80,23 +82,27 @@ class RateLimit {
 
  private:
   struct Windows {
-    double credit = 1;  // messages that may pass
-    Stamp stamp = 0;    // of the message before
+    double credit = 1;           // messages that may pass
+    double ahead = kAheadFirst;  // windows by which stamps may go on before the time here does
+    Stamp stamp = 0;             // of the message before
     TimePoint arrived = TimePoint::min();
     std::uint32_t cut = 0;  // packets of a group that were refused since one was too much
+    float fresh = 1;        // messages that new windows let pass at once
   };
+  static constexpr double kAheadFirst = 3;
   // A limit of bytes alone needs no windows for each state.
   [[nodiscard]] std::uint64_t own_windows(std::uint64_t state) const {
     return period_ > 0 ? state : 0;
   }
   Windows& windows_of(std::uint64_t state, TimePoint now);
-  [[nodiscard]] TimePoint idle_at(const Windows& windows) const;
+  // So many periods after its last message.
+  [[nodiscard]] TimePoint after(const Windows& windows, double periods) const;
   void advance(Windows& windows, Stamp stamp, TimePoint now, double credit_max);
   [[nodiscard]] double window_of(Stamp ns) const;
 
   double period_ = 0;  // ns; 0: no limit
   std::map<std::uint64_t, Windows> states_;
-  TimePoint latest_ = TimePoint::min();  // when the newest message arrived
+  TimePoint idle_at_ = TimePoint::min();  // new windows would let no more pass than these
   Throttle bytes_;
 };
 

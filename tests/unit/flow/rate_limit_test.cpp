@@ -159,6 +159,40 @@ TEST(RateLimit, TopicsThatShareStampsLetTheSameMessagesPass) {
   }
 }
 
+// A peer may write what it likes into its stamps.
+TEST(RateLimit, StampsLetNoMorePassThanTheTimeHere) {
+  RateLimit limit(10, 0);
+  int count = 0;
+  for (int i = 1; i <= 10'000; ++i)
+    count += limit.admit(1, 200'000'000LL * i, at(milliseconds(i))) ? 1 : 0;
+  EXPECT_NEAR(count, 100, 6);
+  RateLimit now_and_then(10, 0);
+  count = 0;
+  for (int i = 1; i <= 10'000; ++i)
+    count += now_and_then.admit(1, i % 2 * 200'000'000LL * i, at(milliseconds(i))) ? 1 : 0;
+  EXPECT_NEAR(count, 100, 6);
+}
+
+// A path stands for a while, and all comes at once.
+TEST(RateLimit, WhatWasPublishedEvenlyPassesThoughAPathHeldItUp) {
+  RateLimit limit(10, 0);
+  const auto admit = [&](int i, Duration now) {
+    return limit.admit(1, kStampSecond * 1000 + kStampSecond / 10 * i, at(now));
+  };
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(admit(i, milliseconds(100) * i)) << i;
+  for (int i = 100; i < 600; ++i) EXPECT_TRUE(admit(i, seconds(60))) << i;
+  for (int i = 600; i < 700; ++i) EXPECT_TRUE(admit(i, milliseconds(100) * i)) << i;
+}
+
+TEST(RateLimit, OfAnHourAMinuteIsSavedUpForStamps) {
+  RateLimit limit(10, 0);
+  EXPECT_TRUE(limit.admit(1, kStampSecond, at(seconds(1))));
+  int count = 0;
+  for (int i = 1; i <= 10'000; ++i)
+    count += limit.admit(1, kStampSecond + kStampSecond * i, at(seconds(3600))) ? 1 : 0;
+  EXPECT_NEAR(count, 600, 2);
+}
+
 TEST(RateLimit, AStampThatStandsIsNoTime) {
   RateLimit limit(10, 0);
   int count = 0;
@@ -235,6 +269,29 @@ TEST(RateLimit, EachCameraHasItsOwnGroups) {
   EXPECT_TRUE(limit.admit(1000, 0, at(seconds(9)), 1, VideoPart::kKey));
   EXPECT_FALSE(limit.admit(1000, 0, at(seconds(11)), 2, VideoPart::kRefers));
   EXPECT_TRUE(limit.admit(1000, 0, at(seconds(11)), 1, VideoPart::kRefers));
+}
+
+// Names without end: new windows are made when old ones would let as much pass.
+TEST(RateLimit, CamerasAndStatesWithoutEndGetNoMoreThanThoseThatStay) {
+  const auto passed = [](VideoPart part, bool all_are_new) {
+    RateLimit limit(10, 0);
+    Stamp stamp = 0;
+    int count = 0;
+    for (std::uint64_t turn = 0; turn < 20; ++turn)
+      for (std::uint64_t n = 0; n < 10 * RateLimit::kStatesMax; ++n) {
+        stamp += 200'000'000;
+        const std::uint64_t name = n % RateLimit::kStatesMax;
+        count += limit.admit(1, stamp, at(milliseconds(101 * turn)),
+                             all_are_new ? turn * RateLimit::kStatesMax + name : name, part)
+                     ? 1
+                     : 0;
+      }
+    return count;
+  };
+  for (const VideoPart part : {VideoPart::kKey, VideoPart::kNone}) {
+    EXPECT_LE(passed(part, true), passed(part, false));
+    EXPECT_LE(passed(part, false), static_cast<int>(RateLimit::kStatesMax) * 10 * 4);
+  }
 }
 
 TEST(RateLimit, AVideoWithoutKeyFramesGoesOn) {
