@@ -14,6 +14,7 @@ namespace {
 constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // topics whose counts a lost connection leaves
 constexpr std::size_t kRatesMax = 4096;       // publishers whose rates are remembered
+constexpr Duration kRatesReview = std::chrono::seconds(1);
 
 // Estimated memory of one map entry with these two strings.
 template <class Entry>
@@ -244,11 +245,13 @@ Result<Nothing> Link::take_accepts(const Now& now) {
 RateLimit* Link::rate_of(const std::pair<std::string, std::string>& topic, const Gid& publisher,
                          const Treatment& treatment, const Now& now) {
   if (treatment.max_rate == 0 && treatment.bytes_per_second_max == 0) return nullptr;
-  if (rates_.size() >= kRatesMax)
-    std::erase_if(rates_, [&](const auto& entry) { return entry.second.limit.idle(now.steady); });
   const RateLimit fresh(treatment.max_rate, treatment.bytes_per_second_max);
   auto at = rates_.find({topic, publisher});
   if (at == rates_.end()) {
+    if (rates_.size() >= kRatesMax && now.steady >= next_rates_review_) {
+      next_rates_review_ = now.steady + kRatesReview;
+      std::erase_if(rates_, [&](const auto& entry) { return entry.second.limit.idle(now.steady); });
+    }
     // A peer that offers too many publishers at once gets one limit for the rest together.
     const std::uint64_t bytes = bytes_of<Rate>(topic.first, topic.second);
     const bool full = rates_.size() >= kRatesMax || bytes > memory.room();

@@ -332,6 +332,7 @@ class Link final : public ConnectionUser {
     Budget::Hold held;
   };
   std::map<std::pair<std::pair<std::string, std::string>, Gid>, Rate> rates_;
+  TimePoint next_rates_review_{};  // a full table is searched for idle rates no sooner
   // The counts of earlier connections, by exported, topic and type.
   struct Past {
     TopicStatus counts;  // without names

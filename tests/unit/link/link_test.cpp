@@ -249,6 +249,32 @@ TEST(Link, ALostConnectionTakesItsChannelsButNeitherNumbersNorWhatWasAdmitted) {
   EXPECT_TRUE(passes("/b", 1));
 }
 
+// A search costs as much as the table has publishers.
+TEST(Link, AFullTableOfRatesIsSearchedForAnotherPublisherAndOnceASecond) {
+  Numbered s;
+  Treatment slow;
+  slow.max_rate = 1;
+  std::uint32_t last = 0;
+  const auto ask = [&](std::uint32_t n, std::int64_t ms) {
+    Gid publisher;
+    for (int i = 0; i < 4; ++i) publisher.bytes[i] = static_cast<std::uint8_t>(n >> (8U * i));
+    static_cast<void>(s.link.rate_of({"/a", "p/msg/T"}, publisher, slow, now_ms(ms)));
+    return s.link.memory.used();
+  };
+  const auto fill = [&](std::int64_t ms) {
+    std::uint64_t bytes = 0;
+    for (int i = 0; i < 4096; ++i) bytes = ask(++last, ms);
+    return bytes;
+  };
+  const std::uint64_t full = fill(0);
+  EXPECT_EQ(ask(last, 5000), full);
+  const std::uint64_t one = ask(++last, 5000);
+  EXPECT_LT(one, full / 1000);
+  EXPECT_EQ(fill(5000), full + one);  // the last one shares
+  EXPECT_EQ(ask(++last, 5999), full + one);
+  EXPECT_EQ(ask(++last, 6000), one);
+}
+
 // A peer may offer others on each connection.
 TEST(Link, WhatIsRememberedOfATopicTakesMemoryOfTheLink) {
   Numbered s;
