@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string_view>
 #include <utility>
 
 #include "core/base/cdr.hpp"
@@ -36,17 +37,28 @@ void SentGoals::add(SentGoal goal) {
     return known.action == goal.action && known.id == goal.id;
   };
   if (std::any_of(goals_.begin(), goals_.end(), is_same)) return;
-  if (goals_.size() >= kAllMax) goals_.pop_front();
   const auto is_of_link = [&](const SentGoal& known) {
     return known.sender.link == goal.sender.link;
   };
   if (std::count_if(goals_.begin(), goals_.end(), is_of_link) >=
       static_cast<std::ptrdiff_t>(kGoalsMax))
     goals_.erase(std::find_if(goals_.begin(), goals_.end(), is_of_link));
+  if (goals_.size() >= kAllMax) forget_one(goal.sender.identity);
   if (const auto lost = lost_.find(goal.sender.link); lost != lost_.end())
     goal.ends = lost->second + goal.cancel_after;
   goals_.push_back(std::move(goal));
   update();
+}
+
+// So no identity pushes out goals of others, which would then not be cancelled.
+void SentGoals::forget_one(const std::string& sender) {
+  std::map<std::string_view, std::size_t> counts{{sender, 0}};
+  for (const SentGoal& goal : goals_) ++counts[goal.sender.identity];
+  std::string_view most = sender;
+  for (const auto& [identity, count] : counts)
+    if (count > counts.at(most)) most = identity;
+  goals_.erase(std::find_if(goals_.begin(), goals_.end(),
+                            [&](const SentGoal& goal) { return goal.sender.identity == most; }));
 }
 
 void SentGoals::on_asked(const std::string& action, ByteView request, InvocationId invocation) {

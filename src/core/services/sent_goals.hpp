@@ -47,7 +47,8 @@ struct SentGoal {
 class SentGoals {
  public:
   static constexpr std::size_t kGoalsMax = 256;
-  static constexpr std::size_t kAllMax = 4096;  // of all links; then the oldest is forgotten
+  // Of all links; then the oldest one of the identity with the most is forgotten.
+  static constexpr std::size_t kAllMax = 4096;
 
   void add(SentGoal goal);
   // The server has this request for the result of a goal.
@@ -68,6 +69,8 @@ class SentGoals {
   [[nodiscard]] std::optional<TimePoint> deadline() const { return first_; }
 
  private:
+  // `sender`: the identity that sends one more. Goals of it go first, if no other has more.
+  void forget_one(const std::string& sender);
   void update();
 
   std::list<SentGoal> goals_;         // in the order of their requests

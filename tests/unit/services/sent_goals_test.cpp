@@ -314,6 +314,23 @@ TEST(SentGoals, LinksTogetherHaveALimit) {
   EXPECT_EQ(goals.deadline(), at(5));
 }
 
+// Many links do not help an identity: its own goals are forgotten.
+TEST(SentGoals, NoIdentityPushesOutAnothersGoals) {
+  SentGoals goals;
+  goals.add(goal(1, 200, 1));
+  for (std::uint32_t n = 0; n <= SentGoals::kAllMax; ++n) {
+    SentGoal next = goal(2 + n / 100, 0, 100 + n);
+    next.sender.identity = "busy";
+    next.id[1] = static_cast<std::uint8_t>(n);
+    next.id[2] = static_cast<std::uint8_t>(n >> 8U);
+    goals.add(std::move(next));
+  }
+  goals.on_link_lost({1}, at(0));
+  EXPECT_EQ(ids_of(goals.take_due(at(5))), (std::vector<int>{200}));
+  goals.on_link_lost({2}, at(10));
+  EXPECT_EQ(goals.take_due(at(15)).size(), 98U);  // the two oldest of link 2 are forgotten
+}
+
 TEST(SentGoals, ARequestToCancelNamesOneGoal) {
   const Payload request = cancel_request(goal(1, 9, 1).id);
   Bytes expected{0, 1, 0, 0};
