@@ -14,7 +14,8 @@ namespace {
 
 // More wheels than this stay only while their topics are offered.
 constexpr std::size_t kWheelsKept = 256;
-constexpr std::string_view kSide = "side ";
+// Before the side of a peer without a login. No identity has a control character in its name.
+constexpr std::string_view kSide = "\n";
 // docs/protocol.md, "Limits".
 constexpr Duration kSentPeriod = std::chrono::milliseconds(250);
 

@@ -131,6 +131,17 @@ TEST(Driving, SilenceHaltsWhoDrives) {
   EXPECT_THAT(s.drove(), HasSubstr("zero; move"));
 }
 
+// Whatever name a login gives, it is one.
+TEST(Driving, TheAuditLogNamesWhoDrives) {
+  Robot s;
+  s.login(3, {}, called("side door"));
+  s.offer(3, 9);
+  s.tell_clock(3);
+  s.drove();
+  s.move(3);
+  EXPECT_EQ(s.drove(), "wheel_taken 3 side door import /cmd_vel by rule moved; move");
+}
+
 // A clock that is set neither stops the robot nor lets it drive on.
 TEST(Driving, AHaltDoesNotComeByTheSystemsClock) {
   for (const Stamp hour : {3600 * kStampSecond, -3600 * kStampSecond}) {
