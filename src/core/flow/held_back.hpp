@@ -1,10 +1,11 @@
 // Messages that a rule's rate refused and that may leave later.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/base/budget.hpp"
@@ -12,6 +13,10 @@
 #include "core/base/timers.hpp"
 
 namespace connect_bridge {
+
+// A peer may cause so many held messages that come due at one time that they would stop the loop.
+// So many of all topics leave in one step.
+inline constexpr std::size_t kHeldPerStep = 64;
 
 // Keeps for each key of a publisher's rate (RateLimit::key: mostly a state) the newest message that
 // a rate limit has refused, until its time comes or another message of that key passes. So a rate
@@ -34,16 +39,21 @@ class HeldBack {
     const std::size_t all = kEntryBytes + bytes;
     if (all > memory_.room()) return message;
     auto older = take(key);
-    entries_.try_emplace(key, std::move(message), memory_.hold(all), timers_.set(at));
+    entries_.try_emplace(key, std::move(message), memory_.hold(all), at);
+    order_.emplace(at, key);
+    wake();
     return older;
   }
-  // The next message whose time has come.
-  std::optional<Message> take_due(TimePoint now) {
-    const auto first = std::min_element(
-        entries_.begin(), entries_.end(),
-        [](const auto& a, const auto& b) { return a.second.leaves.at() < b.second.leaves.at(); });
-    const bool due = first != entries_.end() && first->second.leaves.at() <= now;
-    return due ? take(first) : std::nullopt;
+  // The next message whose time has come; it takes one of `left`. If none is left the owner is
+  // woken again at once, behind the others that are due.
+  std::optional<Message> take_due(TimePoint now, std::size_t& left) {
+    if (order_.empty() || order_.begin()->first > now) return std::nullopt;
+    if (left == 0) {
+      wakes_ = timers_.set(now);
+      return std::nullopt;
+    }
+    --left;
+    return take(entries_.find(order_.begin()->second));
   }
   // The next message (of this key, of this publisher), whether or not its time has come.
   std::optional<Message> take() { return take(entries_.begin()); }
@@ -57,22 +67,29 @@ class HeldBack {
 
  private:
   struct Entry {
-    Entry(Message held, Budget::Hold counted, typename Timers<Owner>::Timer at)
-        : message(std::move(held)), bytes(std::move(counted)), leaves(std::move(at)) {}
+    Entry(Message held, Budget::Hold counted, TimePoint at)
+        : message(std::move(held)), bytes(std::move(counted)), leaves(at) {}
     Message message;
     Budget::Hold bytes;
-    typename Timers<Owner>::Timer leaves;
+    TimePoint leaves;
   };
   std::optional<Message> take(typename std::map<Key, Entry>::iterator at) {
     if (at == entries_.end()) return std::nullopt;
     std::optional<Message> message(std::move(at->second.message));
+    order_.erase({at->second.leaves, at->first});
     entries_.erase(at);
+    wake();
     return message;
+  }
+  void wake() {
+    wakes_ = order_.empty() ? typename Timers<Owner>::Timer() : timers_.set(order_.begin()->first);
   }
 
   Budget& memory_;
   typename Timers<Owner>::Of timers_;
   std::map<Key, Entry> entries_;
+  std::set<std::pair<TimePoint, Key>> order_;  // of the entries, as they leave
+  typename Timers<Owner>::Timer wakes_;
 };
 
 }  // namespace connect_bridge

@@ -1,11 +1,13 @@
 // The topics that one peer offers on its present connection.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
 
+#include "core/base/pace.hpp"
 #include "core/mirrors/peer_topic.hpp"
 
 namespace connect_bridge {
@@ -30,6 +32,9 @@ class LinkTopics {
   // None: so much was decompressed here in the last second that everything else would have to wait,
   // or the sample is malformed.
   [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
+  // May a message that a rate has held be published now, because its publisher or channel ends? So
+  // many may in a second that nothing else has to wait.
+  [[nodiscard]] bool may_publish_last(const Now& now) { return last_ones_.take(now.steady); }
   // Some of the topics end. True: all have.
   [[nodiscard]] bool on_link_lost(LinkEnd& end, const Now& now);
   // A reply about the peer's clock has come.
@@ -58,6 +63,7 @@ class LinkTopics {
   Budget bases_{&link_.memory};
   static constexpr double kAtOnceMax = 16 << 20;  // bytes; some ten milliseconds of work
   Throttle at_once_{kAtOnceMax, {}};
+  Pace last_ones_{1024, std::chrono::milliseconds(1)};
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
   bool has_clock_ = false;        // the peer's clock is known

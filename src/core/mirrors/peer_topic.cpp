@@ -193,7 +193,8 @@ void PeerTopic::hurry(DropReason otherwise, const Now& now, std::optional<Origin
   if (first) advance(now);
   // The last message of a publisher counts for the rate limit, but cannot wait for it.
   while (const auto held = of ? held_.take(*of) : held_.take())
-    publish(held->head, held->raw, now, true);
+    peer_.may_publish_last(now) ? publish(held->head, held->raw, now, true)
+                                : dropped_.add(DropReason::kRate);
 }
 
 void PeerTopic::lose(const Now& now) {
@@ -643,9 +644,10 @@ bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const Top
   return passes;
 }
 
-void PeerTopic::publish_held(const Now& now) {
-  while (unjudged_.take_due(now.steady)) dropped_.add(DropReason::kMaxAge);
-  while (const auto held = held_.take_due(now.steady)) {
+void PeerTopic::publish_held(std::size_t& left, const Now& now) {
+  const Outputs::Paying paying(context_.outputs, link_.account->time);
+  while (unjudged_.take_due(now.steady, left)) dropped_.add(DropReason::kMaxAge);
+  while (const auto held = held_.take_due(now.steady, left)) {
     const auto origin = origins_.find(held->head.subject.origin());
     const Gid gid = origin == origins_.end() ? Gid{} : origin->second->origin().gid;
     if (auto* rate = link_.rate_of(key_, gid, treatment(), now))

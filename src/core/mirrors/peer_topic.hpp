@@ -79,7 +79,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
   // Publishes the messages that a rate limit has held back, when their time has come.
-  void publish_held(const Now& now);
+  void publish_held(std::size_t& left, const Now& now);
   // The peer's clock is known now: judges the commands that waited for it.
   void publish_unjudged(const Now& now);
   // Tells the peer who steers, if that has changed.

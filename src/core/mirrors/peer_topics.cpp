@@ -132,7 +132,11 @@ void PeerTopics::on_clock(const Link& link, const Now& now) {
 
 void PeerTopics::on_time(const Now& now) {
   context_.mirrors.on_time(now);
-  while (const auto due = context_.held.take_due(now.steady)) (*due)->publish_held(now);
+  for (std::size_t left = kHeldPerStep; left > 0;) {
+    const auto due = context_.held.take_due(now.steady);
+    if (!due) break;
+    (*due)->publish_held(left, now);
+  }
   context_.wheels.on_time(context_, now);
   if (context_.looks_again_at.value_or(TimePoint::max()) > now.steady) return;
   context_.looks_again_at.reset();

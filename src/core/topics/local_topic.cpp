@@ -177,9 +177,9 @@ void LocalTopic::on_decline(TopicOffer& offer, const Now& now) {
   update_subscription(now);
 }
 
-void LocalTopic::on_time(const Now& now) {
+void LocalTopic::on_time(std::size_t& held, const Now& now) {
   if (!parked_.empty()) unpark(now);
-  offers_.on_time(now);
+  offers_.on_time(held, now);
   const bool ended = backlogs_.end_overdue(now);
   if (offers_.drop_late(now) || ended) update_subscription(now);
   // Last step: a sample that still waits anywhere keeps its origin (drained).

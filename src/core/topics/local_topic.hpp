@@ -58,7 +58,8 @@ class LocalTopic {
   void on_lost(const MessagesLost& lost);
   // Withdraws the topic until its publishers change, or a later link demands it.
   void on_subscription_failed(const std::string& code, const std::string& reason);
-  void on_time(const Now& now);
+  // See TopicOffers.
+  void on_time(std::size_t& held, const Now& now);
 
   [[nodiscard]] const TopicKey& key() const { return what_->key; }
   [[nodiscard]] const std::shared_ptr<const LocalInterface>& what() const { return what_; }

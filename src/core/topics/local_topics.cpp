@@ -169,12 +169,12 @@ void LocalTopics::on_time(const Now& now) {
   std::set<std::string> left;
   // The topics of a node that has ended are due together, and each ends on all its links.
   Course course{.left = context_.graph_options.offer_ends_at_once};
-  while (course.take()) {
+  for (std::size_t held = kHeldPerStep; held > 0 && course.take();) {
     const auto due = context_.timers.take_due(now.steady);
     if (!due) break;
     LocalTopic& topic = **due;
     course.charge(topic.offers());
-    topic.on_time(now);
+    topic.on_time(held, now);
     if (topic.is_over()) left.insert(erase(topics_.find(topic.key())));
   }
   update_subscriptions(left, now);

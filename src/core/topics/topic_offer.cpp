@@ -410,8 +410,8 @@ void TopicOffer::tell_too_large(std::size_t bytes, const Now& now) {
   link_.send(OriginsChanged{number(), {}, {}, too_large_, bytes});
 }
 
-std::optional<OutSample> TopicOffer::take_held(const Now& now) {
-  auto sample = held_.take_due(now.steady);
+std::optional<OutSample> TopicOffer::take_held(std::size_t& left, const Now& now) {
+  auto sample = held_.take_due(now.steady, left);
   if (sample)
     rates_.of(sample->subject.origin())
         .leave(sample->raw.size(), now.steady, sample->state.value_or(0));

@@ -81,7 +81,7 @@ class TopicOffer final : public OutgoingChannel {
   // a rate limit refuses may leave later (take_held).
   [[nodiscard]] bool admit(const OutSample& sample, Age age, const Now& now);
   // The next sample that waited because of a rate and may leave now.
-  [[nodiscard]] std::optional<OutSample> take_held(const Now& now);
+  [[nodiscard]] std::optional<OutSample> take_held(std::size_t& left, const Now& now);
   // Moves the samples that still wait because of a rate limit to `samples`.
   void take_all_held(std::vector<OutSample>& samples);
   void drop_held(DropReason reason);

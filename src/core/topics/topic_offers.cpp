@@ -338,11 +338,11 @@ Duration TopicOffers::slack_of(const Stream& stream) const {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(slack));
 }
 
-void TopicOffers::on_time(const Now& now) {
+void TopicOffers::on_time(std::size_t& held, const Now& now) {
   for (auto& [how, stream] : streams_)
     if (stream.later && stream.later.at() <= now.steady) send_encoded(stream, now);
   for (const auto& [link, offer] : busy_)
-    while (const auto held = offer->take_held(now)) send_to(*offer, *held, now);
+    while (const auto sample = offer->take_held(held, now)) send_to(*offer, *sample, now);
   for (const auto& [link, offer] : busy_) offer->pictures().on_time(now);
 }
 

@@ -68,8 +68,8 @@ class TopicOffers {
   void encode(const Compression& how, OutSample sample, const Now& now);
   // Counts lost samples at all links that demand the topic.
   void drop(DropReason reason, std::uint64_t count);
-  // A deadline of the topic has come.
-  void on_time(const Now& now);
+  // A deadline of the topic has come. `held`: samples that rates have held and that may leave now.
+  void on_time(std::size_t& held, const Now& now);
   // Takes the samples that are being compressed for the link, in order; the link will not get them.
   std::vector<OutSample> take_under_way(LinkId link);
   // Drops these samples, because the demand has ended.

@@ -25,12 +25,36 @@ TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
   EXPECT_EQ(held.hold({{1}, 0}, "new", 20, at(70)), "old");
   EXPECT_EQ(memory.used(), 2 * kOfEntry + 30);
   EXPECT_EQ(timers.deadline(), at(60));
-  EXPECT_FALSE(held.take_due(at(59)));
-  EXPECT_EQ(held.take_due(at(100)), "other");
-  EXPECT_EQ(held.take_due(at(100)), "new");
-  EXPECT_FALSE(held.take_due(at(100)));
+  std::size_t left = 5;
+  EXPECT_FALSE(held.take_due(at(59), left));
+  EXPECT_EQ(held.take_due(at(100), left), "other");
+  EXPECT_EQ(held.take_due(at(100), left), "new");
+  EXPECT_FALSE(held.take_due(at(100), left));
+  EXPECT_EQ(left, 3U);
   EXPECT_TRUE(held.empty());
   EXPECT_EQ(memory.used(), 0U);
+}
+
+// They leave in the order of their times. A step without room for more wakes the owner again,
+// behind the others that are due.
+TEST(HeldBack, OnlySoManyLeaveInAStep) {
+  Budget memory(1 << 20);
+  Timers<int> timers;
+  HeldTexts first(memory, {timers, 1});
+  HeldTexts second(memory, {timers, 2});
+  for (std::uint64_t state = 1; state <= 4; ++state)
+    EXPECT_FALSE(first.hold({{1}, state}, std::to_string(state), 10, at(60 - state)));
+  EXPECT_FALSE(second.hold({{1}, 1}, "other", 10, at(90)));
+  EXPECT_EQ(timers.deadline(), at(56));
+  std::size_t left = 3;
+  EXPECT_EQ(timers.take_due(at(100)), 1);
+  for (const char* text : {"4", "3", "2"}) EXPECT_EQ(first.take_due(at(100), left), text);
+  EXPECT_FALSE(first.take_due(at(100), left));
+  EXPECT_EQ(timers.take_due(at(100)), 2);
+  EXPECT_EQ(timers.take_due(at(100)), 1);
+  left = 3;
+  EXPECT_EQ(first.take_due(at(100), left), "1");
+  EXPECT_FALSE(timers.take_due(at(100)));
 }
 
 TEST(HeldBack, OneThatPassesEndsTheWait) {

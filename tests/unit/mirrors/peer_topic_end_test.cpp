@@ -66,6 +66,25 @@ TEST(PeerTopic, WhatAWorkerHasIsNotPublishedAfterTheConnection) {
   EXPECT_EQ(s.dropped(DropReason::kLinkLost), 1U);
 }
 
+TEST(PeerTopic, OnlySoManyThatARateHoldsArePublishedBeforeAWithdraw) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 1;
+  OfferedScript s;
+  s.policy = Policy({limited});
+  s.listen();
+  std::size_t published = 0;
+  const auto come_and_go = [&](std::int64_t at) {
+    s.offer(s.peer, {origin(1, 7)}, at);
+    s.give(s.message("x"), at);
+    s.channel_1().on_withdraw({}, ms(at));
+    published += s.did().find("publish") != std::string::npos ? 1 : 0;
+  };
+  for (int i = 0; i < 1100; ++i) come_and_go(0);
+  EXPECT_EQ(published, 1 + 1024U);  // the rate's first
+  come_and_go(1);
+  EXPECT_EQ(published, 2 + 1024U);
+}
+
 // The loop does not stand still for a peer that offers and withdraws.
 TEST(PeerTopic, OnlySoMuchIsPublishedBeforeAWithdraw) {
   OfferedScript s;

@@ -106,5 +106,33 @@ TEST(SideImports, AMirrorGoesWhenItsOriginAppearsHere) {
   EXPECT_EQ(s.said(1), "offer 1/a[1]\ndemand 1 off\n");
 }
 
+// A peer may send as many states as it likes, each twice.
+TEST(SideImports, WhatARateHoldsIsPublishedInSeveralSteps) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 1;
+  PeerTopics s({limited}, {topic("/a").sub(1)});
+  std::vector<OriginOffer> origins;
+  for (std::uint8_t n = 1; n <= 100; ++n) origins.push_back(origin(n, 100 + n));
+  s.Script::offer(1, {channel(1, "/a", origins)});
+  s.said(1);
+  s.pass(5000);  // subscribers have found the mirrors
+  for (const char* text : {"passes", "held"})
+    for (std::uint32_t n = 1; n <= 100; ++n) s.message(1, 1, n, text);
+  s.did();
+  s.at += 1000;
+  const auto held = [&] {
+    s.give(TimePassed{});
+    const std::string did = s.did();
+    std::size_t count = 0;
+    for (auto at = did.find("held"); at != std::string::npos; at = did.find("held", at + 1))
+      ++count;
+    return count;
+  };
+  EXPECT_EQ(held(), 64U);
+  EXPECT_LE(s.side.next_deadline(), flow_test::now_ms(s.at).steady);
+  EXPECT_EQ(held(), 36U);
+  EXPECT_EQ(held(), 0U);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

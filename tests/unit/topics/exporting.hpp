@@ -33,8 +33,12 @@ struct Exporting : Actions {
          next = context.timers.deadline()) {
       Now now = ms(at);
       now.steady = *next;
-      while (context.timers.take_due(*next)) subject.on_time(now);
+      while (context.timers.take_due(*next)) on_time(now);
     }
+  }
+  void on_time(const Now& now) {
+    std::size_t held = kHeldPerStep;
+    subject.on_time(held, now);
   }
 
   TopicOptions options;

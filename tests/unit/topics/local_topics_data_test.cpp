@@ -192,5 +192,34 @@ TEST(SideExportsData, TheLastSamplesOfAllReachASecondPeerAtOnce) {
   EXPECT_EQ(s.said(2), "1.1 a large map, 1.2 another map\n");
 }
 
+// A step is short, however many publishers and states a rate holds.
+TEST(SideExportsData, WhatARateHoldsLeavesInSeveralSteps) {
+  Treatment limited;
+  limited.max_rate = 1;
+  auto s = demanding(limited);
+  Topic many = topic("/a");
+  for (std::uint8_t n = 1; n <= 100; ++n) many = many.pub(n);
+  s.graph({many});
+  s.join(1);
+  s.demand(1, 1);
+  s.did();
+  for (const char* text : {"passes", "held"})
+    for (std::uint8_t n = 1; n <= 100; ++n) s.take(2, n, text);
+  s.said(1);
+  s.at += 1000;
+  const auto held = [&] {
+    s.give(TimePassed{});
+    const std::string said = s.said(1);
+    std::size_t count = 0;
+    for (auto at = said.find("held"); at != std::string::npos; at = said.find("held", at + 1))
+      ++count;
+    return count;
+  };
+  EXPECT_EQ(held(), 64U);
+  EXPECT_LE(s.side.next_deadline(), flow_test::now_ms(s.at).steady);
+  EXPECT_EQ(held(), 36U);
+  EXPECT_EQ(held(), 0U);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

@@ -311,7 +311,8 @@ TEST(PictureStream, EncodesTheNewestWhenTheLastHasNearlyLeft) {
   EXPECT_EQ(camera.status().queued, 2U);
   camera.carry(100'000);
   camera.s.pass_to(camera.now);
-  camera.subject.on_time(ms(camera.now));
+  std::size_t held = kHeldPerStep;
+  camera.subject.on_time(held, ms(camera.now));
   EXPECT_EQ(camera.s.did(), "encode 2\n");
   EXPECT_EQ(camera.subject.bytes(), image().size());
 }
@@ -431,7 +432,8 @@ TEST(VideoPackets, ARateCutsGroups) {
     camera.carry(1'000'000);
   }
   camera.s.pass_to(camera.now + 10'000);
-  camera.subject.on_time(ms(camera.now + 10'000));
+  std::size_t held = kHeldPerStep;
+  camera.subject.on_time(held, ms(camera.now + 10'000));
   const TopicStatus status = camera.status();
   EXPECT_GE(status.messages, 20U);
   EXPECT_LE(status.messages, 42U);

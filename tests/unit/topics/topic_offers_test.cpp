@@ -251,9 +251,10 @@ TEST(TopicOffers, ASampleWaitsUntilItsPathNeedsIt) {
   EXPECT_LT(*due, ms(150).steady);
   while (peer.link.connection()->next_packet(ms(140))) {  // it has left earlier than was thought
   }
-  s.subject.on_time({*due - Duration(1), 0, 0});
+  std::size_t held = kHeldPerStep;
+  s.subject.on_time(held, {*due - Duration(1), 0, 0});
   EXPECT_EQ(s.s.did(), "");
-  s.subject.on_time({*due, 0, 0});
+  s.subject.on_time(held, {*due, 0, 0});
   EXPECT_EQ(s.s.did(), "compress 2\n");
 }
 
