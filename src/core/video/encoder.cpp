@@ -12,9 +12,11 @@ namespace connect_bridge::video {
 namespace {
 
 // Half size begins where so many pictures in a row would be too large at the worst quantiser, and
-// ends where so many would have twice the room they need.
+// ends where so many whole ones would have this room in the wanted size. A base of whole size takes
+// long, so those behind it differ more, and need the room.
 constexpr int kTightMax = 3;
 constexpr int kRoomyMax = 60;
+constexpr double kRoom = 1.5;
 // Half the width and height take half the bytes at the same quantiser.
 constexpr double kHalfBytes = 0.5;
 
@@ -75,11 +77,11 @@ struct PictureEncoder::Stream {
     roomy = 0;
   }
 
-  // `most` is what a frame may have.
-  void choose_size(double most) {
+  // `wanted` is what a frame should have, `most` what it may have.
+  void choose_size(double wanted, double most) {
     const double needed = control.bytes_at(false, QuantiserControl::kWorst);
     tight = !half && needed > most ? tight + 1 : 0;
-    roomy = half && 2 * needed / kHalfBytes <= most ? roomy + 1 : 0;
+    roomy = half && kRoom * needed / kHalfBytes <= wanted ? roomy + 1 : 0;
     if (tight < kTightMax && roomy < kRoomyMax) return;
     half = !half;
     control.scale(half ? kHalfBytes : 1 / kHalfBytes);
@@ -107,7 +109,7 @@ std::optional<Bytes> PictureEncoder::Stream::encode(const PictureSample& sample,
                                                     const PictureWish& wish) {
   if (!shape || !same(*shape, sample.shape)) begin(sample.shape);
   const auto around = static_cast<double>(kBodyHeadBytes + sample.prefix.size());
-  choose_size(wish.bytes_max - around);
+  choose_size(wish.bytes - around, wish.bytes_max - around);
   const auto picture = convert(sample);
   if (!picture) return std::nullopt;
   const bool base = wish.base || !vp8;
