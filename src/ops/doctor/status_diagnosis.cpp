@@ -370,11 +370,14 @@ void Doctor::thin(const Json& link) {
                true);
   if (published > 0 && rate * seconds > published * kAmple) return;
   const RuleFacts rule = rule_of(*heaviest);
-  const bool is_kept_exact = rule.exact && may_be_lossy(text_in(*heaviest, "type"));
+  const std::string type = text_in(*heaviest, "type");
+  const char* const exact_by = rule.exact && may_be_lossy(type) ? "; its rule says `lossy: never`"
+                               : !facts_.video && video::has_pictures(type)
+                                   ? "; this build has no video"
+                                   : "";
   add(rule.urgent ? "urgent_is_heavy" : "link_too_thin", text_in(*heaviest, "topic"),
       fmt::format("it is the heaviest: {:.1f} MB; the path carries {:.0f} kB/s{}",
-                  lately_in(*heaviest, "wire_bytes") / 1e6, rate / 1e3,
-                  is_kept_exact ? "; its rule says `lossy: never`" : ""),
+                  lately_in(*heaviest, "wire_bytes") / 1e6, rate / 1e3, exact_by),
       true);
 }
 

@@ -11,6 +11,7 @@
 #include "config/config.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/json.hpp"
+#include "core/video/picture.hpp"
 #include "core/wire/control.hpp"
 #include "ops/doctor/findings.hpp"
 
@@ -33,6 +34,7 @@ struct SideFacts {
   double dead_after = 0;  // s; 0: not known
   // Server: identities of which no token is valid any longer.
   std::vector<std::string> expired = {};
+  bool video = video::available();  // the build makes video of pictures
 };
 
 // A running side or relay, by its status (docs/status.md).

@@ -660,6 +660,17 @@ TEST(DoctorStatus, ARuleThatKeepsPicturesExactIsNamed) {
   EXPECT_THAT(diagnose_status(status, facts)[0].detail, HasSubstr("`lossy: never`"));
 }
 
+TEST(DoctorStatus, ABuildWithoutVideoIsNamed) {
+  SideFacts facts;
+  facts.video = false;
+  Json status = status_of(topic_with(R"({"dropped": {"newer_available": 50}})"));
+  EXPECT_THAT(diagnose_status(status, facts)[0].detail, Not(HasSubstr("video")));
+  status["links"][0]["topics"][0]["type"] = "sensor_msgs/msg/Image";
+  EXPECT_THAT(diagnose_status(status, facts)[0].detail, HasSubstr("this build has no video"));
+  facts.video = true;
+  EXPECT_THAT(diagnose_status(status, facts)[0].detail, Not(HasSubstr("video")));
+}
+
 TEST(DoctorStatus, AnImpatientSideIsNamedWhereLinksBreakBySilence) {
   SideFacts facts;
   facts.dead_after = 0.3;
