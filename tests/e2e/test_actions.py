@@ -9,7 +9,9 @@ from action_msgs.msg import GoalStatus
 from actions import Client, FibonacciServer, Goal
 from calls import OPEN_CALLS, servers_graph
 from graph import until
+from lacking import services_of_any_type
 
+pytestmark = services_of_any_type
 SERVER = OPEN_CALLS
 
 

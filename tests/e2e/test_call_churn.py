@@ -19,7 +19,9 @@ from calls import (
 )
 from graph import until
 from harness.programs import Program, ros_environment, uses_rmw
+from lacking import services_of_any_type
 
+pytestmark = services_of_any_type
 PARTS = 3  # that run side by side
 TIMES = 50
 LEASE = 30.0  # seconds in which a graph forgets a silent process: Fast DDS takes 20

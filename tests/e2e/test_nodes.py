@@ -8,6 +8,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from graph import connect, until
+from lacking import services_of_any_type
 
 SERVER = {
     "rules": ["all"],
@@ -67,6 +68,7 @@ def names_in(graph):
     }
 
 
+@services_of_any_type
 def test_graph_of_nodes(make_pair):
     """The operator's graph lists the robot's nodes, and they own the mirrors of what they have."""
     pair = make_pair(server=SERVER)

@@ -16,7 +16,9 @@ from calls import (
     servers_graph,
 )
 from graph import everything, until
+from lacking import services_of_any_type
 
+pytestmark = services_of_any_type
 SERVER = OPEN_CALLS
 MIB = 1 << 20
 

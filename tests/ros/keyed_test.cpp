@@ -1,7 +1,9 @@
 // Types with keys.
+#include <rmw/rmw.h>
 #include <rosidl_typesupport_introspection_c/message_introspection.h>
 
 #include <set>
+#include <string_view>
 
 #include "ros/gateway.hpp"
 #include "ros/ros_fixture.hpp"
@@ -18,6 +20,12 @@ constexpr bool tells_keys(const Members&) {
   return requires(Members members) {
     members.has_any_key_member_;
   };
+}
+
+// rmw_cyclonedds_cpp 4.0.3 and rmw_zenoh_cpp 0.6.7 know no keys.
+bool knows_keys() {
+  const std::string_view rmw = rmw_get_implementation_identifier();
+  return rmw != "rmw_cyclonedds_cpp" && rmw != "rmw_zenoh_cpp";
 }
 
 // A late subscriber gets the last sample of each sensor, not of all together.
@@ -42,12 +50,13 @@ TEST_F(KeyedTest, SamplesOfEachKeyAreKeptApart) {
   TestNode listener("listener");
   qos.depth = 10;
   RawSubscription subscription(listener, topic("sensors"), qos, type);
-  std::multiset<std::uint8_t> sensors;
+  std::multiset<std::uint8_t> expected{4}, sensors;
+  if (knows_keys()) expected = {1, 2, 3, 4};
   side.until([&] {
     while (const auto taken = subscription.take()) sensors.insert(taken->at(kCdrHeaderSize));
-    return sensors.size() >= 4;
+    return sensors.size() >= expected.size();
   });
-  EXPECT_EQ((std::multiset<std::uint8_t>{1, 2, 3, 4}), sensors);
+  EXPECT_EQ(expected, sensors);
 }
 
 }  // namespace
