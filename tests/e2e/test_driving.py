@@ -13,7 +13,7 @@ from std_srvs.srv import SetBool
 
 from calls import Caller
 from graph import until
-from harness.programs import Program, ros_environment
+from harness.programs import Program, ros_environment, uses_rmw
 
 pytestmark = pytest.mark.alone
 HERE = pathlib.Path(__file__).resolve().parent
@@ -89,6 +89,8 @@ def teleop(tmp_path):
 @pytest.mark.parametrize("ahead", [5, -5, 0])
 def test_a_robot_drives_by_its_own_clock(make_pair, clock_ahead, teleop, ahead):
     """Without stamps in the robot's clock it drives 5.5 s on, or never."""
+    if ahead > 0 and uses_rmw("rmw_cyclonedds_cpp"):
+        pytest.skip("NOT TESTED: Cyclone DDS waits by the kernel's clock, which is not ahead")
     pair = make_pair(server=driving(wheel=False), start=False)
     pair.client.env.update(clock_ahead(ahead))
     robot = DiffDrive(pair.robot)
@@ -189,6 +191,8 @@ def test_two_clients_drive_one_after_the_other(make_pair, make_side, make_graph,
     leaning.join()
     assert not [m for m in robot.messages if m.linear.x == 0.1]
     time.sleep(1)
+    if uses_rmw("rmw_cyclonedds_cpp"):  # does not number samples
+        drive(sticks[1], 0.0)
     drive(sticks[1], 0.2, 0.2)
     robot.wait_for(lambda m: m.linear.x == 0.2, "the second driver")
 
