@@ -13,6 +13,13 @@ namespace {
 constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
 
 }  // namespace
+bool crosses(const std::string& name, const LinkStatus& link) {
+  const auto is_topic = [&](const TopicStatus& topic) { return topic.topic == name; };
+  const auto is_service = [&](const ServiceStatus& service) { return service.service == name; };
+  return std::any_of(link.topics.begin(), link.topics.end(), is_topic) ||
+         std::any_of(link.services.begin(), link.services.end(), is_service);
+}
+
 
 Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
     : options_(std::move(options)),
@@ -500,6 +507,9 @@ LinkStatus Side::status_of(const Link& link, const Now& now) const {
 }
 
 std::optional<LinkStatus> Side::status_of(LinkId link, const Now& now) const {
+  std::erase_if(shown.peer_findings, [&](const PeerFinding& finding) {
+    return !finding.name.empty() && !crosses(finding.name, shown);
+  });
   const auto found = links_.all().find(link);
   if (found == links_.all().end()) return std::nullopt;
   return status_of(found->second, now);

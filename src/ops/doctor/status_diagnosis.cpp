@@ -16,6 +16,7 @@
 #include "ops/doctor/diagnosis.hpp"
 #include "ops/doctor/worth_telling.hpp"
 #include "ops/status/json_members.hpp"
+#include "ops/status/peer_findings.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -87,28 +88,6 @@ std::string_view finding_at_relay(Cause cause) {
     case Cause::kRobotTwice: return "robots_with_one_token";
     default: return "relay_fails";
   }
-}
-
-// The findings that a peer is told: of what crosses the link, and of the path. Rules, files and
-// logins are this side's own.
-constexpr std::string_view kForPeers[] = {
-    "drops_rate",         "drops_max_age",
-    "stamps_old",         "clocks_differ",
-    "publisher_ahead",    "drops_too_large",
-    "drops_memory",       "link_too_thin",
-    "own_limit",          "qos",
-    "path_loses",         "path_full",
-    "loop_slow",          "lost_in_middleware",
-    "nothing_arrives",    "service_silent",
-    "calls_refused",      "calls_wait",
-    "published_here_too", "path_too_long",
-    "two_of_one_driver",  "urgent_is_heavy",
-    "path_slow",          "server_ends",
-    "several_servers",    "halts_nothing",
-};
-
-bool is_for_peers(std::string_view id) {
-  return std::find(std::begin(kForPeers), std::end(kForPeers), id) != std::end(kForPeers);
 }
 
 class Doctor {

@@ -8,6 +8,7 @@
 
 #include "core/policy/treatment.hpp"
 #include "ops/audit/audit_json.hpp"
+#include "ops/status/peer_findings.hpp"
 #include "ops/status/status_json.hpp"
 
 namespace connect_bridge {
@@ -321,10 +322,9 @@ OrderedJson breaks(const LinkStatus& link) {
 }
 
 OrderedJson peer_findings(const LinkStatus& link) {
-  if (link.peer_findings.empty()) return {};
-  OrderedJson all = OrderedJson::array();
+  OrderedJson all;
   for (const PeerFinding& one : link.peer_findings)
-    all.push_back({{"id", one.id}, {"name", one.name}});
+    if (is_for_peers(one.id)) all.push_back({{"id", one.id}, {"name", one.name}});
   return all;
 }
 

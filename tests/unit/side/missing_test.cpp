@@ -521,11 +521,14 @@ TEST_F(MissingTest, FindingsAreSentWhenTheyChange) {
   EXPECT_EQ(sent[0].list.size(), kFindingsMax);
 }
 
-// They are for people, so a name that is none is left out.
+// They are for people, so a name that is none, or that does not cross the link, is left out.
 TEST_F(MissingTest, FindingsOfThePeerAreThoseOfItsConnection) {
   s.join(1);
   const auto known = [&] { return text_of(s.status().links.at(0).peer_findings); };
-  s.say(1, Findings{{{"qos", "/scan"}, {"path_full", ""}, {"qos", "not a name"}}});
+  s.say(1, offers({"/scan", "/odom"}));
+  s.say(1,
+        Findings{
+            {{"qos", "/scan"}, {"path_full", ""}, {"qos", "not a name"}, {"qos", "/elsewhere"}}});
   EXPECT_EQ(known(), "qos /scan\npath_full \n");
   s.say(1, Findings{{{"qos", "/odom"}}});
   EXPECT_EQ(known(), "qos /odom\n");

@@ -110,7 +110,7 @@ LinkStatus a_link() {
   link.open = true;
   link.open_for = std::chrono::milliseconds(61'900);
   link.unheard = std::chrono::milliseconds(7'400);
-  link.peer_findings = {{"qos", "/b"}};
+  link.peer_findings = {{"qos", "/b"}, {"all_is_well_come_closer", "/b"}};
   link.sent_bytes = 1, link.received_bytes = 2, link.queued_bytes = 3;
   link.unacknowledged_bytes = 4;
   link.memory_bytes = 6;
