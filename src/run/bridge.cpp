@@ -409,7 +409,9 @@ void Bridge::diagnose(std::shared_ptr<const StatusPicture> picture) {
     (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kDiagnosisNice);
     try {
       const Json status = Json::parse(to_json(*picture), nullptr, false);
-      feed_later(FindingsMade{findings_for_peers(status, facts)});
+      // Each link is a step of its own: a check costs as much as the link has channels.
+      for (auto& [link, findings] : findings_for_peers(status, facts))
+        feed_later(FindingsMade{{{link, std::move(findings)}}});
     } catch (const std::exception& error) {  // no memory
       log_later(LogLevel::kWarn, std::string{"peers are not told of findings: "} + error.what());
     }

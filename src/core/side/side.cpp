@@ -1,5 +1,6 @@
 #include "core/side/side.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -12,7 +13,6 @@ namespace {
 
 constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
 
-}  // namespace
 bool crosses(const std::string& name, const LinkStatus& link) {
   const auto is_topic = [&](const TopicStatus& topic) { return topic.topic == name; };
   const auto is_service = [&](const ServiceStatus& service) { return service.service == name; };
@@ -20,6 +20,7 @@ bool crosses(const std::string& name, const LinkStatus& link) {
          std::any_of(link.services.begin(), link.services.end(), is_service);
 }
 
+}  // namespace
 
 Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
     : options_(std::move(options)),
@@ -189,14 +190,18 @@ void Side::on(LimitsChanged& input, const Now& now) {
 
 // Channels may have ended since the findings were made.
 void Side::on(FindingsMade& input, const Now&) {
-  for (auto& [id, link] : links_.all()) {
+  const auto has_name = [](const PeerFinding& finding) { return !finding.name.empty(); };
+  for (auto& [id, findings] : input.of_links) {
+    const auto found = links_.all().find(id);
+    if (found == links_.all().end()) continue;
+    Link& link = found->second;
     if (!link.open() || !link.accepts || !link.accepts->list().findings) continue;
-    auto& findings = input.of_links[id];
-    if (!findings.empty()) {
+    const Outputs::Paying paying(outputs_, link.account->time);
+    if (std::any_of(findings.begin(), findings.end(), has_name)) {
       std::set<std::string> crossing;
       for (const ChannelFacts& channel : channels_of(link)) crossing.insert(channel.name);
       std::erase_if(findings, [&](const PeerFinding& finding) {
-        return !finding.name.empty() && !crossing.contains(finding.name);
+        return has_name(finding) && !crossing.contains(finding.name);
       });
     }
     link.send_findings(findings);
@@ -502,14 +507,14 @@ LinkStatus Side::status_of(const Link& link, const Now& now) const {
   service_imports_.add_status(link, shown);
   missing_.add_status(link, shown);
   for (auto& topic : shown.topics) link.add_past(topic);
+  std::erase_if(shown.peer_findings, [&](const PeerFinding& finding) {
+    return !finding.name.empty() && !crosses(finding.name, shown);
+  });
   shown.sum_up();
   return shown;
 }
 
 std::optional<LinkStatus> Side::status_of(LinkId link, const Now& now) const {
-  std::erase_if(shown.peer_findings, [&](const PeerFinding& finding) {
-    return !finding.name.empty() && !crosses(finding.name, shown);
-  });
   const auto found = links_.all().find(link);
   if (found == links_.all().end()) return std::nullopt;
   return status_of(found->second, now);

@@ -71,6 +71,18 @@ TEST(LoopTime, SoIsWhatIsSentToIt) {
   EXPECT_EQ(s.turn(), 2U);
 }
 
+TEST(LoopTime, SoIsACheckOfItsFindings) {
+  TwoLinks s;
+  Accepts takes;
+  takes.findings = true;
+  s.say(1, takes);
+  s.give(FindingsMade{{{LinkId{s.status().links.at(0).number}, {{"qos", "/a"}}}}});
+  s.spend(50ms);
+  s.arrive(1);
+  s.arrive(2);
+  EXPECT_EQ(s.turn(), 2U);
+}
+
 TEST(LoopTime, SoIsTheLossOfItsConnection) {
   TwoLinks s;
   s.say(1, Accepts{});
