@@ -268,13 +268,7 @@ void look_at_tokens(const std::string& token_file, SideFacts& facts, std::vector
 // The program has read its files, and what became wrong with them since then shows here.
 bool may_have_come_later(Cause cause) {
   return cause == Cause::kFileMissing || cause == Cause::kFileDistrusted ||
-         cause == Cause::kFileReadable || cause == Cause::kCertificateFiles;
-}
-
-Found found_later(const Failure& failure) {
-  Found found = diagnose(failure);
-  if (failure.cause == Cause::kCertificateFiles) found.id = "file_refused";
-  return found;
+         cause == Cause::kFileReadable;
 }
 
 // Its parameters are those of its files, and of its command line, which is not read here.
@@ -292,10 +286,13 @@ std::vector<Found> look_at_files(const std::string& socket, const std::string& r
     const FileJudged judged = judge_file(file, role);
     for (const std::vector<Failure>& all : {judged.given.problems, judged.hints})
       for (const Failure& failure : all)
-        if (may_have_come_later(failure.cause)) add_found(found, {found_later(failure)}, file);
+        if (may_have_come_later(failure.cause)) add_found(found, {diagnose(failure)}, file);
     for (const auto& [key, value] : judged.given.parameters)
       parameters.insert_or_assign(key, value);
   }
+  for (const Failure& problem : check_host(parameters).problems)
+    if (problem.cause == Cause::kCertificateFiles)
+      found.push_back({"file_refused", {}, to_text(problem.text, kSeenBytes), true});
   const Role of = role == "client" ? Role::kClient : Role::kServer;
   if (const Parsed parsed = parse_config(parameters, of, surroundings()); parsed.config) {
     const Config& config = *parsed.config;

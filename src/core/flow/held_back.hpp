@@ -20,8 +20,8 @@ inline constexpr std::size_t kHeldPerStep = 64;
 
 // Keeps for each key of a publisher's rate (RateLimit::key: mostly a state) the newest message that
 // a rate limit has refused, until its time comes or another message of that key passes. So a rate
-// limit never loses a publisher's last message, which may say "stop". `Owner`: who is woken when
-// the time of a message has come. Single-threaded.
+// limit does not lose a publisher's last message, which may say "stop", unless its owner drops it.
+// `Owner`: who is woken when the time of a message has come. Single-threaded.
 template <class Message, class Owner>
 class HeldBack {
  public:

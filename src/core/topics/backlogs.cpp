@@ -70,7 +70,7 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
   // still compresses.
   for (auto& message : unarrived.messages) backlog.add(std::move(message));
   for (const auto& sample : encoding)
-    if (sample.reliable) keep(backlog, sample);
+    sample.reliable ? keep(backlog, sample) : offer.lose(sample, DropReason::kLinkLost);
 }
 
 void Backlogs::renew(LinkId link, const Now& now) {

@@ -135,7 +135,7 @@ void LocalTopic::review(const Link& link, const Now& now) {
     const auto why = it->second.review();
     if (!why) return;  // mutant: rules_withdraw
     backlogs_.end(link.id, DropReason::kWithdrawn, now);
-    offers_.lose_under_way(it->second);
+    offers_.lose_under_way(it->second, DropReason::kWithdrawn);
     it->second.withdraw(*why);
   }
   if (offers_.erase(link.id)) update_subscription(now);
@@ -146,7 +146,7 @@ void LocalTopic::on_link_lost(LinkId link, const Now& now) {
   if (offer == offers_.end()) return;
   // Most links never had the topic open; then nothing changes.
   const bool was_open = offer->second.is_open();
-  offers_.lose_under_way(offer->second);
+  offers_.lose_under_way(offer->second, DropReason::kLinkLost);
   offer->second.drop_early(DropReason::kLinkLost);
   offer->second.leave_counts();
   offers_.erase(link);
@@ -161,7 +161,8 @@ void LocalTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& 
   // A failed subscription is tried again, for all links.
   if (offer.demanded() && std::exchange(failed_, false)) offer_closed_again();
   // Messages kept over a break come first. Without them, a worker's samples are of an ended demand.
-  if (!backlogs_.go_on(offer, link, demand, now)) offers_.lose_under_way(offer);
+  if (!backlogs_.go_on(offer, link, demand, now))
+    offers_.lose_under_way(offer, DropReason::kNoDemand);
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep, so only an old one needs this.
   if (offer.demanded() && subscribed) send_history(offer, now);                   // mutant: history

@@ -26,7 +26,7 @@ std::uint32_t micrometres(double metres) {
 bool TopicOffers::erase(LinkId link) {
   const auto offer = offers_.find(link);
   if (offer == offers_.end()) return false;
-  lose_under_way(offer->second);
+  lose_under_way(offer->second, DropReason::kNoDemand);
   busy_.erase(link);
   offers_.erase(offer);
   return true;
@@ -360,9 +360,8 @@ std::vector<OutSample> TopicOffers::take_under_way(LinkId link) {
   return forgotten;
 }
 
-void TopicOffers::lose_under_way(TopicOffer& offer) {
-  for (const auto& sample : take_under_way(offer.link().id))
-    offer.lose(sample, DropReason::kNoDemand);
+void TopicOffers::lose_under_way(TopicOffer& offer, DropReason reason) {
+  for (const auto& sample : take_under_way(offer.link().id)) offer.lose(sample, reason);
 }
 
 void TopicOffers::drop_under_way() {

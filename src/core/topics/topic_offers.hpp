@@ -73,7 +73,7 @@ class TopicOffers {
   // Takes the samples that are being compressed for the link, in order; the link will not get them.
   std::vector<OutSample> take_under_way(LinkId link);
   // Drops these samples, because the demand has ended.
-  void lose_under_way(TopicOffer& offer);
+  void lose_under_way(TopicOffer& offer, DropReason reason);
   // Drops all samples that are being compressed.
   void drop_under_way();
 

@@ -126,6 +126,7 @@ class Doctor {
   bool is_client_ = false;
   bool is_robot_ = true;
   std::string node_;
+  bool has_prefix_ = false;
   bool carries_ = false;  // something crosses, or has
   std::optional<double> now_;
   std::set<std::string> halting_;  // rules by which a topic comes that can be halted
@@ -184,7 +185,9 @@ bool Doctor::is_missed(const Json& name) const {
 // namespace of the node, or nothing.
 std::string Doctor::moved_node(const std::string& name) const {
   const std::string space = node_.substr(0, node_.rfind('/'));
-  if (space.empty() || space.size() == node_.size() || !name.starts_with(space + "/")) return {};
+  if (has_prefix_ || space.empty() || space.size() == node_.size() ||
+      !name.starts_with(space + "/"))
+    return {};
   return "; the namespace of this program's node is no prefix: set `prefix: " + space + "`";
 }
 
@@ -195,7 +198,8 @@ void Doctor::missing(const Json& link) {
     const auto finding = finding_of_missing(reason, text_in(name, "code"), is_exported(name));
     // What this side declines may be what nobody here wants.
     const bool is_declined = !is_exported(name) && reason == "declined" && waits == "nobody";
-    add(finding, text_in(name, "name"), text_in(name, "text") + moved_node(text_in(name, "name")),
+    add(finding, text_in(name, "name"),
+        text_in(name, "text") + (reason == "not_given" ? moved_node(text_in(name, "name")) : ""),
         is_exported(name) ? waits == "peer" : !is_declined);
     found_.back().is_hint = is_declined;
   }
@@ -522,7 +526,7 @@ void Doctor::way(const Json& status) {
   if (number_in(strangers, "proxy_headers") > 0)
     add("proxy_header_unexpected", {},
         fmt::format("{:.0f} connections", number_in(strangers, "proxy_headers")));
-  if (const double logins = number_in(strangers, "logins_not_judged"); logins > 0)
+  if (const double logins = number_in(part_of(status, "lately"), "logins_not_judged"); logins > 0)
     add("login_not_judged", {}, fmt::format("{:.0f} logins", logins), true);
   add(is_local ? "loopback_alone" : "nobody_linked", {},
       refused.empty() ? "" : "the last connection that was refused came from " + refused);
@@ -581,6 +585,7 @@ void Doctor::identities(const Json& links) {
 void Doctor::know(const Json& status) {
   is_client_ = text_in(status, "role") == "client";
   node_ = text_in(status, "node");
+  has_prefix_ = !text_in(status, "prefix").empty();
   is_robot_ = status.contains("is_robot") ? is_set(status, "is_robot") : !is_client_;
   now_ = moment_in(status, "time");
   carries_ = carries_data(status);

@@ -67,6 +67,7 @@ void Lately::add(RunStatus& run, const Status& side, TimePoint now) {
   looked_at_ = now;
   run.lately = {lag_ms_.to(0, at), held_up_.to(held_up_seconds_, at),
                 wrong_logins_.to(side.strangers.wrong_logins, at),
+                logins_not_judged_.to(side.strangers.logins_not_judged, at),
                 static_cast<std::uint64_t>(memory_.to(static_cast<double>(side.shared_bytes), at))};
 }
 
@@ -106,12 +107,8 @@ void Lately::add(LinkStatus& link, TimePoint now) {
 // A peer may offer other names again and again.
 template <class Entries>
 void Lately::forget(Entries& known, std::size_t shown, TimePoint now) {
-  if (known.size() <= shown) return;
-  const bool too_many = known.size() > shown + kLeftOutMax;
-  std::erase_if(known, [&](const auto& entry) {
-    const TimePoint seen = entry.second.seen;
-    return seen != now && (too_many || now - seen >= 2 * kPeriod);
-  });
+  if (known.size() > shown + kLeftOutMax)
+    std::erase_if(known, [&](const auto& entry) { return entry.second.seen != now; });
 }
 
 }  // namespace connect_bridge

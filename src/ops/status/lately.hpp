@@ -55,8 +55,8 @@ class RecentThird {
 };
 
 // Time is divided into periods of five minutes; "lately" means this period and the last one.
-// Bounded: an entry for each topic and service that a status shows. Of an open link kLeftOutMax
-// further ones, for two periods: after a break their counts come back later than the link.
+// Bounded: an entry for each topic and service that a status shows, and kLeftOutMax further ones of
+// a link: their counts come back with them.
 // Single-threaded.
 class Lately {
  public:
@@ -102,7 +102,7 @@ class Lately {
   TimePoint start_;
   TimePoint looked_at_;
   RecentPeak lag_ms_, memory_;
-  RecentGrowth held_up_, wrong_logins_;
+  RecentGrowth held_up_, wrong_logins_, logins_not_judged_;
   std::uint64_t held_up_seconds_ = 0;
   std::map<std::uint64_t, OfLink> links_;  // by number
 };

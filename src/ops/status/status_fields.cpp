@@ -228,6 +228,8 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      "seconds of this time in which the loop was late by 0.5 s or more"},
     {"lately.wrong_logins", Unit::kNone, lately<&SideLately::wrong_logins>,
      "wrong logins in this time"},
+    {"lately.logins_not_judged", Unit::kNone, lately<&SideLately::logins_not_judged>,
+     "logins in this time that the login method could not judge"},
     {"lately.memory_max_used_bytes", Unit::kBytes, lately<&SideLately::shared_bytes>,
      "the most in this time"},
     {"relays", Unit::kNone, relays,

@@ -721,7 +721,7 @@ TEST(DoctorStatus, TheNamespaceOfTheProgramIsTakenForAPrefix) {
 // The server's own login method fails: nobody comes in.
 TEST(DoctorStatus, ALoginMethodThatGivesNoAnswerIsSaidAtTheServer) {
   const Json status =
-      status_of(R"({"listens": ["10.0.0.5:9090"], "strangers": {"logins_not_judged": 2}})");
+      status_of(R"({"listens": ["10.0.0.5:9090"], "lately": {"logins_not_judged": 2}})");
   EXPECT_THAT(ids_of(diagnose_status(status)),
               UnorderedElementsAre("login_not_judged", "nobody_linked"));
 }
