@@ -12,11 +12,9 @@ namespace connect_bridge::video {
 namespace {
 
 // Half size begins where so many pictures in a row would be too large at the worst quantiser, and
-// ends where so many whole ones would have this room in the wanted size. A base of whole size takes
-// long, so those behind it differ more, and need the room.
+// ends where so many whole ones would have the wanted size.
 constexpr int kTightMax = 3;
 constexpr int kRoomyMax = 60;
-constexpr double kRoom = 1.5;
 // Half the width and height take half the bytes at the same quantiser.
 constexpr double kHalfBytes = 0.5;
 
@@ -81,7 +79,7 @@ struct PictureEncoder::Stream {
   void choose_size(double wanted, double most) {
     const double needed = control.bytes_at(false, QuantiserControl::kWorst);
     tight = !half && needed > most ? tight + 1 : 0;
-    roomy = half && kRoom * needed / kHalfBytes <= wanted ? roomy + 1 : 0;
+    roomy = half && needed / kHalfBytes <= wanted ? roomy + 1 : 0;
     if (tight < kTightMax && roomy < kRoomyMax) return;
     half = !half;
     control.scale(half ? kHalfBytes : 1 / kHalfBytes);
