@@ -24,7 +24,7 @@ using namespace connect_bridge;
 
 class LoadedSide {
  public:
-  // What a node publishes, serves and offers as actions.
+  // Numbers of what a node publishes, serves and offers as actions.
   struct Node {
     std::uint32_t topics = 10;
     std::uint32_t services = 0;

@@ -77,10 +77,8 @@ def test_cycles_of_subscribe_and_unsubscribe_in_flat_memory(pair, topic):
     not_under_a_sanitizer("the memory after many cycles")
     for side in pair.bridge.sides:
         grown = side.resident_bytes() - resident[side.name]
-        # rmw_zenoh_cpp 0.6.7 keeps 4 kB of every endpoint, in any process; Cyclone DDS takes longer
-        # until its heap is full.
+        # rmw_zenoh_cpp 0.6.7 keeps 4 kB of every endpoint, in any process.
         kept = 24 * MIB if uses_rmw("rmw_zenoh_cpp") else 0
-        kept += 4 * MIB if uses_rmw("rmw_cyclonedds_cpp") else 0
         assert grown < 1.5 * MIB + kept, f"{side.name} has grown by {grown / MIB:.1f} MiB"
 
 

@@ -46,7 +46,7 @@ class LocalServices final : public SideView {
   void review(Link& link, const std::string& name, const Now& now);
   void hold() { held = true; }
   void go_on(const Now& now);
-  // As LocalTopics has them.
+  // The same functions as those of LocalTopics.
   [[nodiscard]] bool offer_all(Link& link, Course& course, std::vector<ChannelOffer>& offers,
                                const Now& now);
   void offer_one(const ServiceKey& key, Link& link, Course& course,

@@ -47,7 +47,7 @@ struct SentGoal {
 class SentGoals {
  public:
   static constexpr std::size_t kGoalsMax = 256;
-  // Of all links; then the oldest one of the identity with the most is forgotten.
+  // Goals of all links; beyond that the oldest of the identity with the most is forgotten.
   static constexpr std::size_t kAllMax = 4096;
 
   void add(SentGoal goal);

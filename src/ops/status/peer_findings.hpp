@@ -7,7 +7,8 @@
 
 namespace connect_bridge {
 
-// Of what crosses the link, and of the path. Rules, files and logins are each side's own.
+// Findings about what crosses the link, and about the path. Rules, files and logins are each side's
+// own.
 inline constexpr std::string_view kForPeers[] = {
     "drops_rate",         "drops_max_age",
     "stamps_old",         "clocks_differ",

@@ -46,7 +46,7 @@ TEST_F(JobsTest, TheOwnerAndNobodyElseIsTold) {
   EXPECT_EQ(one.results.size(), 1U);
 }
 
-// Its buffers keep their size when its pictures become smaller.
+// The codec's buffers keep their size when its pictures become smaller.
 TEST_F(JobsTest, ACodecCountsAsItsLargestPicture) {
   Budget memory(1000);
   {

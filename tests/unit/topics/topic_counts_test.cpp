@@ -17,6 +17,29 @@ TopicStatus counts_kept(const OneLink& peer) {
   return counted;
 }
 
+void lose(OneLink& peer, Exporting& s) {
+  peer.link.lose(Loss::kBreak, ms(10));
+  s.subject.on_link_lost(peer.link.id, ms(10));
+  peer.link.drop_connection();
+}
+
+// A sample that waits for the demand of a peer that listens.
+struct EarlySample {
+  EarlySample() {
+    ListenerReport told;
+    told.listener = {1};
+    told.name = "/a";
+    told.type = kType;
+    EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
+    s.see(topic("/a").pub(1));
+    s.offer(peer);
+    s.take(1, "early");
+    EXPECT_GT(s.context.early.used(), 0U);
+  }
+  OneLink peer;  // outlives what refers to it
+  Exporting s;
+};
+
 TEST(LocalTopicCounts, OfALostConnectionHaveWhatAWorkerHad) {
   OneLink peer;
   Rule rule = everything();
@@ -27,43 +50,20 @@ TEST(LocalTopicCounts, OfALostConnectionHaveWhatAWorkerHad) {
   s.demand(peer);
   s.take(1, std::string(2000, 'x'));
   EXPECT_NE(s.did().find("compress 1"), std::string::npos);
-  peer.link.lose(Loss::kBreak, ms(10));
-  s.subject.on_link_lost(peer.link.id, ms(10));
-  peer.link.drop_connection();
+  lose(peer, s);
   EXPECT_EQ(counts_kept(peer).dropped.total(), 1U);
 }
 
 TEST(LocalTopicCounts, OfALostConnectionHaveEarlySamples) {
-  OneLink peer;
-  Exporting s;
-  ListenerReport told;
-  told.listener = {1};
-  told.name = "/a";
-  told.type = kType;
-  ASSERT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
-  s.see(topic("/a").pub(1));
-  s.offer(peer);
-  s.take(1, "early");
-  EXPECT_GT(s.context.early.used(), 0U);
-  peer.link.lose(Loss::kBreak, ms(10));
-  s.subject.on_link_lost(peer.link.id, ms(10));
-  peer.link.drop_connection();
-  EXPECT_EQ(counts_kept(peer).dropped.total(), 1U);
+  EarlySample early;
+  lose(early.peer, early.s);
+  EXPECT_EQ(counts_kept(early.peer).dropped.total(), 1U);
 }
 
 TEST(LocalTopicCounts, ADeclineEndsEarlySamples) {
-  OneLink peer;
-  Exporting s;
-  ListenerReport told;
-  told.listener = {1};
-  told.name = "/a";
-  told.type = kType;
-  ASSERT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
-  s.see(topic("/a").pub(1));
-  s.offer(peer);
-  s.take(1, "early");
-  peer.link.outgoing({1})->on_decline({{1}, "not_permitted", "no"}, ms(0));
-  EXPECT_EQ(s.context.early.used(), 0U);
+  EarlySample early;
+  early.peer.link.outgoing({1})->on_decline({{1}, "not_permitted", "no"}, ms(0));
+  EXPECT_EQ(early.s.context.early.used(), 0U);
 }
 
 TEST(LocalTopicCounts, OfAWithdrawnTopicStay) {
