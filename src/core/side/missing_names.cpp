@@ -89,15 +89,11 @@ struct Why {
 
 // "; in /camera/* (rule cam) the star is one token, ** is any number of them", where a pattern
 // stops a token short of the name.
-std::string shorter_pattern(const PolicyTrace& trace, Direction direction, InterfaceKind kind,
-                            std::string_view name) {
-  const OpenedBy by = kind == InterfaceKind::kTopic     ? OpenedBy::kTopics
-                      : kind == InterfaceKind::kService ? OpenedBy::kServices
-                                                        : OpenedBy::kActions;
+std::string shorter_pattern(const PolicyTrace& trace, Direction direction, const Opening& opening) {
   for (const RuleTrace& said : trace)
-    for (const Pattern& pattern : said.rule->opens[direction][by]) {
+    for (const Pattern& pattern : said.rule->opens[direction][opening.by]) {
       const std::string_view text = pattern.text();
-      if (text.ends_with("/*") && name.starts_with(text.substr(0, text.size() - 1)))
+      if (text.ends_with("/*") && opening.name.starts_with(text.substr(0, text.size() - 1)))
         return "; in " + pattern.text() + " (rule " + said.rule->name +
                ") the star is one token, ** is any number of them";
     }
@@ -113,9 +109,8 @@ std::string for_others(const Rule& rule, const Identity& who) {
 }
 
 // No rule here opens it: which came nearest.
-Why why_forbidden(const PolicyTrace& trace, Direction direction, const Wish& wish,
-                  const Identity& who) {
-  const std::string_view name = action_or_name(wish);
+Why why_forbidden(const PolicyTrace& trace, Direction direction, const Opening& opening,
+                  std::string_view name, const Identity& who) {
   for (const RuleTrace& said : trace)
     if (said.applies && said.denied_by)
       return {MissingReason::kDenied, said.rule->name,
@@ -128,8 +123,7 @@ Why why_forbidden(const PolicyTrace& trace, Direction direction, const Wish& wis
     if (said.opened_by && said.type_fits)
       return {MissingReason::kOtherPeer, said.rule->name, for_others(*said.rule, who)};
   return {MissingReason::kNoRule, "",
-          with_hidden("no rule here allows it", name) +
-              shorter_pattern(trace, direction, named(wish).kind, name)};
+          with_hidden("no rule here allows it", name) + shorter_pattern(trace, direction, opening)};
 }
 
 // The types for which the peer spells the name out; none: not known.
@@ -242,7 +236,7 @@ std::optional<Why> Search::forbidden(const Wish& wish, const std::string& wire_n
   PolicyTrace trace;
   if (found_.names.size() < MissingName::kMissingMax)
     static_cast<void>(side_.policy.decide(direction, what, who, &trace));
-  Why why = why_forbidden(trace, direction, wish, who);
+  Why why = why_forbidden(trace, direction, opening_of(what), action_or_name(wish), who);
   if (why.reason == MissingReason::kNoRule && wire_name != wish.name &&
       side_.policy.decide(direction, {wish.kind, wish.name, wish.type, what.action_type}, who))
     why.text += "; rules have names without `prefix` and `remap`: " + wire_name;

@@ -379,7 +379,7 @@ TEST_F(MissingWithPrefix, ThePeerListensToANameOutsideOfIt) {
 }
 
 SideOptions rules_with_prefix() {
-  SideOptions options = server({rule({}, {"/robot1/**"})});
+  SideOptions options = server({rule({}, {"/robot1/**", "/arm/*"})});
   options.names = NameMap("/robot1", {});
   return options;
 }
@@ -389,10 +389,13 @@ struct MissingByPrefix : MissingTest {
 };
 
 TEST_F(MissingByPrefix, ARuleHasTheNameOfThisGraph) {
-  s.graph({topic("/robot1/scan").sub(1)});
+  s.graph({topic("/robot1/arm/left/state").sub(2), topic("/robot1/scan").sub(1)});
   s.join(1);
   settle();
   EXPECT_EQ(missing(),
+            "import topic /robot1/arm/left/state no_rule: no rule here allows it; in /arm/* (rule "
+            "rule) the star is one token, ** is any number of them; rules have names without "
+            "`prefix` and `remap`: /arm/left/state\n"
             "import topic /robot1/scan no_rule: no rule here allows it; rules have names without "
             "`prefix` and `remap`: /scan\n");
 }
