@@ -327,7 +327,13 @@ class Scene:
             "count": count,
             "way": self._way,
         }
-        return self._start("attacks.py", [*self._priority, self._attack, json.dumps(arguments)])
+        command = [*self._priority, self._attack, json.dumps(arguments)]
+        attacker = self._start("attacks.py", command, start_new_session=True)
+        # Linux shares the processors among sessions first (sched(7), autogroup), so the priority of
+        # a process counts only within its session.
+        with contextlib.suppress(OSError):  # this kernel does not
+            pathlib.Path(f"/proc/{attacker.pid}/autogroup").write_text("19", encoding="ascii")
+        return attacker
 
     def _result(self, attacker):
         text = attacker.stdout.read()
