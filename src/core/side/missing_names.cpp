@@ -5,6 +5,7 @@
 #include <set>
 #include <tuple>
 
+#include "core/driving/command.hpp"
 #include "core/offers/export_right.hpp"
 #include "core/offers/import_right.hpp"
 #include "core/policy/interface.hpp"
@@ -344,11 +345,12 @@ void Search::export_lonely(const Wish& wish) {
 }
 
 // A node that also looks at other graphs (RViz) has topics that it may never use; any other one
-// publishes in order to send.
+// publishes in order to send, and so does each that drives.
 bool Search::sends(const Wish& wish) const {
   const TopicState* topic = side_.graph.find({wish.name, wish.type});
-  return topic && std::any_of(topic->publishers.begin(), topic->publishers.end(),
-                              [&](const auto& it) { return !lookers_.contains(node_of(it)); });
+  const bool drives = driving::command_type(wish.type).has_value();
+  const auto means_it = [&](const auto& it) { return drives || !lookers_.contains(node_of(it)); };
+  return topic && std::any_of(topic->publishers.begin(), topic->publishers.end(), means_it);
 }
 
 // Somebody at the peer listens to it, and may.

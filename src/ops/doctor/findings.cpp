@@ -234,6 +234,14 @@ constexpr Finding kFindings[] = {
      "it",
      "set `listen.address`, or pair with `server --pair`; a client on this machine, or a proxy or "
      "tunnel here, needs no change. One end must run a client: two servers do not link"},
+    {"clients_refused", kHint,
+     "nobody is linked, and connections that come are refused before their login",
+     "by what was seen: no trust in the certificate: give the client this server's authority "
+     "(`tls.ca`) or pin, and append intermediate certificates to `tls.certificate`. No certificate "
+     "of the client: `tls.ca` here wants one of each client; sign one, or remove the key. HTTP 426: "
+     "the proxy before this server does not pass on the upgrade (docs/proxies.md). No TLS: `url` "
+     "there needs wss://. Anything else may be a stranger; `ctl doctor FILE` at the client says "
+     "what is in its way"},
     {"proxy_header_unexpected", kHint,
      "nobody is linked, and connections began with a header of the PROXY protocol, which this side "
      "does not expect",

@@ -313,6 +313,9 @@ void Doctor::silent_topics(const Json& link) {
     if (!is_exported(topic)) continue;
     if (!demanded && text_in(topic, "declined").empty() && !carries_ && !is_of_every_node(name))
       lonely.push_back(name);
+    else if (!demanded && !is_robot_ && number_in(topic, "origins") > 0 &&
+             driving::command_type(text_in(topic, "type")))
+      add("no_listener", name);
     if (carries_ && (number_in(topic, "messages") > 0 || !is_stream(text_in(topic, "type"))))
       continue;
     if (demanded && number_in(topic, "origins") > 0 && part_of(topic, "dropped").empty() &&
@@ -513,6 +516,19 @@ bool listens_on_loopback_alone(const Json& status) {
 }
 
 // Why nobody is linked.
+// "/connect_client was, until 2026-11-29T12:00:00Z: nothing heard from the peer", or nothing.
+std::string last_lost(const Json& status) {
+  std::string latest, text;
+  for (const Json& link : part_of(status, "links")) {
+    const Json& breaks = part_of(link, "breaks");
+    if (breaks.empty() || text_in(breaks.back(), "lost") < latest) continue;
+    latest = text_in(breaks.back(), "lost");
+    text = fmt::format("{} was, until {}: {}", text_in(link, "node"), latest,
+                       text_in(breaks.back(), "reason"));
+  }
+  return text;
+}
+
 void Doctor::way(const Json& status) {
   if (is_client_) {
     const std::string text = text_in(status, "last_failure");
@@ -528,8 +544,10 @@ void Doctor::way(const Json& status) {
         fmt::format("{:.0f} connections", number_in(strangers, "proxy_headers")));
   if (const double logins = number_in(part_of(status, "lately"), "logins_not_judged"); logins > 0)
     add("login_not_judged", {}, fmt::format("{:.0f} logins", logins), true);
-  add(is_local ? "loopback_alone" : "nobody_linked", {},
-      refused.empty() ? "" : "the last connection that was refused came from " + refused);
+  if (const std::string lost = last_lost(status); !lost.empty())
+    return add("nobody_linked", {}, lost);
+  if (!refused.empty()) return add("clients_refused", {}, "the last one came from " + refused);
+  add(is_local ? "loopback_alone" : "nobody_linked");
 }
 
 // Also while clients are linked that come by another way.

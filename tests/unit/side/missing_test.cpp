@@ -308,9 +308,11 @@ TEST_F(MissingTest, NamesOfEveryNodeAreLeftOut) {
   EXPECT_EQ(missing(), "");
 }
 
-// RViz looks, and has a tool that nobody uses; teleop sends, and a server of the robot may read.
+// RViz looks, and has a tool that nobody uses; teleop sends, and a server of the robot may read. A
+// panel that looks and drives sends, too.
 TEST_F(MissingTest, WhoWaitsForIt) {
   s.graph({topic("/scan").sub(1, {}, "/rviz"), topic("/goal").pub(2, {}, "/rviz"),
+           typed(topic("/drive").pub(5, {}, "/rviz"), "geometry_msgs/msg/Twist"),
            topic("/cmd_vel").pub(3, {}, "/teleop"), topic("/clock").sub(4, {}, "/teleop")});
   s.join(1);
   s.say(1, Accepts{});
@@ -321,6 +323,7 @@ TEST_F(MissingTest, WhoWaitsForIt) {
     waits[name.name] = word_of(kWaitingWords, name.waits);
   EXPECT_EQ(waits["/scan"], "here");
   EXPECT_EQ(waits["/goal"], "nobody");
+  EXPECT_EQ(waits["/drive"], "sender");
   EXPECT_EQ(waits["/cmd_vel"], "sender");
 }
 

@@ -280,6 +280,11 @@ INSTANTIATE_TEST_SUITE_P(
                                            "last_failure_code": "relay_unreachable"}]})"},
         StatusCase{"relay_refuses", R"({"relays": [{"connected": false,
                                        "last_failure_code": "relay_refuses"}]})"},
+        StatusCase{"clients_refused", R"({"listens": ["127.0.0.1:9090"],
+                                         "strangers": {"last_refused": "10.0.0.7: HTTP 426"}})"},
+        StatusCase{"nobody_linked", R"({"listens": ["127.0.0.1:9090"],
+                                       "strangers": {"last_refused": "10.0.0.7: HTTP 426"},
+                                       "links": [{"breaks": [{"lost": "2026-01-31T11:00:00Z"}]}]})"},
         StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
         StatusCase{"proxy_header_unexpected", R"({"strangers": {"proxy_headers": 1}})"},
         StatusCase{"loop_slow", R"({"loop_lag_ms": 700})"},
@@ -783,6 +788,19 @@ TEST(DoctorStatus, TheHeaviestTopicOfAThinLinkIsNamed) {
   ASSERT_THAT(ids_of(found), ElementsAre("link_too_thin"));
   EXPECT_EQ(found[0].subject, "/image");
   EXPECT_THAT(found[0].detail, HasSubstr("1 kB/s"));
+}
+
+// An operator may subscribe to little; who drives wants that somebody listens.
+TEST(DoctorStatus, NobodyListensToCommands) {
+  auto status = status_of(at_operator(
+      topic_with(R"({"type": "geometry_msgs/msg/Twist", "demanded": false, "messages": 0})")));
+  auto& topics = status["links"][0]["topics"];
+  topics.push_back(topics[0]);
+  topics[1]["direction"] = "import";
+  topics[1]["messages"] = 100;
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("no_listener"));
+  topics[0]["type"] = "geometry_msgs/msg/PoseStamped";
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
 }
 
 TEST(DoctorStatus, ManyOfOneKindAreOneLine) {
