@@ -26,11 +26,10 @@ struct ChannelFacts {
   bool exported = false;
   std::string name;  // local
   std::string type;
-  std::string rule;      // of ours, that lets it cross
-  Ending declined{};     // exported: the peer does not import it, and why
-  std::string misfit{};  // imported: what some subscriber requests and no publisher offers
-  std::uint64_t messages = 0;
-  std::uint64_t lost_here = 0;  // exported: before the bridge got them
+  std::string rule;        // of ours, that lets it cross
+  Ending declined{};       // exported: the peer does not import it, and why
+  std::string misfit{};    // imported: what some subscriber requests and no publisher offers
+  TimePoint lost_until{};  // exported: much is lost before the bridge gets it (RecentLoss)
 };
 
 // A channel on which the peer sends: a topic or service that it offers, or its requests to a

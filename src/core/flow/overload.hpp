@@ -60,6 +60,10 @@ class Overload {
   }
 
   [[nodiscard]] bool stands() const { return stands_; }
+  // How long it has stood; 0: it does not.
+  [[nodiscard]] Duration stood(TimePoint now) const {
+    return stands_ && late_since_ ? now - *late_since_ : Duration::zero();
+  }
   // While it stands: of so many that came one has left. Else 1.
   [[nodiscard]] double came_for_each() const {
     return stands_

@@ -142,6 +142,19 @@ std::string incompatible_policy(const Qos& offered, const Qos& requested) {
   return {};
 }
 
+PolicyWords words_of_policy(std::string_view policy) {
+  constexpr PolicyWords kWords[] = {
+      {"reliability", "reliable", "best effort"},
+      {"durability", "transient local", "volatile"},
+      {"deadline", "a shorter deadline", "a longer one"},
+      {"liveliness", "liveliness by topic", "automatic liveliness"},
+      {"liveliness lease", "a shorter liveliness lease", "a longer one"},
+  };
+  for (const PolicyWords& words : kWords)
+    if (words.policy == policy) return words;
+  return {policy, policy, "another one"};
+}
+
 std::string unmet_policy(const TopicState& topic, const std::vector<Qos>& offered) {
   for (const Endpoint& subscriber : topic.subscribers) {
     std::string policy;
@@ -167,10 +180,12 @@ IncompatibleSubscribers incompatible_subscribers(const TopicState& topic, const 
       found.unnamed = true;
       continue;
     }
-    found.lines.push_back(topic.name + ": the " + policy + " that " +
-                          (name.empty() ? "a subscriber here" : name) +
-                          " requests is not offered by " + (node.empty() ? "a publisher" : node) +
-                          " on the other side: it receives nothing from it");
+    const PolicyWords words = words_of_policy(policy);
+    found.lines.push_back(topic.name + ": " + (name.empty() ? "a subscriber here" : name) +
+                          " requests " + std::string(words.requested) + ", and " +
+                          (node.empty() ? "a publisher" : node) + " on the other side offers " +
+                          std::string(words.offered) + " (QoS " + policy +
+                          "): it receives nothing from it");
   }
   return found;
 }

@@ -99,6 +99,12 @@ class GraphView {
 // section 2.2.3).
 std::string incompatible_policy(const Qos& offered, const Qos& requested);
 
+// Such a policy in words of the ROS API, as far as it alone says it.
+struct PolicyWords {
+  std::string_view policy, requested, offered;
+};
+[[nodiscard]] PolicyWords words_of_policy(std::string_view policy);
+
 // The policy that some subscriber requests and none of these publishers offers. Empty: there is
 // none, or there are no publishers.
 std::string unmet_policy(const TopicState& topic, const std::vector<Qos>& offered);

@@ -63,6 +63,7 @@ struct Shares {
 // Limits for log lines about calls that had no answer.
 struct CallLines {
   LogLimit refusals, timeouts, losses, kept;
+  LogLimit waits{5, std::chrono::seconds(10)};  // one node may serve several services
 };
 
 // An account outlives its links: an identity that logs in again and again, or with many links, gets

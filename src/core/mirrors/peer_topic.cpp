@@ -214,7 +214,9 @@ void PeerTopic::update_demand(const Now& now) {
   const bool listened = topic && !topic->subscribers.empty();
   const bool on = wishes_.any(listened);
   ++context_.judged;
-  if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
+  if (std::exchange(demanded_, on) == on) return;
+  pulse_.begin(now.steady);
+  peer_.change_demand(*this, on);
   // Once: mirrors that were made again keep nothing.
   if (!on && !listened && std::exchange(may_keep_, false)) may_keep_ = !forget_kept(now);
 }
@@ -513,6 +515,7 @@ void PeerTopic::publish(const MessageHead& message, const Payload& raw, const No
   if (const auto reason = mirror.publish(message.number, *out, expires, now))
     return dropped_.add(*reason);
   may_keep_ = true;
+  pulse_.beat(now.steady);
   ++published_;
   bytes_ += raw.size();
 }
@@ -683,6 +686,10 @@ void PeerTopic::add_status(LinkStatus& status) const {
   s.wire_bytes = wire_bytes_;
   s.queued = waiting_.size() + held_.size() + unjudged_.size();
   s.latency_ms = latency_ms_;
+  if (demanded_) {
+    s.idle = pulse_.idle(status.at);
+    s.usual_rate = pulse_.usual_rate();
+  }
   s.dropped = dropped_;
   s.rule = decision_.rule;
   s.sent_as = sent_as_;
@@ -705,7 +712,6 @@ void PeerTopic::leave_counts() const {
 void PeerTopic::add_channel(std::vector<ChannelFacts>& channels) const {
   ChannelFacts facts{InterfaceKind::kTopic, false, key_.first, key_.second, decision_.rule};
   facts.misfit = misfit();
-  facts.messages = published_;
   channels.push_back(std::move(facts));
 }
 

@@ -11,6 +11,7 @@
 #include "core/base/budget.hpp"
 #include "core/flow/delta_decoder.hpp"
 #include "core/flow/held_back.hpp"
+#include "core/flow/pulse.hpp"
 #include "core/flow/reassembly.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/link.hpp"
@@ -233,6 +234,7 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   HeldBack<HeldMessage, PeerTopic*> held_;
   HeldBack<HeldMessage, PeerTopic*> unjudged_;  // commands that wait for the peer's clock
   DeltaDecoder deltas_;
+  Pulse pulse_;
   std::uint64_t published_ = 0;
   std::uint64_t bytes_ = 0;
   std::uint64_t wire_bytes_ = 0;

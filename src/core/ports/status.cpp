@@ -31,7 +31,8 @@ StateWord state_of(const TopicStatus& topic) {
   if (!topic.declined.empty()) return StateWord::kDeclined;
   if (!topic.demanded) return topic.kept ? StateWord::kKept : StateWord::kNoSubscriber;
   if (topic.origins == 0) return StateWord::kNoPublisher;
-  return topic.published_for_each_sent > 1 ? StateWord::kOverloaded : StateWord::kFlows;
+  if (topic.published_for_each_sent > 1) return StateWord::kOverloaded;
+  return topic.idle >= TopicStatus::kQuiet ? StateWord::kQuiet : StateWord::kFlows;
 }
 
 StateWord state_of(const ServiceStatus& service) {

@@ -27,19 +27,21 @@ enum class StateWord : std::uint8_t {
   kNoPublisher,   // where it is exported
   kOverloaded,    // exported: the link carries less than is published
   kFlows,
+  kQuiet,     // nothing is published now
   kNoClient,  // a service that nobody uses where it is imported
   kReady,     // a service that can be called
   kOpen,      // a link
   kLost,      // a link that may return
 };
 
-inline constexpr std::array<Word<StateWord>, 10> kStateWords{{
+inline constexpr std::array<Word<StateWord>, 11> kStateWords{{
     {StateWord::kDeclined, "declined"},
     {StateWord::kKept, "kept"},
     {StateWord::kNoSubscriber, "no_subscriber"},
     {StateWord::kNoPublisher, "no_publisher"},
     {StateWord::kOverloaded, "overloaded"},
     {StateWord::kFlows, "flows"},
+    {StateWord::kQuiet, "quiet"},
     {StateWord::kNoClient, "no_client"},
     {StateWord::kReady, "ready"},
     {StateWord::kOpen, "open"},
@@ -75,6 +77,11 @@ struct TopicStatus {
   // The latency of the last message. Imported: from the origin's stamp to publication, clock offset
   // corrected. Exported: the time that the message waited here before it began to leave.
   std::optional<double> latency_ms;
+  // While it is demanded: since the last message was published (exported: taken here for the peer),
+  // or since it was demanded; and how many came in a second before that, if many have come.
+  std::optional<Duration> idle{};
+  std::optional<double> usual_rate{};
+  static constexpr Duration kQuiet = std::chrono::seconds(10);
   // Exported: more than 1 where the link carries less than is published.
   double published_for_each_sent = 1;
   DropCounts dropped;
@@ -123,6 +130,8 @@ struct ServiceStatus {
   bool attached = false;      // calls can be made
   std::uint32_t pending = 0;  // calls without an answer, those that wait among them
   std::uint32_t waiting = 0;  // exported: for their turn at the real server
+  std::optional<Duration>
+      oldest{};  // how long the oldest call has had no answer; nullopt: none has
   std::uint64_t calls = 0;
   std::uint64_t answered = 0;
   std::uint64_t refused = 0;     // at a limit, or impossible
@@ -142,6 +151,8 @@ struct ServiceStatus {
   struct Lately {
     std::uint64_t answered = 0;
     std::uint64_t timed_out = 0;
+    std::uint64_t refused = 0;
+    std::uint64_t lost = 0;
   };
   std::optional<Lately> lately;
 };
@@ -233,6 +244,7 @@ struct LinkBreak {
 };
 
 struct LinkStatus {
+  TimePoint at{};            // the moment of this picture
   std::uint64_t number = 0;  // of this link, while this process lives
   std::string peer;          // address
   std::string node;          // the peer's node name

@@ -1,5 +1,7 @@
 #include "core/services/made_call.hpp"
 
+#include <algorithm>
+
 #include "core/services/peer_service.hpp"
 #include "core/services/peer_services.hpp"
 
@@ -18,13 +20,23 @@ MadeCall::MadeCall(PeerService& peer_service, CallId id, RequestId request, std:
       id_(id),
       request_(request),
       call_(peer_service.load().calls.hold(1)),
-      request_bytes_(peer_service.load().request_bytes.hold(bytes)) {
+      request_bytes_(peer_service.load().request_bytes.hold(bytes)),
+      since_(now.steady) {
   message_.subject = id;
   message_.stamp = now.system;
   message_.tracked = true;
+  if (peer_service.gives_results()) return;  // they come when the goal ends
   const Duration timeout = peer_service.call_timeout();
   if (timeout != kForever)  // mutant: call_timeout
-    timer_ = peer_service.imports().timers.set(now.steady + timeout + kTimeoutMargin, this);
+    ends_ = now.steady + timeout + kTimeoutMargin;
+  timer_ = peer_service.imports().timers.set(std::min(ends_, since_ + kLong), this);
+}
+
+bool MadeCall::times_out(const Now& now) {
+  if (now.steady >= ends_) return true;
+  timer_.cancel();
+  if (ends_ != TimePoint::max()) timer_ = peer_service_.imports().timers.set(ends_, this);
+  return false;
 }
 
 void MadeCall::keep(Codec codec, std::uint32_t raw_bytes, const Payload& body) {

@@ -36,6 +36,7 @@ class MadeCall final : public JobOwner {
   [[nodiscard]] CallId id() const { return id_; }
   // None: nobody waits for the answer.
   [[nodiscard]] RequestId request() const { return request_; }
+  [[nodiscard]] TimePoint since() const { return since_; }
   [[nodiscard]] bool is_kept() const { return state_ == State::kKept; }
   [[nodiscard]] bool is_delivered() const { return state_ == State::kDelivered; }
   // The answer has arrived, and a worker decompresses it.
@@ -46,6 +47,10 @@ class MadeCall final : public JobOwner {
   void keep(Codec codec, std::uint32_t raw_bytes, const Payload& body);
   void on_delivered();
   void forget_caller() { request_ = {}; }
+  // Its timer is due: true when the rule's `call_timeout` is over. Else the call has had no answer
+  // for kLong, which is said once.
+  [[nodiscard]] bool times_out(const Now& now);
+  static constexpr Duration kLong = std::chrono::seconds(10);
   // Lets a worker decompress the answer; the result goes to PeerService::on_decoded(). False: there
   // is no room for the bytes.
   [[nodiscard]] bool decode(const InMessage& answer);
@@ -58,6 +63,8 @@ class MadeCall final : public JobOwner {
   State state_ = State::kEncoding;
   OutMessage message_;
   Budget::Hold call_, request_bytes_, answer_bytes_;
+  TimePoint since_;
+  TimePoint ends_ = TimePoint::max();  // by its rule's `call_timeout`
   Timers<MadeCall*>::Timer timer_;
   Jobs::Job job_;
 };

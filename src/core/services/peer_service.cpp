@@ -129,8 +129,8 @@ void PeerService::reconcile(const Attached& attached, const Now& now) {
 
 // ---- requests
 
-Duration PeerService::call_timeout() const {
-  return service_.gives_results() ? kForever : decision_.treatment.call_timeout;
+bool PeerService::gives_results() const {
+  return service_.gives_results();
 }
 
 void PeerService::on_request(RequestId request, Payload payload, const Now& now) {
@@ -308,6 +308,7 @@ void PeerService::respond(MadeCall& call, const Payload& answer, const Now& now)
     return give_up(call);
   }
   ++counts_.answered;
+  if (now.steady - call.since() < MadeCall::kLong) long_noted_ = false;
   counts_.response_bytes += answer.size();
   if (awaited != results_.end()) results_.erase(awaited);
   if (call.request())
@@ -346,8 +347,9 @@ void PeerService::on_callers_gone(const std::vector<RequestId>& requests) {
   say_forget(std::move(forget));
 }
 
-void PeerService::on_timeout(MadeCall& call, const Now& now) {
+void PeerService::on_due(MadeCall& call, const Now& now) {
   if (!call.request()) return;  // its caller is gone already
+  if (!call.times_out(now)) return note_long(call, now);
   ++counts_.timed_out;
   log_calls(imports_.outputs, link_.account->calls_made.timeouts, "not answered in time",
             service_.key(), {}, now);
@@ -396,6 +398,21 @@ void PeerService::note_refusal(const std::string& why, const Now& now) {
             now);
 }
 
+// Once for a server that is always slow, and again if one hangs that was not.
+void PeerService::note_long(const MadeCall& call, const Now& now) {
+  if (long_noted_ || !attached_) return;  // a break has lines of its own
+  const auto count = link_.account->calls_made.waits.count(now, 1);
+  if (!count) return;
+  long_noted_ = true;
+  imports_.outputs.log(
+      LogLevel::kWarn,
+      std::to_string(*count) + " call(s) without an answer for 10 s, last one of " +
+          service_.key().first + ": " +
+          (call.is_delivered() ? "its server at " + link_.label() + " is slow, or hangs"
+                               : "the request has not arrived at " + link_.label()) +
+          "; `call_timeout` in the rule limits the wait");
+}
+
 void PeerService::erase(MadeCall& call) {
   if (call.request()) by_request_.erase(call.request());
   calls_.erase(call.id());
@@ -426,6 +443,10 @@ void PeerService::add_status(LinkStatus& status) const {
   s.attached = attached_ && service_.mirror();
   s.also_here = service_.is_served_here();
   s.pending = static_cast<std::uint32_t>(calls_.size());
+  const auto oldest = std::find_if(calls_.begin(), calls_.end(), [](const auto& entry) {
+    return static_cast<bool>(entry.second.request());
+  });
+  if (oldest != calls_.end()) s.oldest = status.at - oldest->second.since();
   status.services.push_back(std::move(s));
 }
 

@@ -101,14 +101,16 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   // ---- inputs from callers here
   void on_request(RequestId request, Payload payload, const Now& now);
   void on_callers_gone(const std::vector<RequestId>& requests);
-  void on_timeout(MadeCall& call, const Now& now);
+  // The call's timer is due (MadeCall::times_out).
+  void on_due(MadeCall& call, const Now& now);
 
   // ---- for its calls
   // Takes the answer of a call; nullopt: its bytes do not decompress. Destroys the call.
   void on_decoded(MadeCall& call, std::optional<Payload> answer, const Now& now);
   // A worker has compressed a request.
   void on_job(std::optional<Payload> result, const Now& now) override;
-  [[nodiscard]] Duration call_timeout() const;
+  [[nodiscard]] Duration call_timeout() const { return decision_.treatment.call_timeout; }
+  [[nodiscard]] bool gives_results() const;
   [[nodiscard]] PeerServices& imports() { return imports_; }
   [[nodiscard]] CallLoad& load() { return load_; }
 
@@ -137,6 +139,7 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   void abandon(MadeCall& call, std::vector<CallId>& forget);
   void say_forget(std::vector<CallId> calls);
   void note_refusal(const std::string& why, const Now& now);
+  void note_long(const MadeCall& call, const Now& now);
   void erase(MadeCall& call);
 
   ServiceMirror& service_;
@@ -161,6 +164,7 @@ class PeerService final : public IncomingChannel, public OutgoingChannel, public
   std::string attached_to_;              // the identity whose server got the calls
   std::optional<std::string> kept_for_;  // the same, once the link has died
   std::optional<Encoder> encoder_;       // none: requests are not compressed
+  bool long_noted_ = false;              // a long wait, and no answer in less since then
   ServiceStatus counts_;
 };
 

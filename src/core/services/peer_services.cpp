@@ -211,7 +211,7 @@ void PeerServices::on_type_differs(const ServiceTypeDiffers& differs, const Now&
 }
 
 void PeerServices::on_time(const Now& now) {
-  while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_timeout(**call, now);
+  while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_due(**call, now);
   for (int n = 0; n < kServicesAtOnce; ++n) {
     const auto service = looks.take_due(now.steady);
     if (!service) break;

@@ -12,6 +12,7 @@ ServedCall::ServedCall(ServiceOffer& service_offer, CallId id, InMessage request
     : service_offer_(service_offer),
       exports_(service_offer.exports()),
       id_(id),
+      since_(now.steady),
       call_(service_offer.load().calls.hold(1)),
       waiting_(service_offer.load().waiting.hold(1)),
       request_bytes_(service_offer.load().request_bytes.hold(request.body.size())),

@@ -48,6 +48,7 @@ class ServedCall final : public JobOwner {
   [[nodiscard]] ServiceOffer& offer() { return service_offer_; }
   [[nodiscard]] CallId id() const { return id_; }
   [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] TimePoint since() const { return since_; }  // its request arrived
   [[nodiscard]] const OutMessage& answer() const { return answer_; }
   // The server has had the request since before this time.
   [[nodiscard]] bool handed_over_before(TimePoint time) const {
@@ -76,6 +77,7 @@ class ServedCall final : public JobOwner {
   ServiceOffer& service_offer_;
   LocalServices& exports_;
   CallId id_;
+  TimePoint since_;
   State state_ = State::kWaiting;
   Budget::Hold call_, waiting_;  // its share of the link's calls, and of the waiting ones
   Budget::Hold request_bytes_, answer_bytes_;

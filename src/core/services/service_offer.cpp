@@ -1,5 +1,6 @@
 #include "core/services/service_offer.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/link/link_audit.hpp"
@@ -352,6 +353,10 @@ void ServiceOffer::add_status(LinkStatus& status) const {
     s.declined_code = offer_.declined().code;
   }
   s.pending = static_cast<std::uint32_t>(calls_.size());
+  const auto oldest = std::find_if(calls_.begin(), calls_.end(), [](const auto& entry) {
+    return entry.second.state() < ServedCall::State::kAnswered;
+  });
+  if (oldest != calls_.end()) s.oldest = status.at - oldest->second.since();
   s.waiting = static_cast<std::uint32_t>(service_.gate().waiting(link_.id));
   status.services.push_back(std::move(s));
 }

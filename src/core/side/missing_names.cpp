@@ -14,9 +14,6 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::string_view kRosout = "/rosout";
-// So much of what is published here is lost before it reaches the bridge: one in so many.
-constexpr std::uint64_t kLostShare = 4;
-constexpr std::uint64_t kLostMin = 10;
 
 bool is_hidden(std::string_view name) {
   return name.find("/_") != std::string_view::npos;
@@ -402,13 +399,15 @@ void Search::channels() {
           {MissingReason::kDeclined, channel.rule, "the peer declines it: " + declined.reason,
            declined.code},
           Waiting::kNobody);
-    if (!channel.misfit.empty())
+    if (!channel.misfit.empty()) {
+      const PolicyWords words = words_of_policy(channel.misfit);
       add(wish,
           {MissingReason::kQos, channel.rule,
-           "a subscriber here requests a " + channel.misfit + " that no publisher offers"},
+           "a subscriber here gets nothing: " + std::string(words.requested) + " is requested, " +
+               std::string(words.offered) + " is offered"},
           Waiting::kHere);
-    const std::uint64_t lost = channel.lost_here;
-    if (lost >= kLostMin && lost * kLostShare >= channel.messages + lost)
+    }
+    if (channel.lost_until > picture_.at)
       add(wish,
           {MissingReason::kLost, channel.rule,
            "many of its messages are lost in the middleware here before the bridge gets them"},
@@ -447,9 +446,12 @@ MissingFound Search::take() {
 
 }  // namespace
 
-std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims) {
+std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims, bool is_operator) {
   std::vector<Wish> imports, exports;
   for (const auto& [key, topic] : graph.topics()) {
+    // Every node publishes it, so its subscriber may want that of this graph or that of the peer.
+    if (key.first == kRosout && is_operator && !topic.subscribers.empty())
+      imports.push_back({InterfaceKind::kTopic, false, key.first, key.second});
     if (!may_be_wished(InterfaceKind::kTopic, key.first, key.second)) continue;
     if (topic.publishers.empty() && !graph.is_brought(key) && imports.size() < kWishesMax)
       imports.push_back({InterfaceKind::kTopic, false, key.first, key.second});

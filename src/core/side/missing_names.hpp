@@ -28,16 +28,19 @@ struct Wish {
 };
 
 // Hidden names only where somebody subscribes or calls; an action is one wish, by its goals.
-// Without bridges' own, /rosout and the parameter events, which every node has, and /diagnostics,
-// which every bridge publishes. At most kWishesMax of each direction.
+// Without bridges' own, the parameter events, which every node has, and /diagnostics, which every
+// bridge publishes; /rosout, which every node publishes, only where a node of an operator
+// subscribes. At most kWishesMax of each direction.
 inline constexpr std::size_t kWishesMax = 512;
-[[nodiscard]] std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims);
+[[nodiscard]] std::vector<Wish> wishes_of(const GraphView& graph, const Claims& claims,
+                                          bool is_operator);
 
 // The peer's answers (docs/protocol.md, "ask, answer") by what was asked.
 using Answers = std::map<Wish, std::string>;
 
 // The channels of a link, and what is known of the other names.
 struct LinkPicture {
+  TimePoint at{};
   std::vector<ChannelFacts> channels;
   std::vector<TopicKey> heard;  // what the peer listens to, local names
   Answers answers;

@@ -477,9 +477,10 @@ void Side::look_for_missing(const Now& now) {
   Link& link = found->second;
   const Outputs::Paying paying(outputs_, link.account->time);
   LinkPicture picture;
+  picture.at = now.steady;
   picture.channels = channels_of(link);
   picture.heard = exports_.listened_by(link);
-  auto wishes = wishes_of(local_.view, local_.claims);
+  auto wishes = wishes_of(local_.view, local_.claims, !options_.at_robot);
   picture.brought = std::erase_if(wishes, [&](const Wish& wish) {
                       if (wish.exported) return false;
                       return wish.kind == InterfaceKind::kTopic
@@ -493,6 +494,7 @@ void Side::look_for_missing(const Now& now) {
 
 LinkStatus Side::status_of(const Link& link, const Now& now) const {
   LinkStatus shown = link.status();
+  shown.at = now.steady;
   if (link.open()) {
     shown.open_for = link.life.open_for(now);
     shown.unheard = link.connection()->unheard(now);

@@ -81,7 +81,7 @@ class Side final : private LinkUser {
   // ---- inputs
   void on(GraphChanged& input, const Now& now);
   void on(MessageTaken& input, const Now& now);
-  void on(MessagesLost& input, const Now&) { exports_.on_lost(input); }
+  void on(MessagesLost& input, const Now& now) { exports_.on_lost(input, now); }
   void on(SubscriptionFailed& input, const Now& now);
   void on(MirrorMade& input, const Now&) { imports_.on_mirror_made(input); }
   void on(MirrorFailed& input, const Now& now);

@@ -348,6 +348,7 @@ void LocalTopic::unpark(const Now& now) {
 // publishers' kept samples again. Their numbers show that they were forwarded; their stamps, if the
 // middleware does not count. A clock that is set back then suppresses samples for as long.
 void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const Now& now) {
+  loss_.took();
   auto age = TopicOffer::Age::kNew;
   const std::uint64_t order = taken.number != 0 ? taken.number : ++origin.taken;
   if (origin.qos.durability == Durability::kTransientLocal) origins_.number(taken);
@@ -416,7 +417,8 @@ void LocalTopic::read(OutSample& sample, TimePoint taken) const {
   sample.camera = packet.camera;
 }
 
-void LocalTopic::on_lost(const MessagesLost& lost) {
+void LocalTopic::on_lost(const MessagesLost& lost, const Now& now) {
+  if (!lost.too_large) loss_.lost(lost.count, now.steady);
   offers_.drop(lost.too_large ? DropReason::kTooLarge : DropReason::kLostHere, lost.count);
   if (lost.too_large) log_once(": messages larger than max_message_size are dropped");
 }

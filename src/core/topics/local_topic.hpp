@@ -12,6 +12,7 @@
 #include "core/topics/backlogs.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/parked_samples.hpp"
+#include "core/topics/recent_loss.hpp"
 #include "core/topics/subscription_turn.hpp"
 #include "core/topics/topic_offers.hpp"
 
@@ -55,7 +56,7 @@ class LocalTopic {
   void update_subscription(const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);
-  void on_lost(const MessagesLost& lost);
+  void on_lost(const MessagesLost& lost, const Now& now);
   // Withdraws the topic until its publishers change, or a later link demands it.
   void on_subscription_failed(const std::string& code, const std::string& reason);
   // See TopicOffers.
@@ -66,6 +67,7 @@ class LocalTopic {
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] const Origins& origins() const { return origins_; }
   [[nodiscard]] bool has_header() const { return has_header_; }
+  [[nodiscard]] const RecentLoss& loss() const { return loss_; }
   // Number of samples of one origin that a late local subscriber would get, as far as the graph
   // shows.
   [[nodiscard]] std::uint32_t history_depth() const;
@@ -118,6 +120,7 @@ class LocalTopic {
   Origins origins_;
   TopicOffers offers_;
   Backlogs backlogs_;
+  RecentLoss loss_;
   SubscriptionId subscription_;  // none: not subscribed
   Qos subscription_qos_;
   Stamp subscribed_at_ = 0;

@@ -150,8 +150,8 @@ void LocalTopics::on_taken(MessageTaken taken, const Now& now) {
   if (auto* topic = find(taken.subscription)) topic->on_taken(std::move(taken), now);
 }
 
-void LocalTopics::on_lost(const MessagesLost& lost) {
-  if (auto* topic = find(lost.subscription)) topic->on_lost(lost);
+void LocalTopics::on_lost(const MessagesLost& lost, const Now& now) {
+  if (auto* topic = find(lost.subscription)) topic->on_lost(lost, now);
 }
 
 void LocalTopics::on_subscription_failed(const SubscriptionFailed& failed, const Now& now) {

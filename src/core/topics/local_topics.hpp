@@ -60,7 +60,7 @@ class LocalTopics {
   [[nodiscard]] std::vector<TopicOffer*> steered();
 
   void on_taken(MessageTaken taken, const Now& now);
-  void on_lost(const MessagesLost& lost);
+  void on_lost(const MessagesLost& lost, const Now& now);
   void on_subscription_failed(const SubscriptionFailed& failed, const Now& now);
   void on_time(const Now& now);
 

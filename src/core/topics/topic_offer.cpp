@@ -1,6 +1,7 @@
 #include "core/topics/topic_offer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/driving/command.hpp"
@@ -25,6 +26,7 @@ constexpr std::string_view kFewPictures = "the link would carry too few exact pi
 constexpr std::string_view kThinned = "the grid of the rule leaves out points";
 constexpr std::string_view kThinnedAndRounded =
     "the link would carry too few exact ones, and the grid of the rule leaves out points";
+constexpr Duration kOverloadTold = std::chrono::seconds(15);
 constexpr Duration kTooLargePause = std::chrono::seconds(10);  // docs/protocol.md, "origins"
 
 }  // namespace
@@ -187,6 +189,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   demand_ = demand.number != 0 ? demand : ChannelDemand{};  // mutant: demand_ends
   resume_ = demand.resume && may_resume();
   demanded_at_ = now.system;
+  pulse_.begin(now.steady);
   if (demanded()) offer_.on_taken();
   offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   // The open message is aborted and waiting ones are dropped before the topic learns of its end.
@@ -356,6 +359,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.raw.size();
   // Not counted as dropped: the peer did not want it.
   if (!demanded()) return false;
+  pulse_.beat(now.steady);
   const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at() ||
                       (age == Age::kFirst && sample.stamp < demanded_at_);
   if (is_old && is_live()) return false;  // mutant: yesterdays_command
@@ -470,6 +474,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   note_form(codec, sample.raw.size(), body);
   link_.sending().push(*queue_, std::move(message), now);
   tell_late();
+  tell_overload(codec, now);
 }
 
 void TopicOffer::note_form(Codec codec, std::size_t raw_bytes, const Payload& body) {
@@ -524,6 +529,26 @@ void TopicOffer::tell_late() {
                              "). If only the newest message counts, give its rule `keep: newest`");
 }
 
+// A state is replaced, which is what it is for; if it is for long, a person may want another rate.
+// Video has a line of its own, and so have events.
+void TopicOffer::tell_overload(Codec codec, const Now& now) {
+  if (overload_logged_ || keep() == Keep::kAll || is_vp8(codec)) return;
+  const Overload& overload = queue_->overload();
+  if (overload.stood(now.steady) < kOverloadTold) return;
+  overload_logged_ = true;
+  const std::string& name = topic_.key().first;
+  if (!link_.account->logged.first(name + " is overloaded")) return;
+  const double rate = overload.rate() > 0 ? overload.rate() : path_rate();
+  const auto tenths = std::lround(10 * overload.came_for_each());
+  context_.outputs.log(
+      LogLevel::kWarn,
+      name + ": the link to " + link_.label() + " carries less than is published" +
+          (rate > 0 ? " (about " + std::to_string(std::lround(rate / 1e3)) + " kB/s)" : "") +
+          ": one message of " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
+          " is sent, and newer ones replace the others. `max_rate` in its rule makes that even; " +
+          "fewer or smaller messages, or a lower `priority` of other topics, let more cross");
+}
+
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {
   OutMessage message;
   message.subject = sample.subject;
@@ -571,6 +596,10 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.keep_because = keep_.why;
   s.wheel = wheel_;
   s.sent_as = sent_as_;
+  if (demanded()) {
+    s.idle = pulse_.idle(status.at);
+    s.usual_rate = pulse_.usual_rate();
+  }
   s.dropped = dropped_;
   if (queue_) {
     const ChannelCounts& counts = queue_->counts();
@@ -602,11 +631,7 @@ void TopicOffer::add_channel(std::vector<ChannelFacts>& channels) const {
   const auto& [name, type] = topic_.key();
   ChannelFacts facts{InterfaceKind::kTopic, true, name, type, offer_.decision().rule};
   if (offer_.is_declined()) facts.declined = offer_.declined();
-  facts.lost_here = dropped_.of(DropReason::kLostHere);
-  if (queue_) {
-    facts.messages = queue_->counts().sent;
-    facts.lost_here += queue_->counts().dropped.of(DropReason::kLostHere);
-  }
+  facts.lost_until = topic_.loss().much_until();
   channels.push_back(std::move(facts));
 }
 

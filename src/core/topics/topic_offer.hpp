@@ -10,6 +10,7 @@
 
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/held_back.hpp"
+#include "core/flow/pulse.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/jobs/encoder.hpp"
 #include "core/link/link.hpp"
@@ -181,6 +182,7 @@ class TopicOffer final : public OutgoingChannel {
   // May the message, made for an earlier demand, answer this one?
   [[nodiscard]] bool is_answer(const OutMessage& message) const;
   void tell_late();
+  void tell_overload(Codec codec, const Now& now);
   // Counts a message beyond the peer's limit, and tells the peer from time to time.
   void tell_too_large(std::size_t bytes, const Now& now);
   // Notes the form of the sample for the status; says once that points are rounded or left out.
@@ -199,6 +201,7 @@ class TopicOffer final : public OutgoingChannel {
   bool resume_ = false;            // the demand requests messages that a lost connection loses
   Stamp demanded_at_ = 0;          // time of the last change of the demand
   bool late_logged_ = false;
+  bool overload_logged_ = false;
   std::uint64_t too_large_ = 0;  // of this channel, for the peer
   std::optional<TimePoint> too_large_sent_;
   CloudForm cloud_;
@@ -208,6 +211,7 @@ class TopicOffer final : public OutgoingChannel {
   Company company_ = Company::kNone;
   std::uint64_t namespace_ = 0;  // company_namespace()
   RateLimits rates_;
+  Pulse pulse_;
   EarlySamples early_;
   HeldBack<OutSample, LocalTopic*> held_;
   std::set<OriginId> withheld_;  // only for /parameter_events: origins of nodes that no rule opens

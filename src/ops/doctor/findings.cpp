@@ -296,6 +296,11 @@ constexpr Finding kFindings[] = {
      "memory is too small for them",
      "give the publishing node config/fastdds_large_data.xml (docs/troubles.md, \"Large images\"), "
      "and /dev/shm room for it (in Docker --shm-size=1g)"},
+    {"lost_in_bursts", kFault,
+     "messages are lost in the middleware before the bridge gets them: more come at once than wait "
+     "for it, or it stands still again and again",
+     "a larger `qos.depth` in the rule, such as 1000; look for what else uses the processor, if it "
+     "was held up"},
     {"nothing_arrives", kHint,
      "it has a publisher and is demanded, and no message has reached the bridge yet",
      "does it publish (ros2 topic hz)? A lifecycle node does only while it is active (ros2 "
@@ -303,6 +308,11 @@ constexpr Finding kFindings[] = {
      "memory does not reach the bridge: run both as one user, in containers with --ipc=host; or "
      "with FASTDDS_BUILTIN_TRANSPORTS=UDPv4. From another computer large messages need their UDP "
      "fragments: look at its firewall and mtu"},
+    {"publisher_stops", kHint,
+     "a sensor is subscribed to and has come steadily; its node lives, and publishes nothing now",
+     "look at the node and its device: log, cable, driver (ros2 topic hz). A lifecycle node "
+     "publishes only while it is active (ros2 lifecycle get), one with `use_sim_time` only while "
+     "/clock runs"},
     {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
      "subscribe there"},
     {"published_here_too", kHint,
@@ -378,8 +388,9 @@ constexpr Finding kFindings[] = {
     {"loop_slow", kFault, "the bridge was held up, and all its links waited",
      "look for what else uses the processor; large messages cost it, too. On a laptop: was it "
      "suspended?"},
-    {"calls_wait", kHint, "calls have had no answer yet",
-     "look at the node that serves it; a server may need its time"},
+    {"calls_wait", kHint, "calls have had no answer for 10 s and more",
+     "look at the node that serves it: does it hang, or is it stopped? A server may need its time; "
+     "`call_timeout` in the rule limits the wait"},
     {"calls_refused", kFault, "calls are refused, or fail at the other side",
      "the logs of both sides say why: a limit (`calls_max`, `max_message_size`), or a record that "
      "`audit.required` wants"},

@@ -29,6 +29,10 @@ constexpr double kBreaksSeconds = 600;
 constexpr double kMostOfAge = 0.8;    // of a rule's max_age
 constexpr double kRoundTripMs = 800;  // more than by a satellite
 constexpr double kServersLost = 3;
+constexpr double kFragmented = 32'000;  // bytes; some of these fill a publisher's shared memory
+constexpr double kStopped = 10;         // s without a message
+constexpr double kSeveral = 2;          // messages in a second
+constexpr double kLongCall = 10;        // s, as the log says it
 constexpr char kItsWords[] = "\"here\" and \"this side\" are the other end";
 constexpr double kPatient = 1;   // s, of `dead_after`; less is shorter than usual silences
 constexpr double kUnheard = 10;  // s; a peer acknowledges at once
@@ -40,6 +44,7 @@ constexpr double kSameAge = 1.25;     // the oldest of connections of one age, b
 constexpr double kLimitShare = 0.8;   // of a limit: it is what slows down
 constexpr double kDroppedShare = 0.05;
 constexpr double kStarvedShare = 0.95;   // of what a rule's rate keeps, on purpose as it seems
+constexpr double kStarvedHere = 0.5;     // the same where it is imported: it has crossed in vain
 constexpr double kSteadyShare = 0.2;     // of commands: more than a moment's
 constexpr double kSegments = 100;        // less says nothing about a path
 constexpr double kShortestLately = 300;  // s, the time of counts called lately, at least
@@ -58,7 +63,6 @@ std::string_view finding_of_decline(const std::string& code, bool is_exported) {
 std::string_view finding_of_missing(const std::string& reason, const std::string& code,
                                     bool is_exported) {
   if (reason == "type_unknown") return "type_not_installed";
-  if (reason == "lost") return "lost_in_middleware";
   if (reason == "declined") return finding_of_decline(code, is_exported);
   const Finding* const same = finding_of(reason);
   return same ? same->id : "declined";
@@ -191,11 +195,22 @@ std::string Doctor::moved_node(const std::string& name) const {
   return "; the namespace of this program's node is no prefix: set `prefix: " + space + "`";
 }
 
+// A publisher's shared memory has room for many small messages.
+std::string_view finding_of_loss(const Json& link, const std::string& name) {
+  for (const Json& topic : part_of(link, "topics"))
+    if (is_exported(topic) && text_in(topic, "topic") == name &&
+        number_in(topic, "bytes") < kFragmented * number_in(topic, "messages"))
+      return "lost_in_bursts";
+  return "lost_in_middleware";
+}
+
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
     if (!is_missed(name)) continue;
     const std::string reason = text_in(name, "reason"), waits = text_in(name, "waits");
-    const auto finding = finding_of_missing(reason, text_in(name, "code"), is_exported(name));
+    const auto finding = reason == "lost"
+                             ? finding_of_loss(link, text_in(name, "name"))
+                             : finding_of_missing(reason, text_in(name, "code"), is_exported(name));
     // What this side declines may be what nobody here wants.
     const bool is_declined = !is_exported(name) && reason == "declined" && waits == "nobody";
     add(finding, text_in(name, "name"),
@@ -228,7 +243,8 @@ void Doctor::topic(const Json& link, const Json& topic) {
   const RuleFacts rule = rule_of(topic);
   const std::string rule_name = text_in(topic, "rule");
   const std::string by_rule = rule_name.empty() ? "" : ", by the rule " + rule_name;
-  if (many("rate", rule.limits_bytes ? kDroppedShare : kStarvedShare))
+  const double starved = is_exported(topic) ? kStarvedShare : kStarvedHere;
+  if (many("rate", rule.limits_bytes ? kDroppedShare : starved))
     add("drops_rate", name, counted("rate") + by_rule);
   if (many("too_large", kDroppedShare)) add("drops_too_large", name, counted("too_large"), true);
   if (many("memory", kDroppedShare)) add("drops_memory", name, counted("memory"), true);
@@ -267,23 +283,23 @@ void Doctor::topic(const Json& link, const Json& topic) {
 void Doctor::service(const Json& service) {
   const std::string name = text_in(service, "service");
   const double late = lately_in(service, "timed_out");
-  const double refused = number_in(service, "refused");
+  const double refused = lately_in(service, "refused"), lost = lately_in(service, "lost");
+  const double oldest = number_in(service, "oldest_seconds");
   const bool is_of_action = name.find("/_action/") != std::string::npos;
   if (is_set(service, "several_here")) add("several_servers", name);
   if (is_set(service, "also_here") && !is_of_action) add("served_here_too", name);
   if (late > 0 && lately_in(service, "answered") == 0)
     add("service_silent", name, fmt::format("{:.0f} calls timed out, none was answered", late),
         true);
-  else if (is_exported(service) && !is_of_action && number_in(service, "lost") >= kServersLost &&
-           number_in(service, "answered") == 0)
-    add("server_ends", name, fmt::format("{:.0f} calls were lost", number_in(service, "lost")),
-        true);
-  else if (refused > 0 && number_in(service, "answered") == 0)
+  else if (is_exported(service) && !is_of_action && lost >= kServersLost &&
+           lately_in(service, "answered") == 0)
+    add("server_ends", name, fmt::format("{:.0f} calls were lost", lost), true);
+  else if (refused > 0 && lately_in(service, "answered") == 0)
     add("calls_refused", name, fmt::format("{:.0f} calls, none was answered", refused), true);
-  else if (!is_of_action && number_in(service, "pending") > 0 &&
-           number_in(service, "answered") == 0)
+  else if (oldest >= kLongCall && !name.ends_with("/_action/get_result"))
     add("calls_wait", name,
-        fmt::format("{:.0f} calls", number_in(service, "pending")) +
+        fmt::format("{:.0f} calls, the oldest for {:.0f} s", number_in(service, "pending"),
+                    oldest) +
             (number_in(service, "waiting") > 0
                  ? fmt::format(", of which {:.0f} wait for a place", number_in(service, "waiting"))
                  : ""),
@@ -298,6 +314,19 @@ bool is_stream(const std::string& type) {
       "sensor_msgs/msg/Imu",
   };
   return std::find(std::begin(kStreams), std::end(kStreams), type) != std::end(kStreams);
+}
+
+// Measurements come as long as there is something to measure. Others end with their task: commands,
+// plans, feedback; and a person lets go of a stick.
+bool is_measured(std::string_view type) {
+  return (type.starts_with("sensor_msgs/msg/") && !type.starts_with("sensor_msgs/msg/Joy")) ||
+         type == "nav_msgs/msg/Odometry" || type == "tf2_msgs/msg/TFMessage";
+}
+
+// It came several times in a second, and comes no longer.
+bool has_stopped(const Json& topic) {
+  return number_in(topic, "idle_seconds") >= kStopped &&
+         number_in(topic, "usual_rate") >= kSeveral && is_measured(text_in(topic, "type"));
 }
 
 // Topics on which nothing happens. Some topics carry little, and links that nobody uses now are
@@ -316,6 +345,11 @@ void Doctor::silent_topics(const Json& link) {
     else if (!demanded && !is_robot_ && number_in(topic, "origins") > 0 &&
              driving::command_type(text_in(topic, "type")))
       add("no_listener", name);
+    if (demanded && number_in(topic, "origins") > 0 && has_stopped(topic))
+      add("publisher_stops", name,
+          fmt::format("for {:.0f} s; before that {:.0f} in a second",
+                      number_in(topic, "idle_seconds"), number_in(topic, "usual_rate")),
+          true);
     if (carries_ && (number_in(topic, "messages") > 0 || !is_stream(text_in(topic, "type"))))
       continue;
     if (demanded && number_in(topic, "origins") > 0 && part_of(topic, "dropped").empty() &&

@@ -97,7 +97,8 @@ void Lately::add(LinkStatus& link, TimePoint now) {
   for (ServiceStatus& service : link.services) {
     OfService& of = known.services[name_of(service.exported, service.service, service.type)];
     of.seen = now;
-    service.lately = {of.answered.to(service.answered, at), of.timed_out.to(service.timed_out, at)};
+    service.lately = {of.answered.to(service.answered, at), of.timed_out.to(service.timed_out, at),
+                      of.refused.to(service.refused, at), of.lost.to(service.lost, at)};
   }
   if (!link.open) return;
   forget(known.topics, link.topics.size(), now);

@@ -84,7 +84,7 @@ class Lately {
   };
   struct OfService {
     TimePoint seen{};
-    RecentGrowth answered, timed_out;
+    RecentGrowth answered, timed_out, refused, lost;
   };
   struct OfLink {
     TimePoint seen{};

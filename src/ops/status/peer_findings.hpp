@@ -23,6 +23,7 @@ inline constexpr std::string_view kForPeers[] = {
     "two_of_one_driver",  "urgent_is_heavy",
     "path_slow",          "server_ends",
     "several_servers",    "halts_nothing",
+    "lost_in_bursts",     "publisher_stops",
 };
 
 // A peer's other words are not shown: people would take them for this side's.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "core/policy/treatment.hpp"
@@ -529,6 +530,18 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      "their bytes on the connection",
      counter("topic_wire_bytes", "Their bytes on the connection"),
      {"on the wire", As::kGrowth, In::kWide}},
+    {"idle_seconds", Unit::kSeconds,
+     [](const TopicStatus& t) {
+       return t.idle ? OrderedJson(std::chrono::floor<std::chrono::seconds>(*t.idle).count())
+                     : OrderedJson();
+     },
+     "while it is demanded: since the last message was published, or since it was demanded",
+     most("topic_idle_seconds", "Time since the last message, the most of all links")},
+    {"usual_rate", Unit::kNone,
+     [](const TopicStatus& t) {
+       return t.usual_rate ? OrderedJson(std::round(*t.usual_rate * 10) / 10) : OrderedJson();
+     },
+     "messages in a second before that, if many have come"},
     {"queued",
      Unit::kNone,
      get<&TopicStatus::queued>,
@@ -605,9 +618,12 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
      {"QoS misfit"}},
     {"latency_ms",
      Unit::kMilliseconds,
-     [](const TopicStatus& t) { return t.latency_ms ? OrderedJson(*t.latency_ms) : OrderedJson(); },
+     [](const TopicStatus& t) {
+       const bool is_old = !t.latency_ms || state_of(t) == StateWord::kQuiet;
+       return is_old ? OrderedJson() : OrderedJson(*t.latency_ms);
+     },
      "of the last message: its age at its publication here (import), its wait before it was sent "
-     "(export)",
+     "(export); absent while the topic is quiet",
      most("topic_age_seconds",
           "Age of the last message at its publication here, the most of all "
           "links"),
@@ -640,7 +656,10 @@ constexpr StatusField<TopicStatus> kTopicFields[] = {
 
 OrderedJson lately_of_service(const ServiceStatus& service) {
   if (!service.lately) return {};
-  return {{"answered", service.lately->answered}, {"timed_out", service.lately->timed_out}};
+  return {{"answered", service.lately->answered},
+          {"timed_out", service.lately->timed_out},
+          {"refused", service.lately->refused},
+          {"lost", service.lately->lost}};
 }
 
 constexpr StatusField<ServiceStatus> kServiceFields[] = {
@@ -669,6 +688,13 @@ constexpr StatusField<ServiceStatus> kServiceFields[] = {
      "calls without an answer",
      gauge("service_calls_under_way", "Calls without an answer"),
      {"pending", As::kCount, In::kNarrow}},
+    {"oldest_seconds", Unit::kSeconds,
+     [](const ServiceStatus& s) {
+       return s.oldest ? OrderedJson(std::chrono::floor<std::chrono::seconds>(*s.oldest).count())
+                       : OrderedJson();
+     },
+     "how long the oldest of them has waited",
+     most("service_oldest_call_seconds", "How long the oldest call without an answer has waited")},
     {"waiting",
      Unit::kNone,
      get<&ServiceStatus::waiting>,
@@ -702,7 +728,7 @@ constexpr StatusField<ServiceStatus> kServiceFields[] = {
      {},
      {"duplicates", As::kCount}},
     {"lately", Unit::kNone, lately_of_service,
-     "`answered` and `timed_out` of the last 5 to 10 minutes"},
+     "`answered`, `timed_out`, `refused` and `lost` of the last 5 to 10 minutes"},
     {"request_bytes", Unit::kBytes, get<&ServiceStatus::request_bytes>, ""},
     {"response_bytes", Unit::kBytes, get<&ServiceStatus::response_bytes>, ""},
     {"rule",

@@ -197,8 +197,6 @@ TEST(SideMirrors, AfterAReconnectTheSamplesOfEachOriginAreKnown) {
 // ---- subscribers that get nothing
 
 constexpr char kNoName[] = "_NODE_NAME_UNKNOWN_";
-constexpr char kNothing[] = " on the other side: it receives nothing from it\n";
-
 TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenItsNameIsKnown) {
   Mirrors s(best_effort());
   s.did();
@@ -208,8 +206,8 @@ TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenItsNameIsKnown) {
   EXPECT_EQ(s.logged, "");
   s.graph({topic("/map").sub(1).sub(2, qos(), "rviz").sub(3, best_effort())});
   const std::string told =
-      std::string("/map: the reliability that /rviz requests is not offered by /peer_node") +
-      kNothing;
+      "/map: /rviz requests reliable, and /peer_node on the other side offers best effort (QoS "
+      "reliability): it receives nothing from it\n";
   s.did();
   EXPECT_EQ(s.logged, told);
   s.pass(5000);

@@ -1,6 +1,8 @@
 // Calls of local callers: each answered to who made it, or ended.
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "unit/services/calls_script.hpp"
 
 namespace connect_bridge::side_test {
@@ -91,6 +93,41 @@ TEST(PeerServices, ACallIsGivenUpALittleLaterThanThePeerDoes) {
   EXPECT_EQ(s.did(), "drop_request 1.11\n");
   EXPECT_EQ(s.said(1), "forget 1 1\n");
   EXPECT_NE(s.logged.find("1 call(s) not answered in time, last one of /s"), std::string::npos);
+}
+
+// By default no call times out.
+TEST(PeerServices, ACallThatWaitsLongIsSaidOnceWhateverWasAnsweredBefore) {
+  Script s(server({callable()}));
+  mirrored(s);
+  request(s, 11, "q");
+  s.message(1, 1, 1, "a");
+  EXPECT_FALSE(first(s).oldest);
+  const auto lines = [&] {
+    s.did();
+    return std::exchange(s.logged, {});
+  };
+  lines();
+  request(s, 12, "q");
+  s.said(1);
+  s.acknowledge(1);
+  s.pass(9999);
+  EXPECT_EQ(lines().find("without an answer"), std::string::npos);
+  s.pass(1);
+  EXPECT_EQ(first(s).oldest, Duration(std::chrono::seconds(10)));
+  EXPECT_NE(lines().find("1 call(s) without an answer for 10 s, last one of /s: its server at "),
+            std::string::npos);
+  request(s, 13, "q");
+  s.said(1);
+  s.acknowledge(1);
+  s.pass(30'000);
+  EXPECT_EQ(lines().find("without an answer"), std::string::npos) << "it is always slow";
+  s.message(1, 1, 3, "late");
+  s.message(1, 1, 2, "late");
+  request(s, 14, "q");
+  s.message(1, 1, 4, "at once");
+  request(s, 15, "q");
+  s.pass(10'000);
+  EXPECT_NE(lines().find("the request has not arrived at "), std::string::npos);
 }
 
 // Small answers of a hostile peer must not become gigabytes here, in the loop or in workers.

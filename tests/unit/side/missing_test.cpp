@@ -220,9 +220,10 @@ TEST_F(MissingTest, QosThatDoesNotFit) {
   s.join(1);
   s.offer(1, {channel(1, "/a", {origin(1, 9, best_effort())})}, true);
   settle();
-  EXPECT_EQ(missing(),
-            "import topic /a qos: a subscriber here requests a reliability that no publisher "
-            "offers [rule]\n");
+  EXPECT_EQ(
+      missing(),
+      "import topic /a qos: a subscriber here gets nothing: reliable is requested, best effort "
+      "is offered [rule]\n");
 }
 
 // ---- what is published here
@@ -306,6 +307,37 @@ TEST_F(MissingTest, NamesOfEveryNodeAreLeftOut) {
   EXPECT_EQ(asked("absent"), "");
   settle();
   EXPECT_EQ(missing(), "");
+}
+
+// Every node publishes it, and not what the robot's nodes say.
+struct RosoutDenied : MissingTest {
+  explicit RosoutDenied(bool at_robot) : MissingTest(denying(at_robot)) {}
+  void TestBody() override {}
+
+ private:
+  static SideOptions denying(bool at_robot) {
+    auto rule = everything();
+    rule.deny = {Pattern::parse("/rosout").value()};
+    SideOptions options = server({rule});
+    options.at_robot = at_robot;
+    return options;
+  }
+};
+
+TEST(Missing, RosoutIsNamedWhereAnOperatorsNodeSubscribes) {
+  const auto said = [](bool at_robot, bool subscribed) {
+    RosoutDenied test(at_robot);
+    auto rosout = topic("/rosout").pub(2);
+    if (subscribed) rosout.sub(3);
+    test.s.graph({typed(rosout, "rcl_interfaces/msg/Log")});
+    test.s.join(1);
+    test.settle();
+    return test.missing();
+  };
+  EXPECT_EQ(said(false, true),
+            "import topic /rosout denied: the rule rule here denies it (/rosout) [rule]\n");
+  EXPECT_EQ(said(false, false), "");
+  EXPECT_EQ(said(true, true), "") << "a recorder at the robot";
 }
 
 // RViz looks, and has a tool that nobody uses; teleop sends, and a server of the robot may read. A

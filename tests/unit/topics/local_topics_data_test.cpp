@@ -83,6 +83,29 @@ TEST(SideExportsData, LossesBelowAreCounted) {
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 5U);
 }
 
+// One moment, however much of it: the middleware kept no more while this side stood still.
+TEST(SideExportsData, ALossThatGoesOnIsNamedUntilItIsOver) {
+  auto s = demanding({});
+  begin(s);
+  const auto named = [&] {
+    const auto status = s.status();
+    const auto& names = status.links.at(0).missing;
+    return std::any_of(names.begin(), names.end(), [](const MissingName& name) {
+      return name.reason == MissingReason::kLost && name.name == "/a";
+    });
+  };
+  s.give(MessagesLost{{2}, 1000, false});
+  s.pass(25'000);
+  EXPECT_FALSE(named());
+  for (int second = 0; second < 25; ++second) {
+    s.give(MessagesLost{{2}, 5, false});
+    s.pass(1000);
+  }
+  EXPECT_TRUE(named());
+  s.pass(45'000);
+  EXPECT_FALSE(named());
+}
+
 TEST(SideExportsData, SamplesOfABridgeDoNotCross) {
   auto s = demanding({});
   begin(s);

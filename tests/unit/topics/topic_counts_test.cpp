@@ -72,7 +72,7 @@ TEST(LocalTopicCounts, OfAWithdrawnTopicStay) {
   s.see(topic("/a").pub(1));
   s.offer(peer);
   s.demand(peer);
-  s.subject.on_lost({{}, 3, false});
+  s.subject.on_lost({{}, 3, false}, ms(0));
   s.policy = Policy({rule({"/b"}, {})});
   s.subject.review(peer.link, ms(0));
   EXPECT_EQ(counts_kept(peer).dropped.total(), 3U);

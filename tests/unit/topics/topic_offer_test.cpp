@@ -1,5 +1,6 @@
 #include "core/topics/topic_offer.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -388,6 +389,28 @@ TEST(TopicOffer, OfWhatIsTooLargeAnIdentityHasOneLine) {
   for (OneLink* peer : {&first, &first, &second, &other}) drop_one(peer->link);
   s.did();
   EXPECT_EQ(std::count(s.logged.begin(), s.logged.end(), '\n'), 2) << s.logged;
+}
+
+// A moment is as it should be; minutes are a person's business.
+TEST(TopicOffer, StatesThatAreReplacedForLongAreSaidOnce) {
+  const auto logged = [](Keep keep, std::int64_t until) {
+    OneLink peer;
+    Rule rule = everything();
+    rule.treatment.keep = keep;
+    Exporting s({rule});
+    s.see(topic("/a").pub(1));
+    EXPECT_TRUE(s.offer(peer));
+    Exporting::demand(peer);
+    for (std::int64_t at = 100; at <= until; at += 100) s.take(1, "pose", at);
+    s.did();
+    return s.logged;
+  };
+  EXPECT_EQ(logged(Keep::kNewest, 14'000), "");
+  const std::string line = logged(Keep::kNewest, 40'000);
+  EXPECT_THAT(line, testing::HasSubstr("/a: the link to "));
+  EXPECT_THAT(line, testing::HasSubstr("newer ones replace the others. `max_rate`"));
+  EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
+  EXPECT_EQ(logged(Keep::kAll, 40'000).find("newer ones replace"), std::string::npos);
 }
 
 }  // namespace

@@ -341,7 +341,7 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"path_loses",
                    link_with(R"({"lately": {"segments": 500, "retransmitted": 60}})")},
         StatusCase{"service_silent", service_with(R"({"calls": 4, "timed_out": 4})")},
-        StatusCase{"calls_wait", service_with(R"({"calls": 1, "pending": 1})")},
+        StatusCase{"calls_wait", service_with(R"({"pending": 1, "oldest_seconds": 10})")},
         StatusCase{"parameters_refused",
                    R"({"refused_parameters": {"time": "12:00", "problem": "it"}})"},
         StatusCase{"needs_restart", R"({"needs_restart": ["prefix"]})"},
@@ -545,6 +545,16 @@ TEST(DoctorStatus, ALimitOfBytesIsNoRateOnPurpose) {
   EXPECT_THAT(ids_by_rule(rule, kLess), ElementsAre("drops_rate"));
 }
 
+// It has crossed the link, and a node here subscribes.
+TEST(DoctorStatus, ARateOfAnImportsOwnRuleDropsMost) {
+  EXPECT_THAT(ids_by_rule({}, R"({"direction": "import", "messages": 8, "dropped": {"rate": 92}})"),
+              ElementsAre("drops_rate"));
+  EXPECT_THAT(
+      ids_by_rule({}, R"({"direction": "import", "messages": 60, "dropped": {"rate": 40}})"),
+      IsEmpty());
+  EXPECT_THAT(ids_by_rule({}, R"({"messages": 8, "dropped": {"rate": 92}})"), IsEmpty());
+}
+
 TEST(DoctorStatus, AnUrgentTopicFillsAThinLink) {
   RuleFacts rule;
   rule.urgent = true;
@@ -590,8 +600,68 @@ TEST(DoctorStatus, ServersThatEndOrAreSeveral) {
   };
   EXPECT_THAT(found(R"({"direction": "export", "lost": 10})"), ElementsAre("server_ends"));
   EXPECT_THAT(found(R"({"direction": "export", "lost": 10, "answered": 5})"), IsEmpty());
+  EXPECT_THAT(found(R"({"direction": "export", "lost": 10, "answered": 5,
+                        "lately": {"lost": 3, "answered": 0}})"),
+              ElementsAre("server_ends"))
+      << "what was answered yesterday counts no longer";
+  EXPECT_THAT(found(R"({"direction": "export", "lost": 10, "lately": {"lost": 0}})"), IsEmpty());
   EXPECT_THAT(found(R"({"direction": "export", "several_here": true})"),
               ElementsAre("several_servers"));
+}
+
+TEST(DoctorStatus, ASensorWhoseNodeLivesStopsPublishing) {
+  const auto found = [](const char* type, double idle, double rate, const char* more = "{}") {
+    Json topic = Json::parse(more);
+    topic["type"] = type;
+    topic["idle_seconds"] = idle;
+    topic["usual_rate"] = rate;
+    return ids_of(diagnose_status(status_of(topic_with(topic.dump()))));
+  };
+  for (const char* type : {"sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"})
+    EXPECT_THAT(found(type, 12, 10), ElementsAre("publisher_stops"));
+  EXPECT_THAT(found("sensor_msgs/msg/LaserScan", 2, 10), IsEmpty());
+  EXPECT_THAT(found("sensor_msgs/msg/BatteryState", 12, 0.2), IsEmpty()) << "it is seldom";
+  EXPECT_THAT(found("geometry_msgs/msg/Twist", 12, 20), IsEmpty()) << "nobody drives";
+  EXPECT_THAT(found("sensor_msgs/msg/Joy", 12, 20), IsEmpty());
+  EXPECT_THAT(found("nav_msgs/msg/OccupancyGrid", 3600, 0), IsEmpty()) << "a map";
+  EXPECT_THAT(found("sensor_msgs/msg/LaserScan", 12, 10, R"({"origins": 0})"), IsEmpty());
+  EXPECT_THAT(found("sensor_msgs/msg/LaserScan", 12, 10, R"({"direction": "import"})"), IsEmpty())
+      << "the exporter sees it, and tells this side";
+}
+
+// Shared memory of 512 kB has room for many small messages.
+TEST(DoctorStatus, SmallMessagesAreNotLostForLackOfSharedMemory) {
+  const auto found = [](const char* topic) {
+    Json status = status_of(topic_with(topic));
+    status["links"][0]["missing"] = status_of(missing_for("lost"))["links"][0]["missing"];
+    status["links"][0]["missing"][0]["direction"] = "export";
+    return ids_of(diagnose_status(status));
+  };
+  EXPECT_THAT(found(R"({"messages": 100, "bytes": 1600})"), ElementsAre("lost_in_bursts"));
+  EXPECT_THAT(found(R"({"messages": 10, "bytes": 9000000})"), ElementsAre("lost_in_middleware"));
+}
+
+TEST(DoctorStatus, CallsThatAreRefusedNowOrWereYesterday) {
+  const auto found = [](const char* text) {
+    return ids_of(diagnose_status(status_of(service_with(text))));
+  };
+  EXPECT_THAT(found(R"({"refused": 9, "answered": 50, "lately": {"refused": 2, "answered": 0}})"),
+              ElementsAre("calls_refused"));
+  EXPECT_THAT(found(R"({"refused": 9, "lately": {"refused": 0, "answered": 0}})"), IsEmpty());
+}
+
+// By default no call times out, and a result comes when the goal ends.
+TEST(DoctorStatus, ACallThatWaitsWhateverWasAnsweredBefore) {
+  const auto found = [](const char* text) {
+    return ids_of(diagnose_status(status_of(service_with(text))));
+  };
+  EXPECT_THAT(found(R"({"answered": 7, "pending": 1, "oldest_seconds": 14})"),
+              ElementsAre("calls_wait"));
+  EXPECT_THAT(found(R"({"answered": 7, "pending": 1, "oldest_seconds": 2})"), IsEmpty());
+  EXPECT_THAT(found(R"({"service": "/a/_action/send_goal", "pending": 1, "oldest_seconds": 14})"),
+              ElementsAre("calls_wait"));
+  EXPECT_THAT(found(R"({"service": "/a/_action/get_result", "pending": 1, "oldest_seconds": 14})"),
+              IsEmpty());
 }
 
 TEST(DoctorStatus, APathThatAnswersLate) {

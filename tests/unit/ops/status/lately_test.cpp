@@ -105,7 +105,7 @@ TEST(Lately, CallsOfAServiceCountInTheirTime) {
     ServiceStatus& service = link.services.emplace_back();
     service.service = "/s";
     service.answered = answered;
-    service.timed_out = timed_out;
+    service.timed_out = service.refused = service.lost = timed_out;
     RunStatus run;
     lately.add(run, {}, kStart + time);
     lately.add(link, kStart + time);
@@ -115,6 +115,8 @@ TEST(Lately, CallsOfAServiceCountInTheirTime) {
   look(5, 4, 6min);
   EXPECT_EQ(look(7, 4, 11min).timed_out, 0U);
   EXPECT_EQ(look(7, 4, 12min).answered, 2U);
+  EXPECT_EQ(look(7, 5, 13min).refused, 1U);
+  EXPECT_EQ(look(7, 5, 13min).lost, 1U);
 }
 
 TEST(Lately, NothingCountsTwiceAfterALongBreak) {

@@ -142,6 +142,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   TopicStatus imported;
   imported.topic = "/b", imported.type = "p/msg/T";
   imported.latency_ms = 2.5;
+  imported.idle = std::chrono::milliseconds(1900);
+  imported.usual_rate = 9.96;
   imported.misfit = "durability";
   LinkStatus link = a_link();
   link.topics = {exported, imported};
@@ -168,7 +170,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "overload": "more than the link carries: one of 3.0 is sent"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
        "state": "no_subscriber", "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0,
-       "dropped": {}, "misfit": "durability", "latency_ms": 2.5}],
+       "dropped": {}, "misfit": "durability", "latency_ms": 2.5, "idle_seconds": 1,
+       "usual_rate": 10.0}],
     "services": [
       {"service": "/s", "type": "p/srv/S", "direction": "export", "state": "declined",
        "attached": true, "pending": 1,
@@ -198,6 +201,10 @@ TEST(StatusJson, OneWordForWhatATopicDoes) {
   EXPECT_EQ(name_of(state_of(topic)), "no_publisher");
   topic.origins = 1;
   EXPECT_EQ(name_of(state_of(topic)), "flows");
+  topic.idle = std::chrono::seconds(9);
+  EXPECT_EQ(name_of(state_of(topic)), "flows");
+  topic.idle = std::chrono::seconds(10);
+  EXPECT_EQ(name_of(state_of(topic)), "quiet");
   topic.published_for_each_sent = 10;
   EXPECT_EQ(name_of(state_of(topic)), "overloaded");
   topic.declined = "no such type";
@@ -208,6 +215,21 @@ TEST(StatusJson, OneWordForWhatATopicDoes) {
   EXPECT_EQ(name_of(state_of(service)), "ready");
   LinkStatus link;
   EXPECT_EQ(name_of(state_of(link)), "lost");
+}
+
+// What a stopped sensor has said last is not the age of what it says.
+TEST(StatusJson, AQuietTopicHasNoAge) {
+  Status status;
+  TopicStatus topic;
+  topic.demanded = true;
+  topic.origins = 1;
+  topic.latency_ms = 2.5;
+  LinkStatus& link = status.links.emplace_back();
+  link.topics = {topic, topic};
+  link.topics[1].idle = std::chrono::seconds(60);
+  const Json topics = Json::parse(to_json({status, {}})).at("links")[0].at("topics");
+  EXPECT_EQ(topics[0].value("latency_ms", 0.0), 2.5);
+  EXPECT_FALSE(topics[1].contains("latency_ms"));
 }
 
 // An importer is not told the reason, and there is one only.
