@@ -238,7 +238,8 @@ constexpr Finding kFindings[] = {
      "nobody is linked, and connections that come are refused before their login",
      "by what was seen: no trust in the certificate: give the client this server's authority "
      "(`tls.ca`) or pin, and append intermediate certificates to `tls.certificate`. No certificate "
-     "of the client: `tls.ca` here wants one of each client; sign one, or remove the key. HTTP 426: "
+     "of the client: `tls.ca` here wants one of each client; sign one, or remove the key. HTTP "
+     "426: "
      "the proxy before this server does not pass on the upgrade (docs/proxies.md). No TLS: `url` "
      "there needs wss://. Anything else may be a stranger; `ctl doctor FILE` at the client says "
      "what is in its way"},

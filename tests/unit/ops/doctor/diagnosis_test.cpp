@@ -284,7 +284,8 @@ INSTANTIATE_TEST_SUITE_P(
                                          "strangers": {"last_refused": "10.0.0.7: HTTP 426"}})"},
         StatusCase{"nobody_linked", R"({"listens": ["127.0.0.1:9090"],
                                        "strangers": {"last_refused": "10.0.0.7: HTTP 426"},
-                                       "links": [{"breaks": [{"lost": "2026-01-31T11:00:00Z"}]}]})"},
+                                       "links": [{"breaks":
+                                         [{"lost": "2026-01-31T11:00:00Z"}]}]})"},
         StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
         StatusCase{"proxy_header_unexpected", R"({"strangers": {"proxy_headers": 1}})"},
         StatusCase{"loop_slow", R"({"loop_lag_ms": 700})"},
