@@ -245,6 +245,7 @@ Scenario make_scenario(std::uint64_t seed) {
     for (HostPlan& host : scenario.hosts) {
       host.options.ends_at_once = 1 + seed % 4;
       host.options.offers_at_once = host.options.offer_ends_at_once = 1 + seed % 3;
+      host.options.listeners_at_once = 1 + seed % 2;
     }
   return scenario;
 }

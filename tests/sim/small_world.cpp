@@ -38,6 +38,7 @@ HostPlan SmallWorld::plan_of(Role role, int graph) {
   plan.options.retry_max = 500ms;
   plan.options.ends_at_once = 2;  // links tell little here
   plan.options.offers_at_once = plan.options.offer_ends_at_once = 2;
+  plan.options.listeners_at_once = 1;
   return plan;
 }
 

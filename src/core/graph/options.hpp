@@ -15,9 +15,11 @@ namespace connect_bridge {
 struct GraphOptions {
   bool proxy_nodes = false;  // mirrors belong to a node with their origin's name, not to our own
   bool qos_must_fit = true;  // false: a subscriber receives messages whatever QoS it requests
-  // In one step: offers to links, and offers that end with their publishers or servers.
+  // In one step: offers to links, offers that end with their publishers or servers, and reports of
+  // subscribed topics.
   std::size_t offers_at_once = 128;
   std::size_t offer_ends_at_once = 256;
+  std::size_t listeners_at_once = 1024;
 
   // The local node that owns the mirror of an endpoint of the peer's `node` (a name on the wire).
   // Empty: our own node.

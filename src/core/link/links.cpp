@@ -110,10 +110,8 @@ void Links::on(Authenticated& input, const Now& now) {
   const Connection* const stranger = strangers_.find(input.connection);
   if (!stranger) {
     Link* const link = link_of(input.connection);
-    if (link && link->login.end_renewal() && take_renewal(*link, input, outputs_, now)) {
-      end_rests(now);
+    if (link && link->login.end_renewal() && take_renewal(*link, input, outputs_, now))
       user_.on_identity_changed(*link, now);
-    }
     return;
   }
   if (stranger->state() != Connection::State::kAuthenticating) return;
@@ -151,8 +149,8 @@ void Links::answer_login(Authenticated& answer, const Now& now) {
 
 void Links::on(IdentitiesChanged& input, const Now& now) {
   strangers_.take_changes(input);
-  end_rests(now);
   for (auto& [id, link] : links_) {
+    if (change_of(link, input)) end_rest(link, now);  // before its rights change
     if (take_change(link, input, outputs_, now)) user_.on_identity_changed(link, now);
     link.mark();
   }

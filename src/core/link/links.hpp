@@ -46,10 +46,6 @@ class Links {
   void on(const TrafficCounted& input, const Now& now) {
     side_cap_.counted(input.sent_bytes, now.steady);
   }
-  // Ends what is ending of all links, before rights change.
-  void end_rests(const Now& now) {
-    for (auto& [id, link] : links_) end_rest(link, now);
-  }
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   // True: something of a link has ended, which may have taken long.
   [[nodiscard]] bool on_time(const Now& now);

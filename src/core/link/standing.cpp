@@ -98,13 +98,19 @@ bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, con
   return other_groups;
 }
 
-bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now) {
+const IdentitiesChanged::Change* change_of(const Link& link, const IdentitiesChanged& changed) {
   const Identity& identity = link.login.identity();
-  if (identity.credential.empty()) return false;
+  if (identity.credential.empty()) return nullptr;
   const auto change =
       std::find_if(changed.changes.begin(), changed.changes.end(),
                    [&](const auto& c) { return c.credential == identity.credential; });
-  if (change == changed.changes.end()) return false;
+  return change == changed.changes.end() ? nullptr : &*change;
+}
+
+bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now) {
+  const IdentitiesChanged::Change* const change = change_of(link, changed);
+  if (!change) return false;
+  const Identity& identity = link.login.identity();
   if (change->identity) {
     link.login.set_identity(*change->identity);
     audit_login(outputs, link, AuditEvent::kRightsChanged);

@@ -43,6 +43,9 @@ Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs
 // Takes the login method's answer. True: the identity's groups have changed, so rights must be
 // evaluated again.
 bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now);
+// The change that concerns the link; null: there is none.
+[[nodiscard]] const IdentitiesChanged::Change* change_of(const Link& link,
+                                                         const IdentitiesChanged& changed);
 // The login method reports a change by itself. True: the identity has changed. If the identity is
 // gone, the link fails; a lost link is forgotten.
 bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now);

@@ -48,6 +48,7 @@ Side::Side(SideOptions options, std::uint64_t seed, Stamp started)
 void Side::handle(Input input, const Now& now) {
   outputs_.begin_step();
   offering_.begin_step();
+  local_listeners_.begin_step();
   if (stopping_) return;
   if (!std::exchange(started_, true)) links_.dial_if_due(now);
   if (claims_topic_.has_lapsed(now)) service_imports_.on_lapse(now);  // mutant: claims_lapse
@@ -112,7 +113,7 @@ void Side::on_graph(const GraphDifference& difference, const Now& now) {
   missing_.on_change(now);
   exports_.on_graph(now);
   update_exports(now);
-  for (auto& [id, link] : links_.all()) local_listeners_.tell(link);
+  local_listeners_.on_graph(difference, now);
   imports_.on_graph(now, difference);
   service_imports_.on_graph(now, difference);
 }
@@ -174,7 +175,6 @@ void Side::on(RequestTaken& input, const Now& now) {
 // ---- workers, operator, time
 
 void Side::on(PolicyChanged& input, const Now& now) {
-  links_.end_rests(now);
   policy_ = std::move(input.policy);
   for (auto& [id, link] : links_.all()) tell_rights(link, now);
   recheck_rights(now);
@@ -240,6 +240,7 @@ void Side::tell_rights(Link& link, const Now& now) {
 void Side::recheck_rights(const Now& now) {
   recheck(now);
   for (auto& [id, link] : links_.all()) local_listeners_.recheck(link);
+  local_listeners_.go_on(now);
   imports_.on_policy(now);
   service_imports_.on_policy(now);
 }
@@ -264,6 +265,7 @@ void Side::on(TimePassed&, const Now& now) {
   service_imports_.on_time(now);
   if (!ended && actions_go_on_at_ && *actions_go_on_at_ <= now.steady) recheck_actions(now);
   if (!ended) offering_.on_time(exports_, service_exports_, now);
+  if (!ended) local_listeners_.on_time(now);
   look_for_missing(now);
   clock_publisher_.on_time(outputs_, local_.claims, now);
   drive_switch_.answer(exports_, now);
@@ -274,10 +276,10 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next :
-       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
-        offering_.deadline(), actions_go_on_at_, missing_.deadline(), drive_switch_.deadline()})
+  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+                           service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
+                           offering_.deadline(), local_listeners_.deadline(), actions_go_on_at_,
+                           missing_.deadline(), drive_switch_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -286,7 +288,7 @@ std::optional<TimePoint> Side::next_deadline() const {
 
 void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
-  local_listeners_.tell(link);
+  local_listeners_.begin(link, now);
   missing_.on_link_open(link, now);
   tell_same_graph(link);
   take_time_of(link, now);

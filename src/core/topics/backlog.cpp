@@ -1,7 +1,10 @@
 #include "core/topics/backlog.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
+
+#include "core/base/check.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -22,18 +25,38 @@ bool is_replaced(const OutMessage& message) {
   return message.state && message.sequence == 0;
 }
 
+// The topic with the most bytes gives way by so many bytes at once: link by link the rest of a
+// break comes in one piece.
+constexpr std::uint64_t kGiveWayMax = 16U << 10;
+
 }  // namespace
+
+void DroppedMessages::free_some() {
+  std::size_t left = kAtOnce;
+  while (left > 0 && !begun_.empty()) {
+    auto& messages = begun_.front();
+    for (; left > 0 && !messages.empty(); --left) messages.pop_front();
+    if (messages.empty()) begun_.pop_front();
+  }
+  while (left > 0 && !others_.empty()) {
+    auto& messages = others_.front();
+    for (; left > 0 && !messages.empty(); --left) messages.erase(messages.begin());
+    if (messages.empty()) others_.pop_front();
+  }
+  if (begun_.empty() && others_.empty()) goes_on_at_.reset();
+}
 
 // The topic with the most bytes may lose the new message itself. Each turn makes that topic
 // smaller, so both loops end.
 void BacklogBound::keep() {
   while (bytes_ > bytes_max_)  // mutant: kept_bound
-    by_bytes_.rbegin()->second->drop_oldest(DropReason::kResumeBound);
+    by_bytes_.rbegin()->second->drop_oldest(std::min(bytes_ - bytes_max_, kGiveWayMax),
+                                            DropReason::kResumeBound);
 }
 
 void LinkBacklog::keep() {
   while (bytes() > 0 && memory_.room() == 0)
-    by_bytes_.rbegin()->second->drop_oldest(DropReason::kResumeBound);
+    by_bytes_.rbegin()->second->drop_oldest(1, DropReason::kResumeBound);
 }
 
 Backlog::Backlog(LinkBacklog& all, Link& link, Options options)
@@ -75,17 +98,38 @@ bool Backlog::admit(const OutSample& sample, const Now& now) {
   return false;
 }
 
+void Backlog::begin(std::deque<OutMessage> unarrived) {
+  CONNECT_CHECK(size() == 0);
+  begun_ = std::move(unarrived);
+  std::deque<OutMessage> waiting;
+  for (; !begun_.empty() && begun_.back().sequence == 0; begun_.pop_back())
+    waiting.push_front(std::move(begun_.back()));
+  std::uint64_t bytes = 0;
+  auto own = by_origin_.end();
+  for (const OutMessage& message : begun_) {
+    bytes += kept_bytes_of(message);
+    const OriginId origin = message.subject.origin();
+    if (own == by_origin_.end() || own->first != origin) own = by_origin_.try_emplace(origin).first;
+    ++own->second;
+  }
+  resize(bytes);
+  all_.bound_->keep();
+  all_.keep();
+  for (OutMessage& message : waiting) add(std::move(message));
+}
+
 void Backlog::add(OutMessage message) {
+  std::uint64_t bytes = bytes_.amount() + kept_bytes_of(message);
   if (const auto state = state_of(message)) {
     if (const auto older = states_.find(*state); older != states_.end()) {
       dropped_.add(DropReason::kNewerAvailable);
-      take_out(older->second);
+      bytes -= take_out(older->second);
     }
   }
-  resize(bytes_.amount() + kept_bytes_of(message));
   ++by_origin_[message.subject.origin()];
   const auto own = messages_.emplace_hint(messages_.end(), ++arrivals_, std::move(message));
   if (is_replaced(own->second)) states_[*state_of(own->second)] = own;
+  resize(bytes);
   all_.bound_->keep();
   all_.keep();
 }
@@ -94,11 +138,13 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   // Messages that were begun on the lost connection come first and have a number. The peer reports
   // how far it has received those; messages without a number never left. Messages that the peer has
   // count as arrived, even without an acknowledgement, and not as dropped (Backlogs::go_on).
+  const auto has_arrived = [&](const OutMessage& message) {
+    return message.sequence != 0 && !is_behind(message.sequence, after);  // mutant: arrived_again
+  };
+  while (!begun_.empty() && has_arrived(begun_.front())) begun_.pop_front();
   auto rest = messages_.begin();
-  while (rest != messages_.end() && rest->second.sequence != 0 &&
-         !is_behind(rest->second.sequence, after))  // mutant: arrived_again
-    ++rest;
-  std::deque<OutMessage> taken;
+  while (begun_.empty() && rest != messages_.end() && has_arrived(rest->second)) ++rest;
+  std::deque<OutMessage> taken = std::exchange(begun_, {});
   for (; rest != messages_.end(); ++rest) taken.push_back(std::move(rest->second));
   states_.clear();
   messages_.clear();
@@ -108,8 +154,12 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   return taken;
 }
 
-void Backlog::clear(DropReason reason) {
-  while (!messages_.empty()) drop_oldest(reason);
+void Backlog::clear(DropReason reason, DroppedMessages& dropped, const Now& now) {
+  if (size() > 0) drop(reason, size());
+  states_.clear();
+  by_origin_.clear();
+  dropped.add(std::exchange(begun_, {}), std::exchange(messages_, {}), now);
+  resize(0);
 }
 
 void Backlog::drop(DropReason reason, std::uint64_t count) {
@@ -117,18 +167,32 @@ void Backlog::drop(DropReason reason, std::uint64_t count) {
   all_.lost_ += count;
 }
 
-void Backlog::drop_oldest(DropReason reason) {
-  take_out(messages_.begin());
-  drop(reason);
+void Backlog::drop_oldest(std::uint64_t bytes, DropReason reason) {
+  std::uint64_t gone = 0, count = 0;
+  for (; gone < bytes && size() > 0; ++count) gone += take_out_oldest();
+  drop(reason, count);
+  resize(bytes_.amount() - gone);
 }
 
-void Backlog::take_out(Messages::iterator message) {
+std::uint64_t Backlog::take_out_oldest() {
+  if (begun_.empty()) return take_out(messages_.begin());
+  const std::uint64_t bytes = kept_bytes_of(begun_.front());
+  leave(begun_.front().subject.origin());
+  begun_.pop_front();
+  return bytes;
+}
+
+std::uint64_t Backlog::take_out(Messages::iterator message) {
   const std::uint64_t bytes = kept_bytes_of(message->second);
-  const auto own = by_origin_.find(message->second.subject.origin());
-  if (--own->second == 0) by_origin_.erase(own);
+  leave(message->second.subject.origin());
   if (is_replaced(message->second)) states_.erase(*state_of(message->second));
   messages_.erase(message);
-  resize(bytes_.amount() - bytes);
+  return bytes;
+}
+
+void Backlog::leave(OriginId origin) {
+  const auto own = by_origin_.find(origin);
+  if (--own->second == 0) by_origin_.erase(own);
 }
 
 }  // namespace connect_bridge

@@ -1,10 +1,12 @@
 // Messages kept for links that are lost and may return.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -18,6 +20,31 @@
 #include "core/topics/origins.hpp"
 
 namespace connect_bridge {
+
+// Messages that nobody gets any more. To free a hundred thousand of them takes milliseconds, so a
+// step frees some. Their bytes do not count any longer. Single-threaded.
+class DroppedMessages {
+ public:
+  // Keyed by arrival: a message taken out of the middle moves no other one.
+  using Keyed = std::map<std::uint64_t, OutMessage>;
+
+  void add(std::deque<OutMessage> begun, Keyed others, const Now& now) {
+    if (begun.empty() && others.empty()) return;
+    begun_.push_back(std::move(begun));
+    others_.push_back(std::move(others));
+    goes_on_at_ = now.steady;
+  }
+  void free_some();
+  // When the rest is to be freed; none: all are.
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return goes_on_at_; }
+
+ private:
+  static constexpr std::size_t kAtOnce = 16'384;
+
+  std::deque<std::deque<OutMessage>> begun_;
+  std::deque<Keyed> others_;
+  std::optional<TimePoint> goes_on_at_;
+};
 
 class Backlog;
 // By bytes, then by age.
@@ -95,13 +122,15 @@ class Backlog {
   // Decides whether a new sample is kept: the same limits apply as on an open link. A refused
   // sample is counted as dropped.
   [[nodiscard]] bool admit(const OutSample& sample, const Now& now);
+  // Keeps what may not have arrived on the connection that is lost. The backlog is empty.
+  void begin(std::deque<OutMessage> unarrived);
   // Keeps the message. A message with a state replaces an older one that was not begun.
   void add(OutMessage message);
   // Takes out the messages behind `after`, the last one that the peer has. The backlog is empty
   // then.
   [[nodiscard]] std::deque<OutMessage> take(std::uint32_t after);
   // Drops all messages, and counts them under this reason.
-  void clear(DropReason reason);
+  void clear(DropReason reason, DroppedMessages& dropped, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1);
 
   // Whether a message of this origin is kept.
@@ -112,19 +141,22 @@ class Backlog {
   [[nodiscard]] const Treatment& treatment() const { return options_.treatment; }
   [[nodiscard]] const std::string& type_hash() const { return options_.type_hash; }
   [[nodiscard]] std::uint32_t last_sequence() const { return options_.last_sequence; }
-  [[nodiscard]] std::size_t size() const { return messages_.size(); }
+  [[nodiscard]] std::size_t size() const { return begun_.size() + messages_.size(); }
   [[nodiscard]] const DropCounts& dropped() const { return dropped_; }
   [[nodiscard]] Link& link() const { return link_; }
 
  private:
   friend class BacklogBound;
   friend class LinkBacklog;
-  // Keyed by arrival: a message taken out of the middle moves no other one.
-  using Messages = std::map<std::uint64_t, OutMessage>;
+  using Messages = DroppedMessages::Keyed;
   using State = std::pair<std::uint32_t, std::uint64_t>;  // subject, state
 
-  void drop_oldest(DropReason reason);
-  void take_out(Messages::iterator message);
+  // Drops the oldest messages of together so many bytes, the last one wholly.
+  void drop_oldest(std::uint64_t bytes, DropReason reason);
+  // Both return the bytes of the message.
+  std::uint64_t take_out_oldest();
+  std::uint64_t take_out(Messages::iterator message);
+  void leave(OriginId origin);
   void resize(std::uint64_t bytes);
   [[nodiscard]] std::pair<std::uint64_t, std::uint64_t> place() const {
     return {bytes_.amount(), number_};
@@ -134,6 +166,9 @@ class Backlog {
   Link& link_;
   Options options_;
   std::uint64_t number_;  // in the bound
+  // Messages that were begun on the lost connection: they stay as they are, the oldest first. There
+  // may be a hundred thousand.
+  std::deque<OutMessage> begun_;
   Messages messages_;
   std::uint64_t arrivals_ = 0;
   // Messages with a state that were not begun. Without this map each sample would search all.

@@ -58,8 +58,8 @@ ExportTimers::Timer Backlogs::timer_for(const Link& link, const Now& now) {
   return timers_.set(link.life.kept_until(now));
 }
 
-void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
-                     const Now& now) {
+std::size_t Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
+                            const Now& now) {
   Link& lost = offer.link();
   auto unarrived = offer.take_unarrived();
   auto options = offer.backlog_options(unarrived.last_sequence);
@@ -68,9 +68,11 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
   Backlog& backlog = backlogs_.try_emplace(link, all, lost, std::move(options)).first->second;
   // The order of the channel: messages in the link's queue are older than samples that a worker
   // still compresses.
-  for (auto& message : unarrived.messages) backlog.add(std::move(message));
+  const std::size_t kept = unarrived.messages.size();
+  backlog.begin(std::move(unarrived.messages));
   for (const auto& sample : encoding)
     sample.reliable ? keep(backlog, sample) : offer.lose(sample, DropReason::kLinkLost);
+  return kept + encoding.size();
 }
 
 void Backlogs::renew(LinkId link, const Now& now) {
@@ -144,7 +146,7 @@ bool Backlogs::end_overdue(const Now& now) {
 
 void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, DropReason reason,
                       const Now& now) {
-  backlog->second.clear(reason);
+  backlog->second.clear(reason, context_.dropped, now);
   TopicStatus counts = status_of(what_->key);
   counts.dropped = backlog->second.dropped();
   Link& link = backlog->second.link();

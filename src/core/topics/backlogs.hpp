@@ -1,6 +1,7 @@
 // Messages that one topic keeps for lost links, until a link resumes them or will not return.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <utility>
@@ -30,8 +31,9 @@ class Backlogs {
 
   // The connection of this offer is about to be lost. Keeps messages that may not have arrived, and
   // messages published from now on. `encoding`: samples that a worker compresses for the offer.
-  void begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
-             const Now& now);
+  // Returns how many messages it has kept.
+  std::size_t begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
+                    const Now& now);
   // The link is lost again before it was resumed: the time limit starts again.
   void renew(LinkId link, const Now& now);
   // A reliable sample was taken.

@@ -27,6 +27,7 @@ struct ExportContext : SideView {
   Budget parked{};                       // samples whose publishers are not known yet
   Budget early{&memory};                 // samples that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // backlogs of lost links
+  DroppedMessages dropped{};             // of backlogs
   ExportTimers timers{};
   PeerListeners listeners{*this};
   SubscribedNames names{};

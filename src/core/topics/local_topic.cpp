@@ -50,7 +50,7 @@ void LocalTopic::on_graph(const Now& now) {
   if (is_new && !origins_.empty()) context_.news.insert(key());
   if (!changed.empty()) {
     if (std::exchange(failed_, false)) offer_closed_again();
-    for (auto& [link, offer] : offers_) offer.add_origins(changed);
+    if (offers_.size() > 0) context_.news.insert(key());  // each link is told in its turn
     warn_mixed();
     update_subscription(now);
   } else if (context_.listeners.listens(key())) {
@@ -129,6 +129,11 @@ std::optional<ChannelOffer> LocalTopic::offer_to(Link& link, const Now& now) {
   return opened;
 }
 
+std::size_t LocalTopic::tell_origins(LinkId link) {
+  const auto offer = offers_.find(link);
+  return offer == offers_.end() ? 0 : offer->second.tell_origins();
+}
+
 void LocalTopic::review(const Link& link, const Now& now) {
   const auto it = offers_.find(link.id);
   if (it == offers_.end()) return;
@@ -191,15 +196,20 @@ void LocalTopic::on_time(std::size_t& held, const Now& now) {
 
 // ---- over connections
 
-void LocalTopic::keep(LinkId link, const Now& now) {
-  if (backlogs_.contains(link)) return backlogs_.renew(link, now);
+std::size_t LocalTopic::keep(LinkId link, const Now& now) {
+  if (backlogs_.contains(link)) {
+    backlogs_.renew(link, now);
+    return 0;
+  }
   const auto it = offers_.find(link);
-  if (it == offers_.end()) return;
-  if (!it->second.resumes() || !may_resume(subscription_qos_))
-    return it->second.drop_held(DropReason::kLinkLost);
+  if (it == offers_.end()) return 0;
+  if (!it->second.resumes() || !may_resume(subscription_qos_)) {
+    it->second.drop_held(DropReason::kLinkLost);
+    return 0;
+  }
   auto on_its_way = offers_.take_under_way(link);
   it->second.take_all_held(on_its_way);
-  backlogs_.begin(it->second, link, on_its_way, now);
+  return backlogs_.begin(it->second, link, on_its_way, now);
 }
 
 void LocalTopic::end_kept(LinkId link, const Now& now) {

@@ -2,6 +2,7 @@
 // One unit: publishers, subscription, history and offers of a topic begin and end each other.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
@@ -35,12 +36,14 @@ class LocalTopic {
   }
   // The offer for the link; nullopt: none, or it was decided before.
   [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link, const Now& now);
+  // Tells the link of the origins that it does not know yet. Returns their number.
+  std::size_t tell_origins(LinkId link);
   // Rules, the peer's `accepts`, or the type's definition have changed: an offer that would differ
   // now ends.
   void review(const Link& link, const Now& now);
   // The connection is about to be lost: keeps messages that may not have arrived, and all that are
-  // published until the link returns.
-  void keep(LinkId link, const Now& now);
+  // published until the link returns. Returns how many are kept so far.
+  std::size_t keep(LinkId link, const Now& now);
   // The topic's offer on this link has ended with the connection.
   void on_link_lost(LinkId link, const Now& now);
   // The link will not return, or its peer has lost its state: its backlog is dropped.

@@ -1,5 +1,6 @@
 #include "core/topics/local_topics.hpp"
 
+#include <cstddef>
 #include <utility>
 
 #include "core/policy/interface.hpp"
@@ -43,10 +44,14 @@ void LocalTopics::go_on(const Now& now) {
 
 namespace {
 
+// A message about an origin of an offered topic takes as long as an offer, whose memory it touches
+// and whose queue it sets up again. Each further origin, here and in an offer, takes a look.
 void open_due(LocalTopic& topic, Link& link, Course& course, std::vector<ChannelOffer>& offers,
               const Now& now) {
+  if (const std::size_t told = topic.tell_origins(link.id); told > 0)
+    return course.charge(LinkOffer::kLooks + told - 1);
   if (!topic.is_due(link.id) || !link.may_offer()) return;
-  course.charge(LinkOffer::kLooks);
+  course.charge(LinkOffer::kLooks + topic.origins().size() - 1);
   if (auto opened = topic.offer_to(link, now)) offers.push_back(*std::move(opened));
 }
 
@@ -105,9 +110,12 @@ void LocalTopics::end_listeners(LinkId link, const Now& now) {
   update_listened(now);
 }
 
+// So many messages are handed over in the time of another entry.
+constexpr std::size_t kKeptForEach = 64;
+
 bool LocalTopics::on_link_lost(const Link& link, LinkEnd& end, const Now& now) {
   return end.each(topics_, [&](LocalTopic& topic) {
-    if (link.life.may_return()) topic.keep(link.id, now);
+    if (link.life.may_return()) end.charge(topic.keep(link.id, now) / kKeptForEach);
     topic.on_link_lost(link.id, now);
   });
 }
@@ -162,6 +170,7 @@ void LocalTopics::on_subscription_failed(const SubscriptionFailed& failed, const
 }
 
 void LocalTopics::on_time(const Now& now) {
+  context_.dropped.free_some();
   context_.listeners.on_time(now);
   update_listened(now);
   // Names of topics that are over. Other types of these names are checked after the loop, as it

@@ -29,8 +29,9 @@ class LocalTopics {
   // Between hold() and go_on() subscriptions end, but none is made: rights are under review.
   void hold() { context_.reviewing = true; }
   void go_on(const Now& now);
-  // Opens the topics that are due for the link, as far as `course` allows, and adds their offers.
-  // True: none is left. offer_one(): opens this one, if it is due.
+  // Opens the topics that are due for the link, as far as `course` allows, and adds their offers;
+  // tells of new origins of those that are open. True: none is left. offer_one(): the same for this
+  // one.
   [[nodiscard]] bool offer_all(Link& link, Course& course, std::vector<ChannelOffer>& offers,
                                const Now& now);
   void offer_one(const TopicKey& key, Link& link, Course& course, std::vector<ChannelOffer>& offers,
@@ -68,7 +69,8 @@ class LocalTopics {
   void on_incompatible(const QosIncompatible& found) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return earliest(context_.timers.deadline(), context_.listeners.deadline());
+    return earliest(context_.dropped.deadline(),
+                    earliest(context_.timers.deadline(), context_.listeners.deadline()));
   }
   void add_status(const Link& link, LinkStatus& status) const;
   void add_channels(const Link& link, std::vector<ChannelFacts>& channels) const;

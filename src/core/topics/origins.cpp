@@ -14,7 +14,7 @@ constexpr Duration kOriginLingerMax = std::chrono::seconds(3);  // while its sam
 
 std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
   static const std::vector<Endpoint> kNobody;
-  std::vector<Gid> changed;
+  const std::uint64_t before = last_change_;
   for (const auto& publisher : state ? state->publishers : kNobody) {
     if (origins_.size() >= kChannelOriginsMax && !origins_.contains(publisher.gid))
       continue;  // a peer would refuse the channel (docs/protocol.md, "Limits")
@@ -29,7 +29,11 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     if (named) origin.node = node_of(publisher);
     // The name of a node is sent later as another `added` of the same number (docs/protocol.md,
     // "origins", rule 2).
-    if (is_new || named) changed.push_back(publisher.gid);
+    if (is_new || named) {
+      changes_.erase(origin.change);
+      origin.change = ++last_change_;
+      changes_.emplace(origin.change, publisher.gid);
+    }
     origin.vanishes.cancel();
     origin.lingering = false;
     origin.seen = true;
@@ -38,6 +42,13 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     if (!origin.seen && !origin.vanishes) origin.vanishes = timers_.set(now.steady + kOriginLinger);
     origin.seen = false;
   }
+  return changed_since(before);
+}
+
+std::vector<Gid> Origins::changed_since(std::uint64_t known) const {
+  std::vector<Gid> changed;
+  for (auto at = changes_.upper_bound(known); at != changes_.end(); ++at)
+    changed.push_back(at->second);
   return changed;
 }
 
@@ -61,6 +72,7 @@ std::vector<OriginId> Origins::remove_vanished(bool drained,
       ++it;
     } else {
       removed.push_back(origin.id);
+      changes_.erase(origin.change);
       it = origins_.erase(it);
     }
   }

@@ -18,7 +18,8 @@ using TopicTimers = ExportTimers::Of;
 
 struct Origin {
   OriginId id;
-  std::string node;  // empty: not in the graph (yet)
+  std::uint64_t change = 0;  // when it was new, or got its node's name
+  std::string node;          // empty: not in the graph (yet)
   Qos qos;
   std::uint64_t last_number = 0;  // transient local: number of the newest forwarded sample
   std::uint64_t taken = 0;        // samples, where the middleware does not number them
@@ -39,6 +40,11 @@ class Origins {
   // Compares with the graph (null: the topic is not in it). Returns the origins to report to the
   // peers: new ones, and those whose node has got a name.
   std::vector<Gid> update(const TopicState* state, const Now& now);
+  // A peer that was told of all origins up to the change `known` is told of these.
+  [[nodiscard]] std::vector<Gid> changed_since(std::uint64_t known) const;
+  [[nodiscard]] std::uint64_t last_change() const { return last_change_; }
+  // The newest origin. Numbers rise.
+  [[nodiscard]] OriginId newest() const { return {last_}; }
   // Removes and returns the origins whose time is over. `drained`: no sample of the topic waits
   // anywhere. `is_kept`: a sample of the origin waits for a link to return; the link has its own
   // time limit.
@@ -71,7 +77,9 @@ class Origins {
 
  private:
   TopicTimers timers_;
-  std::map<Gid, Origin> origins_;  // in an order that does not depend on the library
+  std::map<Gid, Origin> origins_;         // in an order that does not depend on the library
+  std::map<std::uint64_t, Gid> changes_;  // the last change of each origin
+  std::uint64_t last_change_ = 0;
   std::uint32_t last_ = 0;
   std::uint64_t turns_ = 0;  // of samples whose publisher is not reported
 };

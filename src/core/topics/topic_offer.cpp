@@ -72,6 +72,7 @@ std::optional<Ending> TopicOffer::review() {
   const Treatment before = treatment();
   if (auto why = offer_.review(demanded())) return why;
   if (treatment() != before) follow(before);
+  if (is_open()) tell_origins();  // those not told yet are no difference
   const bool same = withheld() == withheld_ && is_hash_of(type_hash_, topic_.type_hash());
   return same ? std::nullopt : std::optional(LinkOffer::offered_again());
 }
@@ -103,6 +104,7 @@ std::optional<ChannelOffer> TopicOffer::open() {
   auto offer = offer_.open(*this);
   if (!offer) return std::nullopt;
   withheld_ = withheld();
+  note_told();
   wheel_.reset();
   too_large_ = 0;
   too_large_sent_.reset();
@@ -147,10 +149,17 @@ void TopicOffer::withdraw(const Ending& why) {
   demand_ = {};
 }
 
-void TopicOffer::add_origins(const std::vector<Gid>& added) {
-  if (!is_open()) return;
+void TopicOffer::note_told() {
+  change_told_ = topic_.origins().last_change();
+  newest_told_ = topic_.origins().newest();
+}
+
+std::size_t TopicOffer::tell_origins() {
+  if (!is_open() || change_told_ == topic_.origins().last_change()) return 0;
+  const auto changed = topic_.origins().changed_since(change_told_);
+  note_told();
   OriginsChanged change{number(), {}, {}};
-  for (const Gid& gid : added) {
+  for (const Gid& gid : changed) {
     const Origin& origin = topic_.origins().at(gid);
     if (is_withheld(origin)) {
       withheld_.insert(origin.id);
@@ -161,6 +170,7 @@ void TopicOffer::add_origins(const std::vector<Gid>& added) {
   }
   if (!change.added.empty()) send_change(change);
   configure_queue();  // depth and lifespan were those of the origins known before
+  return changed.size();
 }
 
 // Messages of a new origin must not come before it. Those of one that ends, and may come again,
@@ -172,13 +182,16 @@ void TopicOffer::send_change(const OriginsChanged& change) {
 
 void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   if (!is_open()) return;
+  OriginsChanged change{number(), {}, {}};
   for (const OriginId origin : removed) {
+    if (!is_told(origin)) continue;  // mutant: removed_untold
+    change.removed.push_back(origin);
     withheld_.erase(origin);
     rates_.forget(origin);
     pictures_.end(origin);
     if (queue_) queue_->forget_base(origin);
   }
-  send_change({number(), {}, removed});
+  if (!change.removed.empty()) send_change(change);
   configure_queue();
 }
 
@@ -243,6 +256,7 @@ bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
 }
 
 void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
+  tell_origins();  // some may have come since the offer
   // The new connection may have another limit of the peer.
   const auto too_large = std::erase_if(kept.messages, [&](const OutMessage& message) {
     return message.raw_bytes > link_.peer_message_bytes_max();
@@ -360,6 +374,9 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   // Not counted as dropped: the peer did not want it.
   if (!demanded()) return false;
   pulse_.beat(now.steady);
+  // A sample comes behind its origin, which may not have had its turn. An event of a node is
+  // withheld until the node's name is known.
+  if (parameter_events_ || !is_told(origin)) tell_origins();  // mutant: origin_before_its_turn
   const bool is_old = age == Age::kKept || sample.taken < link_.life.opened_at() ||
                       (age == Age::kFirst && sample.stamp < demanded_at_);
   if (is_old && is_live()) return false;  // mutant: yesterdays_command

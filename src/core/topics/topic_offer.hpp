@@ -2,6 +2,8 @@
 // One unit: demand, limits and the queue of the channel decide together about each sample.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <optional>
 #include <set>
@@ -41,8 +43,9 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::optional<Ending> review();
   // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
-  // Sends origins of the topic that are new or have got a name, and (below) those that are gone.
-  void add_origins(const std::vector<Gid>& added);
+  // Sends the origins of the topic that are new or have got a name since the peer was told last,
+  // and (below) those that are gone. Returns the number of changes.
+  std::size_t tell_origins();
   void remove_origins(const std::vector<OriginId>& removed);
 
   void on_demand(const ChannelDemand& demand, const Now& now) override;
@@ -169,6 +172,9 @@ class TopicOffer final : public OutgoingChannel {
   // Does the sample's publisher also publish a CameraInfo, where image_transport has it?
   [[nodiscard]] bool has_camera_info(const OutSample& sample) const;
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
+  // Was the peer told of the origin, or is it to know nothing of it?
+  [[nodiscard]] bool is_told(OriginId origin) const { return origin.value <= newest_told_.value; }
+  void note_told();
   [[nodiscard]] bool permits(const Payload& sample) const;
   // Has the peer published this sample already? Its demand says so.
   [[nodiscard]] bool is_there(const OutSample& sample) const;
@@ -197,6 +203,8 @@ class TopicOffer final : public OutgoingChannel {
   const bool parameter_events_;    // each origin, and each message, has its own right
   ChannelQueue* queue_ = nullptr;  // the queue of the channel; null without a channel
   std::string type_hash_;          // as offered
+  std::uint64_t change_told_ = 0;  // of the origins: the last one
+  OriginId newest_told_;           // origin
   ChannelDemand demand_;           // the peer's; number 0: none
   bool resume_ = false;            // the demand requests messages that a lost connection loses
   Stamp demanded_at_ = 0;          // time of the last change of the demand

@@ -327,12 +327,21 @@ TEST(Links, WhatIsLeftOfALinkEndsBeforeSomethingElseHappensToIt) {
   EXPECT_EQ(full.noticed(), "lost 1, partly dead 1, dead 1, forgotten 1, open 3");
 }
 
-// Rights that change concern all of it, too (Side).
-TEST(Links, WhatIsLeftEndsAtOnceBeforeRightsChangeAndAfterTwoSeconds) {
+// The rights of the others stay as they are.
+TEST(Links, OnlyWhoseIdentityChangesEndsAtOnce) {
   Ending s;
-  s.lose(2, 500);
-  s.links.end_rests(now_ms(500));
-  EXPECT_EQ(s.noticed(), "partly lost 2, lost 2");
+  s.lose(1, 1000);
+  s.lose(2, 1000);
+  s.noticed();
+  IdentitiesChanged nothing;
+  s.links.on(nothing, now_ms(1000));
+  EXPECT_EQ(s.noticed(), "");
+  s.withdraw_login("anna", 1000);
+  EXPECT_EQ(s.noticed(), "lost 1");
+}
+
+TEST(Links, WhatIsLeftEndsAtOnceAfterTwoSeconds) {
+  Ending s;
   s.lose(1, 1000);
   s.pass(2999);
   EXPECT_EQ(s.noticed(), "partly lost 1, partly lost 1");

@@ -100,6 +100,20 @@ TEST(LinkEnd, NothingIsMissingThatCameMeanwhile) {
   EXPECT_NE(lines.find("4.1 b\n4.1 c\n"), std::string::npos) << lines;
 }
 
+// 64 of them are handed over in the time of another entry.
+TEST(LinkEnd, MessagesThatAreKeptCountAsWell) {
+  const auto steps = [](int unread) {
+    MuchTold s(ending(keeping(), 2));
+    for (int n = 0; n < unread; ++n) {
+      s.take(2, 1, "unread");
+      s.said(1);
+    }
+    s.lose(1);
+    return s.settle();
+  };
+  EXPECT_EQ(steps(2 * 64), steps(1) + 1);
+}
+
 TEST(LinkEnd, NothingOfThePeerPassesAfterTheFirstStep) {
   MuchTold s(ending(server(), 1));
   s.message(1, 1, 1, "before");

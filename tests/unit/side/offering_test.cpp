@@ -115,6 +115,48 @@ TEST(Offering, ASampleIsKeptForAListenerWhoseOfferHasNotHadItsTurn) {
   EXPECT_EQ(s.said(1), "2.1 first\n");
 }
 
+// Each message about one counts as an offer.
+TEST(Offering, OriginsThatComeToWhatIsOfferedAreCountedToo) {
+  Counted s(1);
+  s.graph({topic("/a").pub(1), topic("/b").pub(2)});
+  for (std::uint32_t link = 1; link <= 3; ++link) s.link_of(link, "many");
+  s.graph({topic("/a").pub(1).pub(3), topic("/b").pub(2).pub(4)});
+  const std::string first = "origins 1 +[2] -[]\n", second = "origins 2 +[2] -[]\n";
+  EXPECT_EQ(s.said(1), first);
+  EXPECT_EQ(s.said(2) + s.said(3), "");
+  EXPECT_EQ(s.settle(), 5U);
+  EXPECT_EQ(s.said(1), second);
+  EXPECT_EQ(s.said(2), first + second);
+  EXPECT_EQ(s.said(3), first + second);
+}
+
+// Each of many publishers of a topic counts.
+TEST(Offering, AnOfferOfManyOriginsIsMoreThanOne) {
+  Counted s(2);
+  Topic crowded = topic("/a");
+  for (std::uint8_t n = 1; n <= 64; ++n) crowded.pub(n);
+  s.join(1);
+  s.graph({crowded, topic("/b").pub(100)});
+  EXPECT_EQ(s.said(1).find("/b"), std::string::npos);
+  s.step();
+  EXPECT_EQ(s.said(1), "offer 2/b[1]\n");
+}
+
+TEST(Offering, ASampleComesBehindItsOriginThatHasNotHadItsTurn) {
+  Counted s(1);
+  s.graph({topic("/a").pub(1), topic("/b").pub(2)});
+  for (std::uint32_t link = 1; link <= 3; ++link) s.link_of(link, "many");
+  s.demand(3, 2);
+  s.said(3);
+  s.graph({topic("/a").pub(1).pub(3), topic("/b").pub(2).pub(4)});
+  s.take(2, 2, "known");
+  EXPECT_EQ(s.said(3), "2.1 known\n");
+  s.take(2, 4, "new");
+  EXPECT_EQ(s.said(3), "origins 2 +[2] -[]\n2.2 new\n");
+  s.settle();
+  EXPECT_EQ(s.said(3), "origins 1 +[2] -[]\n");
+}
+
 TEST(Offering, IdentitiesTakeTurns) {
   Counted s(1);
   for (std::uint32_t link = 1; link <= 3; ++link) s.link_of(link, "many");

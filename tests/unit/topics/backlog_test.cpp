@@ -3,9 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <deque>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "unit/topics/one_link.hpp"
 
@@ -202,14 +206,79 @@ TEST(Backlog, WhatIsClearedIsLostAndHoldsNothing) {
   Kept s;
   s.add(1);
   s.add(2);
-  s.subject.clear(DropReason::kWithdrawn);
-  s.subject.clear(DropReason::kNoDemand);
+  DroppedMessages gone;
+  s.subject.clear(DropReason::kWithdrawn, gone, ms(0));
+  s.subject.clear(DropReason::kNoDemand, gone, ms(0));
   EXPECT_EQ(s.subject.size(), 0U);
   EXPECT_FALSE(s.subject.holds({1}));
   EXPECT_EQ(s.dropped(DropReason::kWithdrawn), 2U);
   EXPECT_EQ(s.all.lost(), 2U);
   EXPECT_EQ(s.all.bytes(), 0U);
   EXPECT_FALSE(s.all.empty());  // it is there until it is removed
+}
+
+// What was begun stays as it is; what waited is replaced by what is newer.
+TEST(Backlog, BeginsWithWhatMayNotHaveArrived) {
+  Kept s;
+  std::deque<OutMessage> unarrived;
+  for (const std::uint32_t sequence : {4, 5, 6, 0, 0}) {
+    unarrived.push_back(kept_message(sequence, sequence == 0 ? 2 : 1));
+    unarrived.back().state = 7;
+  }
+  s.subject.begin(std::move(unarrived));
+  EXPECT_EQ(s.subject.size(), 4U);
+  EXPECT_EQ(s.all.bytes(), bytes_of(4));
+  EXPECT_EQ(s.dropped(DropReason::kNewerAvailable), 1U);
+  EXPECT_TRUE(s.subject.holds({1}));
+  OutMessage newer = kept_message(0, 2);
+  newer.state = 7;
+  s.subject.add(std::move(newer));
+  EXPECT_EQ(s.subject.size(), 4U);
+  EXPECT_EQ(s.take(4), "5 6 0");
+  EXPECT_FALSE(s.subject.holds({1}));
+  EXPECT_EQ(s.all.bytes(), 0U);
+}
+
+TEST(Backlog, WhatItBeginsWithIsBoundedToo) {
+  Kept s(bytes_of(2));
+  std::deque<OutMessage> unarrived;
+  for (const std::uint32_t sequence : {4, 5, 6})
+    unarrived.push_back(kept_message(sequence, sequence));
+  s.subject.begin(std::move(unarrived));
+  EXPECT_EQ(s.dropped(DropReason::kResumeBound), 1U);
+  EXPECT_EQ(s.all.bytes(), bytes_of(2));
+  EXPECT_FALSE(s.subject.holds({4}));
+  s.add(0, 7);
+  EXPECT_EQ(s.dropped(DropReason::kResumeBound), 2U);
+  EXPECT_EQ(s.take(3), "6 0");
+}
+
+// A hundred thousand take milliseconds.
+TEST(Backlog, AStepFreesSomeOfWhatIsDropped) {
+  Kept s;
+  const auto held = std::make_shared<Bytes>(1);
+  const auto shared = [&](std::uint32_t sequence) {
+    OutMessage message = kept_message(sequence);
+    message.body = Payload::wrap(held, *held);
+    return message;
+  };
+  std::deque<OutMessage> unarrived;
+  for (std::uint32_t sequence = 1; sequence <= 20'000; ++sequence)
+    unarrived.push_back(shared(sequence));
+  s.subject.begin(std::move(unarrived));
+  for (int n = 0; n < 20'000; ++n) s.subject.add(shared(0));
+  DroppedMessages gone;
+  s.subject.clear(DropReason::kResumeBound, gone, ms(5));
+  EXPECT_EQ(s.all.bytes(), 0U);
+  EXPECT_EQ(s.dropped(DropReason::kResumeBound), 40'000U);
+  EXPECT_EQ(gone.deadline(), ms(5).steady);
+  gone.free_some();
+  EXPECT_EQ(held.use_count(), 1 + 40'000 - 16'384);
+  gone.free_some();
+  EXPECT_TRUE(gone.deadline());
+  gone.free_some();
+  EXPECT_EQ(held.use_count(), 1);
+  EXPECT_FALSE(gone.deadline());
 }
 
 // As long as its origin must stay.

@@ -109,6 +109,7 @@ TEST(EarlySamples, WhoDrivesDoesNotGetWhatComesMuchLaterThanItWasSaid) {
   s.demand(other);
   s.offer(driven);
   s.see(topic("/a").pub(1, latched(3)).pub(2, latched(1)), 5000);
+  for (const OneLink* peer : {&other, &driven}) s.subject.tell_origins(peer->link.id);
   other.said();
   s.subject.on_taken({{}, gid(2), flow_test::at_ms(1000), sample("long ago"), 1}, ms(5000));
   driven.said();
@@ -127,6 +128,7 @@ TEST(EarlySamples, WhoDrivesGetsTheFirstCommandOfANewPublisher) {
   s.demand(other);
   driven.link.outgoing({1})->on_demand({.channel = {1}, .number = 1, .live = true}, ms(100));
   s.see(topic("/a").pub(1, latched(3)).pub(2, latched(1)).pub(3, latched(1)), 200);
+  s.subject.tell_origins(driven.link.id);
   driven.said();
   s.subject.on_taken({{}, gid(3), flow_test::at_ms(50), sample("yesterday"), 1}, ms(200));
   s.take(2, "now", 200);

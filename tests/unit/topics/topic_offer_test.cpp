@@ -148,9 +148,27 @@ TEST(TopicOffer, TellsOfOriginsThatComeAndGo) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
   s.see(topic("/a").pub(1).pub(2));
-  s.offer.add_origins({gid(2)});
+  s.offer.tell_origins();
   s.offer.remove_origins({{1}});
   EXPECT_EQ(s.peer.said(), "origins 1 +[2] -[]\norigins 1 +[] -[1]\n");
+}
+
+// It comes and goes before its turn.
+TEST(TopicOffer, TheEndOfAnOriginThatWasNotToldIsNotTold) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  s.see(topic("/a").pub(1).pub(2));
+  s.offer.remove_origins({{2}});
+  EXPECT_EQ(s.peer.said(), "");
+  s.offer.remove_origins({{1}});
+  EXPECT_EQ(s.peer.said(), "origins 1 +[] -[1]\n");
+}
+
+TEST(TopicOffer, AnOriginThatWasNotToldMakesNoOtherOffer) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  s.see(topic("/a").pub(1).pub(2));
+  EXPECT_FALSE(s.offer.review());
 }
 
 // A message behind the end of an origin may refer to no base of before.
