@@ -208,6 +208,25 @@ bool measure_kept(double held_up_max) {
   return is_short;
 }
 
+// Nor do messages that links have not acknowledged when they are lost, or when they come back no
+// more.
+bool measure_unread(std::uint32_t links, double held_up_max) {
+  constexpr std::uint32_t kUnread = 50'000;
+  bench::ManyLinks side({links, 1, 1, false, false});
+  side.publish(kUnread);
+  bool all_short = side.watched() == links;
+  const auto tell = [&](const char* event, const bench::Stall& stall) {
+    const bool is_short = 1e3 * stall.longest <= held_up_max;
+    all_short = all_short && is_short;
+    std::printf("%5u links with %u unread messages each %16.2f %10.2f  %s%s\n", links, kUnread,
+                1e3 * stall.longest, 1e3 * stall.all, event, is_short ? "" : ", long");
+  };
+  tell(links == 1 ? "it is lost" : "all are lost together", side.lose(0, links));
+  tell("50,000 more are kept", side.publish(kUnread));
+  tell("none comes back", side.give_up());
+  return all_short;
+}
+
 // Nor does a node that starts beside many topics or services, of which most have no place.
 bool measure_unplaced(InterfaceKind kind, double held_up_max) {
   constexpr std::uint32_t kOffered = 3750;
@@ -276,6 +295,8 @@ int measure_shared() {
       for (const auto& [links, topics] : {std::pair{20U, 8U}, std::pair{31U, 1U}})
         if (!measure({links, topics, 256, transient_local, listened})) return 1;
   all_short = measure_kept(kHeldUpMax) && all_short;
+  for (const std::uint32_t links : {1U, 31U})
+    all_short = measure_unread(links, kHeldUpMax) && all_short;
   for (const auto kind : {InterfaceKind::kTopic, InterfaceKind::kService})
     all_short = measure_unplaced(kind, kHeldUpMax) && all_short;
   return all_short ? 0 : 1;
@@ -298,11 +319,14 @@ int measure_graph() {
                                 {3750, 0, InterfaceKind::kTopic, {100, 0, 0}},
                                 {3750, 0, InterfaceKind::kService, {10, 100, 0}},
                                 {256, 500, InterfaceKind::kTopic, {1000, 0, 0}},
-                                {256, 500, InterfaceKind::kTopic, {0, 1000, 0}}};
+                                {256, 500, InterfaceKind::kTopic, {0, 1000, 0}},
+                                {256, 500, InterfaceKind::kTopic, {0, 0, 0, 1000}},
+                                {256, 500, InterfaceKind::kTopic, {0, 0, 0, 0, 500}},
+                                {256, 500, InterfaceKind::kTopic, {0, 0, 0, 0, 0, 500}}};
   bool all_short = true;
   std::puts(
-      "each of 32 links offers, is offered  the node: topics services actions  "
-      "starts, ms  all ms  ends, ms  all ms");
+      "each of 32 links offers, is offered  the node: topics services actions listens records joins"
+      "  starts, ms  all ms  ends, ms  all ms");
   for (const auto& [offered, exported, kind, node] : cases) {
     bench::LoadedSide side(offered, exported, 0, std::vector<std::string>(kLinks, "peer"), kind);
     const auto run = [&](std::optional<bench::LoadedSide::Node> runs) {
@@ -318,10 +342,10 @@ int measure_graph() {
     const auto ends = run(std::nullopt);
     const bool is_short = std::max(starts.first, ends.first) <= kStepMax;
     all_short = all_short && is_short;
-    std::printf("%10u %-8s %16u  %16u %8u %7u %11.2f %7.1f %9.2f %7.1f%s\n", offered,
+    std::printf("%10u %-8s %16u  %16u %8u %7u %7u %7u %5u %11.2f %7.1f %9.2f %7.1f%s\n", offered,
                 kind == InterfaceKind::kTopic ? "topics" : "services", exported, node.topics,
-                node.services, node.actions, starts.first, starts.second, ends.first, ends.second,
-                is_short ? "" : ", long");
+                node.services, node.actions, node.listens, node.records, node.joins, starts.first,
+                starts.second, ends.first, ends.second, is_short ? "" : ", long");
     if (told != kLinks * (node.topics + node.services + 5 * node.actions) || !side.open()) {
       std::fprintf(stderr, "%u offers were made\n", told);
       return 1;

@@ -24,23 +24,46 @@ using namespace connect_bridge;
 
 class LoadedSide {
  public:
-  // Numbers of what a node publishes, serves and offers as actions.
+  // Numbers of what a node publishes, serves and offers as actions; of names that it subscribes to
+  // and nobody publishes; of the topics here that it subscribes to, and publishes as well.
   struct Node {
     std::uint32_t topics = 10;
     std::uint32_t services = 0;
     std::uint32_t actions = 0;
+    std::uint32_t listens = 0;
+    std::uint32_t records = 0;
+    std::uint32_t joins = 0;
+  };
+  // What one step has done, as its packets and actions show.
+  struct Work {
+    std::size_t offers = 0;
+    std::size_t origins = 0;    // that have come to open channels
+    std::size_t listeners = 0;  // that have come or gone
+    std::size_t withdrawn = 0;  // channels
+    std::size_t endpoints = 0;  // mirrors that are made or destroyed
+
+    // Each of them becomes that of both.
+    template <class Of>
+    void join(const Work& other, Of of) {
+      for (const auto each :
+           {&Work::offers, &Work::origins, &Work::listeners, &Work::withdrawn, &Work::endpoints})
+        this->*each = of(this->*each, other.*each);
+    }
   };
 
   // So many topics that each peer offers, with an origin each (channels 1, 2, ...), or as many
   // services; and so many topics of nodes here, which the peers accept and demand. The peers listen
-  // to `listeners` that nobody publishes. `identities`: of one link each.
+  // to `listeners` that nobody publishes. `identities`: of one link each. `durability`: of what
+  // peers and nodes publish.
   LoadedSide(std::uint32_t offered, std::uint32_t exported, std::uint32_t listeners,
              const std::vector<std::string>& identities = {"peer"},
-             InterfaceKind kind = InterfaceKind::kTopic)
+             InterfaceKind kind = InterfaceKind::kTopic,
+             Durability durability = Durability::kVolatile)
       : offered_(offered),
         exported_(exported),
         listeners_(listeners),
         kind_(kind),
+        durability_(durability),
         side_(options(identities.size()), 1, 0) {
     for (const std::string& identity : identities) peers_.emplace_back().identity = identity;
     give(graph());
@@ -54,9 +77,13 @@ class LoadedSide {
   template <class Work>
   double seconds_of(Work work) {
     longest_ = all_ = 0;
+    most_ = sum_ = {};
     work();
     return longest_;
   }
+  // The most of each that one of these steps has done, and all of it.
+  [[nodiscard]] const Work& most() const { return most_; }
+  [[nodiscard]] const Work& work_in_all() const { return sum_; }
   // The same of all steps of that work.
   [[nodiscard]] double seconds_in_all() const { return all_; }
   double seconds_for(bool text, ByteView packet) {
@@ -155,9 +182,12 @@ class LoadedSide {
     TimePoint acknowledged_at{};
   };
 
-  static Endpoint endpoint(std::uint32_t i) {
-    return {gid(i, 2), "/", "node" + std::to_string(i % 100), {}};
+  [[nodiscard]] Endpoint endpoint(std::uint32_t i) const {
+    Endpoint endpoint{gid(i, 2), "/", "node" + std::to_string(i % 100), {}};
+    endpoint.qos.durability = durability_;
+    return endpoint;
   }
+  static Endpoint of_node() { return {gid(0, 5), "/", "starts", {}}; }
   static std::string up(std::uint32_t n) { return "/up" + std::to_string(n); }
 
   static SideOptions options(std::size_t links) {
@@ -182,8 +212,12 @@ class LoadedSide {
 
   [[nodiscard]] GraphChanged graph() const {
     GraphChanged graph;
-    for (std::uint32_t i = 0; i < exported_; ++i)
-      graph.topics.push_back({"/down" + std::to_string(i), kType, "", {endpoint(i)}, {}});
+    for (std::uint32_t i = 0; i < exported_; ++i) {
+      TopicState topic{"/down" + std::to_string(i), kType, "", {endpoint(i)}, {}};
+      if (node_ && i < node_->joins) topic.publishers.push_back(of_node());
+      if (node_ && i < node_->records) topic.subscribers.push_back(of_node());
+      graph.topics.push_back(std::move(topic));
+    }
     graph.services.push_back({"/service", "p/srv/S", {{gid(1, 4), "/", "node"}}});
     if (node_) add(*node_, graph);
     if (bridge_runs_)
@@ -191,7 +225,7 @@ class LoadedSide {
     return graph;
   }
   void add(const Node& node, GraphChanged& graph) const {
-    const Endpoint endpoint{gid(0, 5), "/", "starts", {}};
+    const Endpoint endpoint = of_node();
     const Server server{gid(0, 6), "/", "starts"};
     const auto publish = [&](const std::string& name, const std::string& type) {
       graph.topics.push_back({name, type, "", {endpoint}, {}});
@@ -199,6 +233,8 @@ class LoadedSide {
     for (std::uint32_t n = 1; n <= node.topics; ++n) publish("/more" + std::to_string(n), kType);
     for (std::uint32_t n = 1; n <= std::min(offered_, node.topics); ++n)
       graph.topics.push_back({up(n), kType, "", {}, {endpoint}});
+    for (std::uint32_t n = 1; n <= node.listens; ++n)
+      graph.topics.push_back({"/wanted" + std::to_string(n), kType, "", {}, {endpoint}});
     for (std::uint32_t n = 1; n <= node.services; ++n)
       graph.services.push_back({"/serves" + std::to_string(n), "p/srv/S", {server}});
     for (std::uint32_t n = 1; n <= node.actions; ++n)
@@ -233,8 +269,11 @@ class LoadedSide {
     hear(link, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
     for (std::uint32_t first = 1; first <= offered_; first += kOfferChannelsMax) {
       Offer offer;
-      for (std::uint32_t n = first; n < first + kOfferChannelsMax && n <= offered_; ++n)
+      for (std::uint32_t n = first; n < first + kOfferChannelsMax && n <= offered_; ++n) {
         offer.channels.push_back(kind_ == InterfaceKind::kTopic ? channel(n) : service(n));
+        for (OriginOffer& origin : offer.channels.back().origins)
+          origin.qos.durability = durability_;
+      }
       hear(link, offer);
     }
     for (std::uint32_t first = 1; first <= listeners_; first += kAddedMax) {
@@ -277,15 +316,23 @@ class LoadedSide {
     const SideStep step = step_of(side_, std::move(input), now_);
     longest_ = std::max(longest_, step.seconds);
     all_ += step.seconds;
-    for (const Action& action : step.actions)
+    Work work;
+    for (const Action& action : step.actions) {
+      work.endpoints += std::holds_alternative<CreateMirror>(action) ||
+                        std::holds_alternative<DestroyMirror>(action) ||
+                        std::holds_alternative<CreateServiceMirror>(action) ||
+                        std::holds_alternative<DestroyServiceMirror>(action);
       if (const auto* close = std::get_if<CloseConnection>(&action))
         for (Peer& peer : peers_) peer.open = peer.open && peer.connection != close->connection;
+    }
     for (const auto& [to, packet] : step.packets)
       for (Peer& peer : peers_)
-        if (peer.connection == to) look_at(peer, packet);
+        if (peer.connection == to) look_at(peer, packet, work);
+    most_.join(work, [](std::size_t a, std::size_t b) { return std::max(a, b); });
+    sum_.join(work, [](std::size_t a, std::size_t b) { return a + b; });
   }
 
-  static void look_at(Peer& peer, const Packet& packet) {
+  static void look_at(Peer& peer, const Packet& packet, Work& work) {
     if (!packet.text) {
       if (std::exchange(peer.welcomed, true)) {
         peer.received += packet.size();  // the record does not count
@@ -296,8 +343,16 @@ class LoadedSide {
     }
     const auto control = decode_control(text_of(packet));
     if (!control) return;
-    if (const auto* offer = std::get_if<Offer>(&control.value()))
+    if (const auto* offer = std::get_if<Offer>(&control.value())) {
       peer.told += static_cast<std::uint32_t>(offer->channels.size());
+      work.offers += offer->channels.size();
+    }
+    if (const auto* changed = std::get_if<OriginsChanged>(&control.value()))
+      work.origins += changed->added.size();
+    if (const auto* told = std::get_if<Listeners>(&control.value()))
+      work.listeners += told->added.size() + told->removed.size();
+    if (const auto* withdraw = std::get_if<Withdraw>(&control.value()))
+      work.withdrawn += withdraw->channels.size();
   }
   static Bytes bytes_of(const Packet& packet) {
     const std::string bytes = text_of(packet);
@@ -306,6 +361,7 @@ class LoadedSide {
 
   const std::uint32_t offered_, exported_, listeners_;
   const InterfaceKind kind_;
+  const Durability durability_;  // of what peers and nodes here publish
   Side side_;
   Now now_{TimePoint(std::chrono::seconds(1)), 1'700'000'000LL * kStampSecond, 0};
   std::vector<Peer> peers_;
@@ -314,6 +370,7 @@ class LoadedSide {
   bool bridge_runs_ = false;
   double longest_ = 0;
   double all_ = 0;
+  Work most_, sum_;
 };
 
 }  // namespace bench

@@ -82,6 +82,10 @@ class ManyLinks {
       }
     });
   }
+  // Lost links are waited for no longer.
+  Stall give_up() {
+    return measured([&] { rest(std::chrono::seconds(120)); });
+  }
   // Links to which it is sent.
   [[nodiscard]] std::uint32_t watched() const { return watched_; }
   // A node subscribes to the topics, or does so no longer.

@@ -2,7 +2,8 @@
 // piece of bytes that is repeated, each '#' in it a number (of texts), until the packet is as large
 // as a peer may send it, or so often as a byte says. Then events happen: links end, one by one and
 // together, and come back, a node starts and ends, time passes. Input: a byte for what the pieces
-// are of, one for how many, one for the number of events, the events, the piece.
+// are of, and for what the peers offer, one for how many, one for the number of events, the events,
+// the piece.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -49,8 +50,13 @@ constexpr std::array<Around, 13> kAround = {{
 }};
 constexpr std::array<std::size_t, 6> kCounts = {1, 64, 256, 1024, 4096, kPacketBytesMax};
 
-// Several links of one identity, and one of another.
-const std::vector<std::string> kIdentities = {"driver", "driver", "driver", "other"};
+// Many links of one identity, and one of another.
+constexpr std::size_t kLinks = 32;
+std::vector<std::string> identities() {
+  std::vector<std::string> all(kLinks, "driver");
+  all.back() = "other";
+  return all;
+}
 constexpr std::size_t kEventsMax = 16;
 constexpr unsigned kRestMax = 16;  // 2^15 ms
 
@@ -62,15 +68,17 @@ struct Sent {
 // The low bits say what happens, the others to which link, or for how long.
 void happen(bench::LoadedSide& side, std::uint8_t event, const Sent& sent) {
   const unsigned which = event / 8;
-  const std::size_t link = which % kIdentities.size();
+  const std::size_t link = which % kLinks;
   switch (event % 8) {
     case 0: return side.send(link, sent.text, sent.packet);
     case 1: return side.lose(link);
     case 2:
-      for (std::size_t lost = link; lost < kIdentities.size(); ++lost) side.lose(lost);
+      for (std::size_t lost = link; lost < kLinks; ++lost) side.lose(lost);
       return;
     case 3: return side.come_back(link);
-    case 4: return side.run_node(bench::LoadedSide::Node{8 * which, 8 * (which % 8), which % 4});
+    case 4:
+      return side.run_node(bench::LoadedSide::Node{2 * which, 2 * (which % 8), which % 4,
+                                                   8 * (which % 16), 4 * (which % 4), which});
     case 5: return side.run_node(false);
     default: return side.rest(std::chrono::milliseconds(1U << which % kRestMax));
   }
@@ -100,7 +108,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     sent.packet = {text.begin(), text.end()};
   }
   check_quick("a step of the loop", [&] {
-    bench::LoadedSide side(100, 100, 64, kIdentities);
+    const unsigned what = data[0] / kAround.size();
+    const auto kind = what % 2 == 0 ? InterfaceKind::kTopic : InterfaceKind::kService;
+    const auto durability = what / 2 % 2 == 0 ? Durability::kVolatile : Durability::kTransientLocal;
+    bench::LoadedSide side(32, 32, 32, identities(), kind, durability);
     return side.seconds_of([&] {
       if (!piece.empty()) side.send(0, sent.text, sent.packet);
       for (std::size_t n = 0; n < events; ++n) happen(side, data[3 + n], sent);
