@@ -177,7 +177,12 @@ class Explainer {
     }
     const auto [rule, pattern] = nearest();
     if (pattern != nullptr) line(fmt::format("the nearest is {}", where(*rule, key_, *pattern)));
-    if (!explained && body_.empty()) line(fmt::format("no rule in use has {}", key_));
+    if (explained || !body_.empty()) return;
+    const auto& rules = config_.policy.rules();
+    const bool has_key = std::any_of(rules.begin(), rules.end(), [&](const Rule& one) {
+      return !one.opens[direction_][question_.what].empty();
+    });
+    line(fmt::format("no rule in use {} {}", has_key ? "names it in" : "has", key_));
   }
 
   [[nodiscard]] std::pair<const Rule*, const Pattern*> nearest() const {
@@ -218,9 +223,17 @@ class Explainer {
 
   // Images and clouds may lose something on a thin link, and a person has to know how to forbid it.
   void tell_lossy() {
-    const std::string& type = question_.type;
-    const bool concerned = question_.what == OpenedBy::kTopics &&
-                           (type.empty() || video::has_pictures(type) || is_cloud(type));
+    // A rule for one type answers for it.
+    const std::vector<std::string>& types = deciding_->types;
+    const std::string& type =
+        question_.type.empty() && types.size() == 1 ? types.front() : question_.type;
+    const auto is_lossy = [](const std::string& of) {
+      return video::has_pictures(of) || is_cloud(of);
+    };
+    const bool concerned =
+        question_.what == OpenedBy::kTopics &&
+        (type.empty() ? types.empty() || std::any_of(types.begin(), types.end(), is_lossy)
+                      : is_lossy(type));
     if (!concerned) return;
     const auto key = [&](std::string_view pair) {
       return config_.default_rules ? fmt::format("\"{}\" in a rule", pair)

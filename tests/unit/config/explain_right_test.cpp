@@ -56,6 +56,29 @@ TEST(ExplainRight, TheRuleThatDecides) {
   EXPECT_THAT(said(question), Not(HasSubstr("no rule in use")));
 }
 
+TEST(ExplainRight, AKeyThatARuleHasIsNotDenied) {
+  Config config = config_of(yaml("{rules: [look], rule: {look: {export_topics: [/scan, /tf]}}}"),
+                            Role::kServer);
+  const std::string text = explain_right(config, topic("/rosout", Direction::kExport)).text;
+  EXPECT_THAT(text, HasSubstr("no rule in use names it in export_topics"));
+  EXPECT_THAT(explain_right(config, topic("/rosout", Direction::kImport)).text,
+              HasSubstr("no rule in use has import_topics"));
+}
+
+// Nothing of a Twist is ever video.
+TEST(ExplainRight, TheTypesOfARuleSayWhetherItMayBeLossy) {
+  const auto of_types = [](const std::string& types) {
+    Config config =
+        config_of(yaml("{rules: [a], rule: {a: {export_topics: [/t], types: [" + types + "]}}}"),
+                  Role::kServer);
+    return explain_right(config, topic("/t", Direction::kExport)).text;
+  };
+  EXPECT_THAT(of_types("geometry_msgs/msg/Twist"), Not(HasSubstr("exact")));
+  EXPECT_THAT(of_types("geometry_msgs/msg/Twist, nav_msgs/msg/Path"), Not(HasSubstr("exact")));
+  EXPECT_THAT(of_types("sensor_msgs/msg/PointCloud2"), HasSubstr("(rounded points)"));
+  EXPECT_THAT(of_types("geometry_msgs/msg/Twist, sensor_msgs/msg/Image"), HasSubstr("exact"));
+}
+
 TEST(ExplainRight, ForWhom) {
   const auto text = said(topic("/cmd_vel", Direction::kImport, "anna"));
   EXPECT_THAT(text, HasSubstr("/cmd_vel: not allowed\n"));
