@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <iterator>
 #include <map>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "core/wire/text.hpp"
 
@@ -42,6 +44,23 @@ std::string_view kind_of(const YAML::Node& node) {
   return errno == 0 && *end == '\0' ? "numbers with a point" : "text";
 }
 
+// Whether this is KEY:VALUE, which YAML takes for one text: a URL is none.
+bool lacks_blank(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos || colon == 0 || colon + 1 >= text.size()) return false;
+  const std::string_view key = text.substr(0, colon), value = text.substr(colon + 1);
+  const auto is_of_key = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '.';
+  };
+  return std::all_of(key.begin(), key.end(), is_of_key) && value.front() != ' ' &&
+         value.front() != '\t' && !value.starts_with("//");
+}
+
+std::string lacks_blank_text(std::string_view text) {
+  const std::string key(text.substr(0, text.find(':')));
+  return "a blank is missing behind the colon: `" + to_text(key, kTextShown) + ": ...`";
+}
+
 // Looks for keys that are given twice, and for what rcl refuses with the line alone: keys without a
 // value, lists of several kinds. Keys are compared by their whole names, as rcl joins them:
 // `rule.drive: {...}` and `rule: {drive: {...}}` are the same, and so are `/a/b: {...}` and
@@ -56,7 +75,8 @@ class KeyCheck {
     if (document.IsNull() || has_parameters_) return;
     found.if_refused.insert(found.if_refused.begin(),
                             place(file_, document.Mark().line + 1) +
-                                "expected `/**:` and below it, indented, `ros__parameters:`");
+                                "expected `/**:` and below it, indented, `ros__parameters:` (of "
+                                "a relay's file `relay --check FILE` says what is wrong)");
   }
 
   YamlProblems found;
@@ -88,8 +108,13 @@ class KeyCheck {
         found.if_refused.push_back(at + "stands below a node's name: indent it below `/**:`");
       else if (value.IsNull())
         found.if_refused.push_back(at + "has nothing below it: indent the parameters further");
+      else if (value.IsScalar() && lacks_blank(value.Scalar()))
+        found.if_refused.push_back(place(file_, value.Mark().line + 1) +
+                                   lacks_blank_text(value.Scalar()));
     } else if (separator == kOfNodes && value.IsSequence()) {
       found.if_refused.push_back(at + "is no node's name: indent it below `ros__parameters:`");
+    } else if (value.IsNull() && lacks_blank(text)) {
+      found.if_refused.push_back(place(file_, line) + lacks_blank_text(text));
     } else if (value.IsNull()) {
       found.if_refused.push_back(at + "has no value; a list stands in brackets: [/one, /two]");
     }
@@ -137,15 +162,107 @@ int line_with_tab(std::string_view text, int lines) {
   return 0;
 }
 
+// A quotation mark or a bracket that begins in a line and is not closed where it has to be.
+struct LeftOpen {
+  char what = 0;  // 0: none
+  int line = 0;
+  std::size_t column = 0;
+};
+
+// Where an error is, a quoted text of several lines is one whose end was forgotten. Comments do not
+// count. In texts without quotation marks brackets are in pairs, as far as they are in patterns.
+LeftOpen left_open(std::string_view text) {
+  std::vector<LeftOpen> brackets;
+  LeftOpen quote;
+  int line = 1;
+  std::size_t line_at = 0;
+  char before = '\n';
+  for (std::size_t i = 0; i < text.size(); before = text[i++]) {
+    const char c = text[i];
+    const std::size_t column = i - line_at + 1;
+    if (c == '\n') {
+      ++line;
+      line_at = i + 1;
+    }
+    if (quote.what != 0) {
+      if (c == '\n') return quote;
+      if (c == '\\' && quote.what == '"')
+        ++i;
+      else if (c == quote.what)
+        quote = {};
+      continue;
+    }
+    const bool is_begin = std::string_view(" \t\n[{,:").find(before) != std::string_view::npos;
+    if (c == '#' && is_begin) {
+      while (i + 1 < text.size() && text[i + 1] != '\n') ++i;
+    } else if ((c == '"' || c == '\'') && is_begin) {
+      quote = {c, line, column};
+    } else if (c == '[' || c == '{') {
+      brackets.push_back({c, line, column});
+    } else if ((c == ']' || c == '}') && !brackets.empty()) {
+      if (brackets.back().what != (c == ']' ? '[' : '{')) return brackets.back();
+      brackets.pop_back();
+    }
+  }
+  return quote.what != 0 || brackets.empty() ? quote : brackets.front();
+}
+
+// The first line, of the first so many, in which KEY:VALUE stands; 0: none.
+int line_without_blank(std::string_view text, int lines, std::string& found) {
+  for (int line = 1; line <= lines && !text.empty(); ++line) {
+    const std::string_view one = text.substr(0, text.find('\n'));
+    const std::size_t from = std::min(one.find_first_not_of(' '), one.size());
+    const std::string_view word = one.substr(from, one.find_first_of(" ,[{#", from) - from);
+    if (lacks_blank(word)) {
+      found = word;
+      return line;
+    }
+    text.remove_prefix(std::min(one.size() + 1, text.size()));
+  }
+  return 0;
+}
+
+// What a message of yaml-cpp means in a parameter file, and the cure.
+struct OfParser {
+  std::string_view message, cure;
+};
+constexpr OfParser kOfParser[] = {
+    {"alias not found after *", "a text that begins with * stands in quotation marks: \"*\""},
+    {"illegal character found while scanning alias",
+     "a text that begins with * stands in quotation marks: \"*/x\""},
+    {"the referenced anchor is not defined",
+     "a text that begins with * stands in quotation marks: \"*/x\""},
+    {"anchor not found after &", "a text that begins with & stands in quotation marks"},
+    {"unknown token", "a text that begins with @, % or ` stands in quotation marks"},
+    {"illegal flow end", "a bracket closes here, and none of its kind is open"},
+    {"illegal map value",
+     "this line is indented further than the key before it, which has a value; or its value has a "
+     "colon in it and needs quotation marks"},
+    {"illegal block entry", "a list of several lines begins below its key: \"- /one\""},
+    {"end of map not found",
+     "this line is indented as none before it; keys of one map stand in one column"},
+    {"unknown escape character", "in \"double\" quotation marks a \\ stands as \\\\"},
+};
+
+std::string left_open_text(const std::string& file, const LeftOpen& open) {
+  return fmt::format("{}:{}:{}: a {} that is not closed", file, open.line, open.column, open.what);
+}
+
 std::string no_yaml(const std::string& file, const YAML::Exception& error, std::string_view text) {
   // The parser may find a fault of a line at the beginning of the next one.
   if (const int line = line_with_tab(text, error.mark.line + 1); line > 0)
     return place(file, line) + "a tab; YAML indents with spaces";
+  std::string key;
+  if (const int line = line_without_blank(text, error.mark.line + 1, key); line > 0)
+    return place(file, line) + lacks_blank_text(key);
+  if (const LeftOpen open = left_open(text); open.what != 0) return left_open_text(file, open);
   std::string problem = file + ":" + std::to_string(error.mark.line + 1) + ":" +
-                        std::to_string(error.mark.column + 1) + ": " + error.msg;
-  if (error.msg.starts_with("end of map not found"))
-    problem += ": this line is indented as none before it; keys of one map stand in one column";
-  return problem;
+                        std::to_string(error.mark.column + 1) + ": ";
+  const auto known = std::find_if(std::begin(kOfParser), std::end(kOfParser), [&](const auto& one) {
+    return error.msg.starts_with(one.message);
+  });
+  return problem + error.msg +
+         (known == std::end(kOfParser) ? "" : ": " + std::string(known->cure));
 }
 
 }  // namespace
@@ -158,6 +275,9 @@ YamlProblems yaml_problems(const std::string& file, std::istream& in) {
   } catch (const YAML::Exception& error) {
     keys.found.certain.push_back(no_yaml(file, error, text));
   }
+  // yaml-cpp closes at the end what rcl does not.
+  if (const LeftOpen open = left_open(text); open.what != 0 && keys.found.if_refused.empty())
+    keys.found.if_refused.push_back(left_open_text(file, open));
   if (const int line = line_with_tab(text, static_cast<int>(text.size())); line > 0)
     keys.found.if_refused.insert(keys.found.if_refused.begin(),
                                  place(file, line) + "a tab; YAML indents with spaces");

@@ -97,6 +97,37 @@ TEST(ParameterFile, ThatIsNoYamlIsToldWithLineAndColumn) {
 }
 
 // As by a list without its brackets.
+// In our words, at the line that is wrong: yaml-cpp finds it later, and names no cure.
+TEST(ParameterFile, UsualMistakesHaveTheirCures) {
+  const std::string head = "/**:\n  ros__parameters:\n";
+  const auto first = [&](const std::string& lines) {
+    const auto problems = problems_of(head + lines);
+    return problems.empty() ? std::string("none") : problems.front();
+  };
+  const std::string blank = "a blank is missing behind the colon: `";
+  EXPECT_THAT(first("    auth.method:none\n"), HasSubstr(":3: " + blank + "auth.method: ...`"));
+  EXPECT_THAT(first("    auth.method:none\n    rules: [a]\n"),
+              HasSubstr(":3: " + blank + "auth.method: ...`"));
+  EXPECT_THAT(first("    listen: {port:1}\n"), HasSubstr(":3: " + blank + "port: ...`"));
+  EXPECT_THAT(first("    rule.a.export_topics: [*, /x]\n"),
+              HasSubstr("a text that begins with * stands in quotation marks"));
+  EXPECT_THAT(first("    rule.a.export_topics: [*/x]\n"),
+              HasSubstr("a text that begins with * stands in quotation marks"));
+  for (const char* value : {"@a", "%s"})
+    EXPECT_THAT(first(std::string("    prefix: ") + value + "\n"),
+                HasSubstr("a text that begins with @, % or ` stands in quotation marks"));
+  EXPECT_THAT(first("    rules: [a\n    rule.a.export_topics: [/x]\n"),
+              ContainsRegex(":3:[0-9]+: a . that is not closed"));
+  EXPECT_THAT(first("    rule: {a: {export_topics: [/x}}\n"),
+              ContainsRegex(":3:[0-9]+: a . that is not closed"));
+  EXPECT_THAT(first("    url: \"wss://robot\n    prefix: \"/a\"\n"),
+              ContainsRegex(":3:[0-9]+: a . that is not closed"));
+  EXPECT_THAT(first("    url: 'wss://robot\n    dead_after: 3.0\n"),
+              ContainsRegex(":3:10: a ' that is not closed"));
+  EXPECT_THAT(first("    dead_after: 3.0\n      prefix: /a\n"),
+              HasSubstr("this line is indented further than the key before it"));
+}
+
 TEST(ParameterFile, AKeyWithoutAValueIsNamed) {
   const std::string file = file_with(
       "/**:\n"
