@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "config/document.hpp"
 #include "config/key_search.hpp"
@@ -75,21 +76,17 @@ int write_tables(const std::string& manual) {
   return 0;
 }
 
-// CLI11 only reports that a subcommand is required, whatever word is in its place.
-std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
+// CLI11 only reports that a subcommand is required, whatever word is in its place. Empty: no
+// subcommand was misspelt.
+std::string misspelt_command(const CLI::App& app) {
   const auto unknown = app.remaining();
-  if (unknown.empty() || !app.get_subcommands().empty()) return wrong.what();
-  std::string best;
-  std::size_t least = 3;  // typing errors
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    const std::size_t distance =
-        connect_bridge::edit_distance(unknown.front(), command->get_name());
-    if (distance >= least) continue;
-    least = distance;
-    best = command->get_name();
-  }
-  return "\"" + unknown.front() + "\" is unknown: " +
-         (best.empty() ? "a subcommand is required" : "did you mean " + best + "?");
+  if (unknown.empty() || !app.get_subcommands().empty()) return {};
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  const std::string best = connect_bridge::nearest_of(names, unknown.front());
+  if (best.empty()) return {};
+  return "\"" + unknown.front() + "\" is unknown: did you mean " + best + "?";
 }
 
 }  // namespace
@@ -100,7 +97,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", connect_bridge::version_text(), "Print the version");
   app.failure_message([](const CLI::App* failed, const CLI::Error& wrong) {
-    return complaint_of(*failed, wrong) + "\n\n" + failed->help();
+    const std::string misspelt = misspelt_command(*failed);  // the help would hide it
+    if (!misspelt.empty()) return misspelt + "\n";
+    return wrong.what() + ("\n\n" + failed->help());
   });
 
   int exit_code = 0;

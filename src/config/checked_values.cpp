@@ -46,7 +46,16 @@ std::vector<std::string> entries_of(std::string_view text) {
 
 // What to write instead of a value of the wrong type.
 std::string fix_of(const KeySpec& spec, const ParameterValue& value) {
-  if (spec.type != ParameterType::kStrings) return expected_of(spec);
+  if (spec.type != ParameterType::kStrings) {
+    // A number or a word of yes and no that stands in quotation marks is a text.
+    const auto* text = std::get_if<std::string>(&value);
+    const bool is_bare = text != nullptr && !text->empty() &&
+                         text->find_first_not_of("0123456789.-+eE") == std::string::npos;
+    const bool is_quoted =
+        text != nullptr &&
+        (spec.type == ParameterType::kBool ? *text == "true" || *text == "false" : is_bare);
+    return expected_of(spec) + (is_quoted ? ", without quotation marks" : "");
+  }
   if (const auto* text = std::get_if<std::string>(&value)) {
     return "a list of strings: " + to_text(ParameterValue{entries_of(*text)});
   }

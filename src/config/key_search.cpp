@@ -125,6 +125,18 @@ std::string_view type_text(ParameterType type) {
   }
 }
 
+std::string nearest_of(const std::vector<std::string>& words, std::string_view given) {
+  std::string best;
+  std::size_t least = 3;  // typing errors
+  for (const std::string& word : words) {
+    const std::size_t distance = edit_distance(given, word);
+    if (distance >= least) continue;
+    least = distance;
+    best = word;
+  }
+  return best;
+}
+
 std::string expected_of(const KeySpec& spec) {
   std::string range;
   if (spec.range) {

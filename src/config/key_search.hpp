@@ -37,6 +37,9 @@ inline constexpr std::string_view kUseSimTime = "use_sim_time";
 // Number of characters to insert, delete or replace (Levenshtein).
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
+// The word that is most similar to a misspelt one, or empty.
+[[nodiscard]] std::string nearest_of(const std::vector<std::string>& words, std::string_view given);
+
 [[nodiscard]] std::string_view type_text(ParameterType type);  // "list of strings"
 
 // The value without parts of a URL that may be secret: user, password, query. Does not handle

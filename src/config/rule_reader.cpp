@@ -77,14 +77,20 @@ void check_clock(const CheckedValues& values, const Rule& rule, RuleSet& set,
 
 void check_listed(const CheckedValues& values, const std::vector<std::string>& names, ReadAt moment,
                   std::vector<Problem>& problems, std::vector<std::string>& warnings) {
-  for (const std::string& name : names) {
-    if (values.rules().contains(name)) continue;
+  std::vector<std::string> undefined, unlisted;
+  for (const std::string& name : names)
+    if (!values.rules().contains(name)) undefined.push_back(name);
+  for (const std::string& name : values.rules())
+    if (std::find(names.begin(), names.end(), name) == names.end()) unlisted.push_back(name);
+  // One fault with two ends.
+  const bool is_renamed = undefined.size() == 1 && unlisted.size() == 1;
+  for (const std::string& name : undefined)
     problems.push_back(
         {"rules", to_text(name),
-         fmt::format("a rule that is defined, e.g. by rule.{}.import_topics", name)});
-  }
-  for (const std::string& name : values.rules()) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+         is_renamed ? fmt::format("a rule that is defined: did you mean {}?", unlisted.front())
+                    : fmt::format("a rule that is defined, e.g. by rule.{}.import_topics", name)});
+  if (is_renamed) return;
+  for (const std::string& name : unlisted) {
     if (moment == ReadAt::kStart) {
       problems.push_back({"rule." + name, "", "its name in `rules`, else it has no effect"});
     } else {

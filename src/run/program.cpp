@@ -95,6 +95,15 @@ bool has_argument(int argc, char** argv, std::initializer_list<std::string_view>
   return false;
 }
 
+// rcl names no cure for a misspelt option. Others are left to it.
+std::vector<std::string> misspelt_options(int argc, char** argv) {
+  std::vector<std::string> problems;
+  for (const std::string& given : ros::unknown_options(argc, argv))
+    if (const std::string meant = nearest_of(ros::long_options(), given); !meant.empty())
+      problems.push_back("unknown ROS argument " + given + ": did you mean " + meant + "?");
+  return problems;
+}
+
 // The socket of the supervisor. Empty: no supervisor waits for this process. Systemd names the
 // process that it has started; if that is another one, such as `ros2 launch`, it reports for
 // itself.
@@ -204,6 +213,7 @@ int run_program(Role role, int given_count, char** given) {
   raise_descriptors();
   auto wrong = ros::problems_of_parameters(argc, argv);
   append(wrong, ros::problems_of_remaps(argc, argv));
+  append(wrong, misspelt_options(argc, argv));
   if (!wrong.empty()) return refuse(wrong);
   tune_heap();
   LastSteps last_steps;

@@ -19,6 +19,11 @@ constexpr auto kWithValue = std::to_array<std::string_view>(
     {"-p", "--param", "-r", "--remap", "--params-file", "-e", "--enclave", "--log-level",
      "--log-config-file", "--log-file-name"});
 
+// Those that take none.
+constexpr auto kSwitches = std::to_array<std::string_view>(
+    {"--enable-rosout-logs", "--disable-rosout-logs", "--enable-stdout-logs",
+     "--disable-stdout-logs", "--enable-external-lib-logs", "--disable-external-lib-logs"});
+
 template <class Words>
 bool is_one_of(const Words& words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
@@ -52,6 +57,29 @@ std::vector<std::string> values_behind(std::initializer_list<std::string_view> w
   for (RosOption& option : split_arguments(words, argc, argv).options)
     values.push_back(std::move(option.value));
   return values;
+}
+
+std::vector<std::string> unknown_options(int argc, const char* const* argv) {
+  std::vector<std::string> unknown;
+  bool for_ros = false;
+  for (int i = 0; i < argc; ++i) {
+    const std::string_view word(argv[i]);
+    if (word == "--ros-args" || word == "--") {
+      for_ros = word == "--ros-args";
+    } else if (for_ros && is_one_of(kWithValue, word)) {
+      ++i;  // its value, whatever it looks like
+    } else if (for_ros && word.starts_with("--") && !is_one_of(kSwitches, word)) {
+      unknown.emplace_back(word);
+    }
+  }
+  return unknown;
+}
+
+std::vector<std::string> long_options() {
+  std::vector<std::string> all(kSwitches.begin(), kSwitches.end());
+  for (const std::string_view word : kWithValue)
+    if (word.starts_with("--")) all.emplace_back(word);
+  return all;
 }
 
 std::string_view without_value(std::string_view argument) {

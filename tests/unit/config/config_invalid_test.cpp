@@ -165,6 +165,13 @@ const Case kCases[] = {
      "rules: \"ghost\" is wrong, expected a rule that"},
     {"rule_unlisted", kServer, "rule: {a: {import_topics: [/a]}}",
      "rule.a: expected its name in `rules`"},
+    {"rule_renamed", kServer, "{rules: [look], rule: {watch: {import_topics: [/a]}}}",
+     "rules: \"look\" is wrong, expected a rule that is defined: did you mean watch?"},
+    {"number_in_quotes", kServer, "{listen: {port: '9090'}}",
+     "listen.port: \"9090\" is wrong, expected a whole number from 0 to 65535, without quotation "
+     "marks"},
+    {"switch_in_quotes", kServer, "allow_plaintext: 'true'",
+     "expected true or false, without quotation marks"},
     {"rule_twice", kServer, "{rules: [a, a], rule: {a: {import_topics: [/a]}}}",
      "rules: \"a\" is wrong, expected each entry only once"},
     {"rule_name", kServer, "{rules: ['a b']}", "expected a name of letters, digits and '_'"},
