@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "access/login/file_trust.hpp"
 #include "access/login/names.hpp"
 #include "access/login/secret.hpp"
 #include "access/login/token_file.hpp"
@@ -66,6 +67,9 @@ int make_token(const TokenRequest& request) {
   if (request.file.empty()) {
     std::fprintf(stderr, "The entry for the server's token file:\n%s", text.c_str());
   } else {
+    // The server would refuse its file as it is.
+    const std::string others = who_else_may_change(request.file);
+    if (!others.empty()) return refuse("nothing was written: " + others);
     const auto wrong = append_token_entry(request.file, entry);
     if (!wrong.empty()) return refuse(wrong);
     std::fprintf(stderr,

@@ -127,6 +127,12 @@ def test_ctl_token_makes_a_token_that_logs_in(world):
     world.server.wait_for("was read again: 2 tokens")
     world.client("anna", token).wait_linked()
     world.server.wait_for("as anna")
+    world.tokens.chmod(0o666)
+    refused = make("dora", *file)
+    assert refused.returncode == 2 and refused.stdout == "", "the server would refuse the file"
+    assert "nothing was written: " in refused.stderr and "chmod go-w" in refused.stderr
+    assert "dora" not in world.tokens.read_text(encoding="ascii")
+    world.tokens.chmod(0o600)
     printed = make("cora")
     assert "token_sha256" in printed.stderr and len(printed.stdout.strip()) == 64
     for wrong in (

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "access/login/secret.hpp"
+#include "core/base/hex.hpp"
 
 namespace connect_bridge {
 
@@ -28,7 +29,15 @@ TokenTable read_token_file(const std::string& file, bool strict_modes, Stamp now
 Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "token")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'token'"};
-  return find(sha256(attempt.credential), now);
+  Judgement judged = find(sha256(attempt.credential), now);
+  // An entry is copied for its token now and then.
+  Digest hash{};
+  const std::string text(attempt.credential.begin(), attempt.credential.end());
+  if (!judged.identity && from_hex(text, hash))
+    if (const Judgement of = table_.find(hash, now); of.identity)
+      judged.reason = "it is the token_sha256 of the entry of " + of.identity->name +
+                      ", and not the token, which only `ctl token` has printed: make another one";
+  return judged;
 }
 
 Judgement TokenLogin::find(const Digest& token, Stamp now) const {

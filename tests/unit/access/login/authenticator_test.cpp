@@ -92,6 +92,20 @@ TEST(Authenticator, ReadsAFileAndWarnsWhenOthersCanToo) {
   EXPECT_THAT(make_authenticator(options, kEarly).warnings, IsEmpty());
 }
 
+// An entry is copied for its token now and then, which no list of causes would find.
+TEST(Authenticator, KnowsTheHashOfAnEntryFromItsToken) {
+  AuthOptions options;
+  options.token_file = write_file("tokens.yaml", token_entry("anna"));
+  const AuthSetup setup = make_authenticator(options, kEarly);
+  const std::string text(kToken);
+  const std::string hash =
+      to_hex(sha256(ByteView(reinterpret_cast<const std::uint8_t*>(text.data()), text.size())));
+  const Judgement judged = check(*setup.authenticator, hash, "1.1.1.1:1");
+  EXPECT_FALSE(judged.identity);
+  EXPECT_THAT(judged.reason, HasSubstr("it is the token_sha256 of the entry of anna, and not the"));
+  EXPECT_EQ(check(*setup.authenticator, std::string(64, 'a'), "1.1.1.1:1").reason, "unknown token");
+}
+
 TEST(Authenticator, RefusesAFileThatEverybodyMayChange) {
   AuthOptions options;
   options.token_file = write_file("wide_open.yaml", token_entry("anna"), 0602);
