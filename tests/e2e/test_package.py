@@ -3,9 +3,11 @@ page of findings."""
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
+import xml.etree.ElementTree
 
 import pytest
 
@@ -105,3 +107,48 @@ def test_an_example_is_understood(file):
     assert checked.returncode == 0, checked.stderr
     page = file.with_suffix(".md").read_text(encoding="utf-8")
     assert file.name in page and file.with_suffix(".launch.xml").name in page
+
+
+STUBS = """import sys, types
+class Made:
+    def __init__(self, *first, **more):
+        self.first, self.__dict__ = first, {**more, "first": first}
+for name, words in {"launch": "LaunchDescription", "launch.actions": "DeclareLaunchArgument "
+                    "OpaqueFunction", "launch_ros": "", "launch_ros.actions": "Node"}.items():
+    sys.modules[name] = types.ModuleType(name)
+    for word in words.split():
+        setattr(sys.modules[name], word, type(word, (Made,), {}))
+"""
+
+
+@pytest.mark.parametrize("program", ["server", "client"])
+def test_a_launch_file_hands_every_argument_on(program):
+    """Without ROS's launch, which need not be installed: with stand-ins for what it gives."""
+    file = ROOT / "launch" / f"{program}.launch.py"
+    script = STUBS + f"""
+import json, runpy
+*declared, opaque = runpy.run_path({str(file)!r})["generate_launch_description"]().first[0]
+given = {{one.first[0]: one.default_value for one in declared}}
+context = types.SimpleNamespace(launch_configurations={{
+    **given, "params_file": "robot.yaml", "listen.port": "9091", "ros_version": "2",
+    "launch_file_dir": "/x"}})
+(node,) = opaque.function(context)
+print(json.dumps([node.package, node.executable, node.name, node.respawn, node.arguments]))
+"""
+    ran = subprocess.run([sys.executable, "-B", "-c", script], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    package, executable, name, respawn, arguments = json.loads(ran.stdout)
+    assert (package, executable, respawn) == ("connect_bridge", program, True)
+    assert name == f"connect_{program}"
+    assert arguments == ["--ros-args", "--log-level", "info", "--params-file", "robot.yaml",
+                         "-p", "listen.port:=9091"]
+
+
+@pytest.mark.parametrize("program", ["server", "client"])
+def test_a_launch_file_in_xml_declares_what_it_uses(program):
+    launch = xml.etree.ElementTree.parse(ROOT / "launch" / f"{program}.launch.xml").getroot()
+    node = launch.find("node")
+    assert (node.get("pkg"), node.get("exec")) == ("connect_bridge", program)
+    text = (ROOT / "launch" / f"{program}.launch.xml").read_text(encoding="utf-8")
+    declared = {one.get("name") for one in launch.findall("arg")}
+    assert set(re.findall(r"\$\(var (\w+)\)", text)) == declared
