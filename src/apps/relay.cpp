@@ -18,9 +18,12 @@
 #include "access/login/file_trust.hpp"
 #include "access/login/token_table.hpp"
 #include "config/document.hpp"
+#include "config/key_search.hpp"
 #include "config/syntax.hpp"
 #include "net/tcp/descriptors.hpp"
 #include "net/tcp/system_now.hpp"
+#include "net/tls/certificate_end.hpp"
+#include "net/tls/tls.hpp"
 #include "relay/relay.hpp"
 #include "relay/relay_file.hpp"
 #include "relay/relay_site.hpp"
@@ -91,6 +94,17 @@ int run(RelaySetup setup, const StatusOptions& status_at) {
   return 0;
 }
 
+// A relay starts with a certificate that has ended, and robots refuse it.
+int check_end(asio::ssl::context& own) {
+  CertificateEnd end = end_of_certificate(own);
+  Now now;
+  now.system = system_now();
+  const auto line = end.take_line(now);
+  if (line && end.is_over(now.system)) return refuse({"tls.certificate: " + *line});
+  if (line) log_line(LogLevel::kWarn, *line);
+  return 0;
+}
+
 // `is_own`: it is the relay's own file.
 int start(const std::string& name, bool is_own, bool only_checks) {
   std::ifstream file(name);
@@ -115,9 +129,10 @@ int start(const std::string& name, bool is_own, bool only_checks) {
   std::string problem;
   TlsOptions tls = read.config->tls;
   tls.distrusted = read.config->auth.strict_modes ? &who_else_may_change : nullptr;
-  if (!make_server_tls(tls, problem)) return refuse({problem});
+  const TlsContext own = make_server_tls(tls, problem);
+  if (!own) return refuse({problem});
   for (const auto& warning : robots.warnings) log_line(LogLevel::kWarn, warning);
-  if (only_checks) return 0;
+  if (only_checks) return check_end(*own);
   RelaySetup setup;
   setup.addresses = read.config->listen.addresses;
   setup.port = read.config->listen.port;
@@ -175,6 +190,15 @@ int main(int argc, char** argv) {
       "Add a robot, with the address of this relay, as robot7@relay.example:443, and print "
       "its registration command, with which its server is started");
   app.add_flag("--check", only_checks, "Only say what is wrong with the file");
+  app.failure_message([](const CLI::App* failed, const CLI::Error& wrong) {
+    const auto unknown = failed->remaining();
+    const std::string meant =
+        unknown.empty() ? ""
+                        : connect_bridge::nearest_of({"--robot", "--check", "--help", "--version"},
+                                                     unknown.front());
+    if (!meant.empty()) return unknown.front() + " is unknown: did you mean " + meant + "?\n";
+    return wrong.what() + ("\n" + std::string("--help lists the options\n"));
+  });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& wrong) {

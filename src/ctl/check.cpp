@@ -182,9 +182,10 @@ FileJudged judge_file(const std::string& file, const std::string& role) {
     if (!others.empty() && parsed.config->reached_by_others)
       problems.push_back({Cause::kFileDistrusted, others});
     else if (!others.empty())
-      host.warnings.push_back(others);
+      host.warnings.push_back({Cause::kFileDistrusted, others});
     append(problems, assembled.assembly.problems);
-    judged.warnings = std::move(assembled.assembly.warnings);
+    for (std::string& text : assembled.assembly.warnings)
+      judged.warnings.push_back({Cause::kOther, std::move(text)});
     judged.not_loaded = std::move(assembled.not_loaded);
   }
   append(judged.warnings, host.warnings);
@@ -209,7 +210,7 @@ int check_file(const std::string& file, const std::string& asked_role) {
   if (code != 0) std::puts("The rest of the file means:");
   say(stdout, explain(*rest));
   if (!judged.not_loaded.empty()) say(stdout, judged.not_loaded + ": not loaded by ctl check");
-  for (const auto& warning : judged.warnings) say(stdout, "warning: " + warning);
+  for (const auto& warning : judged.warnings) say(stdout, "warning: " + warning.text);
   return code;
 }
 

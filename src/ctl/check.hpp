@@ -29,9 +29,9 @@ struct OfNode {
 
 // The meaning of a parameter file for one of our programs, and all that is wrong with it.
 struct FileJudged {
-  OfNode given;                  // its problems are also those that only this machine shows
-  std::optional<Config> config;  // present exactly if the parameters are valid
-  std::vector<std::string> warnings;
+  OfNode given;                   // its problems are also those that only this machine shows
+  std::optional<Config> config;   // present exactly if the parameters are valid
+  std::vector<Failure> warnings;  // it starts, and lacks something or should be known
   std::vector<Failure> hints;
   std::string not_loaded;  // a key, of what is not executed or asked here; empty: none
 };

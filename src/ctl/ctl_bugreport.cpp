@@ -56,6 +56,7 @@ versions.txt    of this tool; those of running programs are in their status
 system.txt      of this machine: kernel, memory, settings, interfaces, variables of ROS
 programs.txt    command lines of running servers and clients of this user
 config/         parameter files, as they are understood: without comments
+doctor.txt      what `ctl doctor` says of them
 status/         what running programs tell (docs/status.md), with addresses and names of people
 logs/           the ends of the newest log files
 
@@ -69,6 +70,7 @@ Each part begins with a line of ==== and its name.
 struct ConfigurationFile {
   fs::path file;
   std::vector<fs::path> folders;
+  bool is_left = false;  // of a pairing: no running program uses it
 };
 
 void add_once(std::vector<ConfigurationFile>& files, const fs::path& file, const fs::path& folder) {
@@ -81,13 +83,34 @@ void add_once(std::vector<ConfigurationFile>& files, const fs::path& file, const
   known->folders.push_back(folder);
 }
 
+// The parameters of a program's command line and files.
+ParameterMap given_to(const Program& program) {
+  ParameterMap given = program.parameters();
+  std::error_code none;
+  for (const std::string& name : program.parameter_files()) {
+    const fs::path file = program.folder / name;
+    if (!fs::is_regular_file(file, none)) continue;
+    for (const auto& section : ros::read_parameter_file(file).sections)
+      if (ros::node_name_matches(section.node, program.node))
+        given.insert(section.parameters.begin(), section.parameters.end());
+  }
+  return given;
+}
+
 std::vector<ConfigurationFile> parameter_files(const BugreportOrder& order,
                                                const std::vector<Program>& programs) {
   std::vector<ConfigurationFile> files;
   for (const auto& file : order.files) add_once(files, file, {});
   for (const Program& program : programs)
     for (const auto& file : program.parameter_files()) add_once(files, file, program.folder);
-  for (const char* node : kNodes) add_once(files, PairingFolder(node).parameter_file(), {});
+  for (const char* node : kNodes) {
+    const std::size_t before = files.size();
+    add_once(files, PairingFolder(node).parameter_file(), {});
+    if (files.size() == before) continue;
+    files.back().is_left = std::none_of(programs.begin(), programs.end(), [&](const auto& one) {
+      return one.node == node && goes_by_pairing(given_to(one));
+    });
+  }
   return files;
 }
 
@@ -124,9 +147,10 @@ std::vector<Section> configuration(const std::vector<ConfigurationFile>& files,
     learn_files(scrubber, program.parameters(), program.folder);
   }
   std::vector<Section> packed;
-  for (const auto& [file, folders] : files) {
+  for (const auto& [file, folders, is_left] : files) {
     auto read = ros::read_parameter_file(file);
     std::string text = "# " + file.string() + "\n";
+    if (is_left) text += "# a pairing; not used by a running program\n";
     if (!read.problems.empty())
       text += "# it cannot be read as a parameter file: ctl check says why\n";
     for (auto& section : read.sections) {
@@ -227,7 +251,8 @@ int run_bugreport(const BugreportOrder& order) {
   std::vector<Section> parts{{"about.txt", kAbout},
                              {"versions.txt", version_text() + "\n"},
                              {"system.txt", system_facts()},
-                             {"programs.txt", command_lines(programs)}};
+                             {"programs.txt", command_lines(programs)},
+                             {"doctor.txt", doctor_report()}};
   for (auto&& more : {configuration(parameter_files(order, programs), programs, scrubber),
                       statuses(programs), logs(programs)})
     parts.insert(parts.end(), more.begin(), more.end());

@@ -100,6 +100,22 @@ bool facts_of(const std::string& socket, ProcessFacts& facts) {
   return true;
 }
 
+// The cpu.stat of the group of a process, where groups are of version 2.
+std::string cpu_stat_of(int process) {
+  const std::string groups = content_of("/proc/" + std::to_string(process) + "/cgroup");
+  if (!groups.starts_with("0::")) return {};
+  const std::string group = groups.substr(3, groups.find('\n') - 3);
+  return content_of("/sys/fs/cgroup" + group + "/cpu.stat");
+}
+
+// An update does not end what runs.
+bool is_replaced(int process) {
+  std::error_code failed;
+  const auto file =
+      std::filesystem::read_symlink("/proc/" + std::to_string(process) + "/exe", failed);
+  return !failed && file.string().ends_with(" (deleted)");
+}
+
 MachineFacts this_machine() {
   MachineFacts facts;
   facts.congestion_controls = content_of("/proc/sys/net/ipv4/tcp_allowed_congestion_control");
@@ -175,13 +191,6 @@ bool is_ours(const Config& config) {
   return false;
 }
 
-// Another user's program listens there: it may be this server.
-bool is_hidden(const Failure& failure, std::uint16_t port) {
-  const auto listener = listener_at(port);
-  return (failure.cause == Cause::kPortNotPermitted || failure.cause == Cause::kPortTaken) &&
-         listener && *listener != ::geteuid();
-}
-
 // A server that runs may listen at an address that this machine has lost, or never had.
 void add_absent(std::vector<Found>& to, const std::vector<std::string>& addresses,
                 const std::string& subject = {}) {
@@ -206,19 +215,28 @@ std::vector<Found> look_at_status_port(const StatusOptions& status) {
 std::vector<Found> look_at_file(const DoctorOrder& order) {
   const FileJudged judged = judge_file(order.what, order.role);
   std::vector<Found> found;
-  for (const Failure& problem : judged.given.problems)
-    add_found(found, {diagnose(problem)}, order.what);
+  for (const Failure& problem : judged.given.problems) {
+    Found one = diagnose(problem);
+    // For nodes with names of their own, as it may be: nothing was looked at.
+    one.is_hint = problem.cause == Cause::kSectionMissing && order.role.empty();
+    add_found(found, {std::move(one)}, order.what);
+  }
   if (!judged.config) return found;
   for (const Failure& hint : judged.hints) add_found(found, {diagnose(hint)}, order.what);
+  for (const Failure& warning : judged.warnings) {
+    Found one = diagnose(warning);
+    if (warning.cause == Cause::kOther) one.id = "start_warns";
+    one.is_hint = true;  // the program starts
+    add_found(found, {std::move(one)}, order.what);
+  }
   add_found(found, diagnose_config(*judged.config), order.what);
   const Config& config = *judged.config;
   if (judged.given.role == Role::kServer && config.listen_address != "systemd") {
     if (is_ours(config)) {
       add_absent(found, config.listen.addresses, order.what);
     } else if (const Failure failure = why_not_listening(config.listen)) {
-      Found port = diagnose(failure);
-      if (is_hidden(failure, config.listen.port)) port.id = "port_hidden";
-      add_found(found, {std::move(port)}, order.what);
+      add_found(found, {diagnose_port(failure, listener_at(config.listen.port), ::geteuid())},
+                order.what);
     }
   }
   add_found(found, look_at_status_port(config.status), order.what);
@@ -335,10 +353,15 @@ Looked look_at_side(const std::string& where) {
       side.variables.contains("ROS_DOMAIN_ID") ? side.variables["ROS_DOMAIN_ID"] : "0";
   looked.facts.brings = brought_topics(status);
   SideFacts facts;
-  const std::vector<Found> of_files = look_at_files(where, looked.role, facts);
+  std::vector<Found> of_files = look_at_files(where, looked.role, facts);
   looked.found = diagnose_status(status, facts);
   if (!carries_data(status)) add_found(looked.found, diagnose_processes(side, this_process()));
-  add_found(looked.found, of_files);
+  const auto is_refused = [](const Found& one) { return one.id == "file_refused"; };
+  if (std::any_of(looked.found.begin(), looked.found.end(), is_refused))
+    std::erase_if(of_files, is_refused);  // the program has said it itself
+  add_found(looked.found, std::move(of_files));
+  add_found(looked.found, diagnose_throttling(cpu_stat_of(looked.facts.process)));
+  if (is_replaced(looked.facts.process)) looked.found.push_back({"program_replaced", {}, {}});
   add_absent(looked.found, hosts_of(part_of(status, "listens")));
   return looked;
 }
@@ -364,6 +387,7 @@ std::vector<Found> look_at_what_runs() {
     add_found(found, std::move(looked.found));
   }
   if (sockets.empty()) found.push_back({"nobody_runs", {}, where_sockets_are()});
+  say_domain_once(programs, found);
   add_found(found, diagnose_programs(programs));
   MachineFacts machine = this_machine();
   machine.loses = std::any_of(found.begin(), found.end(), is_of_path);
@@ -393,6 +417,12 @@ bool looks_like_host(const std::string& what) {
          what.find_first_not_of("0123456789", colon + 1) == std::string::npos;
 }
 
+void look_at_shell(std::vector<Found>& found) {
+  add_found(found, diagnose_shell(this_process()));
+  if (const auto missing = ros::missing_middleware())
+    found.insert(found.begin(), {"rmw_missing", {}, to_text(*missing)});
+}
+
 int run_doctor(const DoctorOrder& order) {
   if (order.list) return print_list();
   std::signal(SIGPIPE, SIG_IGN);
@@ -416,14 +446,18 @@ int run_doctor(const DoctorOrder& order) {
   } else {
     found = look_at_file(order);
   }
-  add_found(found, diagnose_shell(this_process()));
-  if (const auto missing = ros::missing_middleware())
-    found.insert(found.begin(), {"rmw_missing", {}, to_text(*missing)});
+  look_at_shell(found);
   std::fputs((order.json ? report_json(found) : report_text(found)).c_str(), stdout);
   return has_fault(found) ? kSomethingWrong : 0;
 }
 
 }  // namespace
+
+std::string doctor_report() {
+  std::vector<Found> found = look_at_what_runs();
+  look_at_shell(found);
+  return report_text(found);
+}
 
 void add_doctor_command(CLI::App& app, int& exit_code) {
   const auto order = std::make_shared<DoctorOrder>();

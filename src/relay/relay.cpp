@@ -8,12 +8,14 @@
 #include <utility>
 
 #include "access/login/secret.hpp"
+#include "access/login/token_table.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
 #include "core/wire/text.hpp"
 #include "net/relay/relay_wire.hpp"
 #include "net/tcp/socket_tuning.hpp"
 #include "net/tcp/steady_now.hpp"
+#include "net/tcp/system_now.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -76,6 +78,10 @@ void Relay::every_second() {
   for (const auto& joint : std::vector(joints_.begin(), joints_.end())) joint->look();
   if (const auto news = tls_.check())
     log_(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
+  Now at;
+  at.steady = steady_now();
+  at.system = system_now();
+  if (const auto line = tls_.certificate().take_line(at)) log_(LogLevel::kWarn, *line);
   // The name desk changes the file while it gives a name, and then reads it itself.
   const Refreshed refreshed = giving_.empty() ? setup_.names.refresh() : Refreshed{};
   for (const auto& text : refreshed.news) log_(LogLevel::kInfo, text);
@@ -503,6 +509,8 @@ RelayStatus Relay::status() const {
   status.accepted = accepted_;
   status.all = all_;
   status.refused = refusals_;
+  if (const Stamp end = tls_.certificate().end(); end != 0)
+    status.certificate_valid_until = date_text(end);
   return status;
 }
 

@@ -51,6 +51,8 @@ std::string to_json(const RelayStatus& status, bool in_lines, bool with_peers) {
                       {"refused", std::move(refused)},
                       {"all", use_of(status.all)},
                       {"robots", OrderedJson::array()}};
+  if (!status.certificate_valid_until.empty())
+    json["certificate_valid_until"] = status.certificate_valid_until;
   for (const RelayStatus::Robot& robot : status.robots) {
     OrderedJson one = {{"robot", robot.name}};
     if (with_peers) one["peer"] = robot.peer;  // mutant: robots_addresses

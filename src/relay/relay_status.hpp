@@ -54,6 +54,7 @@ struct RelayStatus {
   std::uint64_t accepted = 0;  // connections
   RelayUse all;                // of all robots, since the start
   std::array<std::uint64_t, kRelayRefusals> refused{};
+  std::string certificate_valid_until;  // of the relay's own; empty: it never ends
 };
 
 // `with_peers`: where the robots are.

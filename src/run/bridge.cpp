@@ -350,6 +350,9 @@ RunStatus Bridge::run_status(double lag_ms, bool running) {
   run.relays = network_.relays();
   run.refused_parameters = parameters_.refused_files();
   run.needs_restart = parameters_.needs_restart();
+  run.refused_files = network_.refused_files();
+  append(run.refused_files, login_desk_.refused_files());
+  if (!parameters_.config().status_file.empty()) run.status_file_problem = status_file_.problem();
   return run;
 }
 

@@ -134,7 +134,20 @@ void LoginDesk::judge(Waiting next) {
   ports_.input(std::move(answer));
 }
 
+std::vector<std::string> LoginDesk::refused_files() {
+  const std::lock_guard lock(mutex_);
+  return refused_.empty() ? std::vector<std::string>() : std::vector<std::string>{refused_};
+}
+
+void LoginDesk::keep_refused(std::string problem) {
+  const std::lock_guard lock(mutex_);
+  refused_ = std::move(problem);
+}
+
 void LoginDesk::tell(Refreshed&& refreshed) {
+  // While a file stays as it is, there is nothing to tell of it.
+  if (!refreshed.problems.empty() || !refreshed.news.empty())
+    keep_refused(joined(refreshed.problems));
   for (auto& line : refreshed.news) ports_.log({LogLevel::kInfo, std::move(line)});
   for (auto& line : refreshed.warnings) ports_.log({LogLevel::kWarn, std::move(line)});
   if (!refreshed.problems.empty())
@@ -147,8 +160,9 @@ void LoginDesk::tell(Credential&& credential) {
   if (!credential.problems.empty()) {
     ports_.log({LogLevel::kError, "the new credential is refused, the former one stays in use: " +
                                       joined(credential.problems)});
-    return;
+    return keep_refused(joined(credential.problems));
   }
+  keep_refused({});
   for (auto& line : credential.warnings) ports_.log({LogLevel::kWarn, std::move(line)});
   ports_.log({LogLevel::kInfo, "the credential was read again from " + credential.source});
   ports_.input(CredentialChanged{std::move(credential.bytes)});

@@ -62,6 +62,8 @@ class LoginDesk {
   // Whether files that decide beside the login method's cannot be read now, since descriptors or
   // memory are lacking. Any thread.
   void set_lacks_means(bool lacks) { others_lack_means_ = lacks; }
+  // Why the files of logins as they are now are not used; empty: they are. Any thread.
+  [[nodiscard]] std::vector<std::string> refused_files();
 
  private:
   struct Waiting {
@@ -76,6 +78,7 @@ class LoginDesk {
   void judge(Waiting next);
   void refuse(ConnectionId connection, const std::string& why);
   void refresh();
+  void keep_refused(std::string problem);
   void tell(Refreshed&& refreshed);
   void tell(Credential&& credential);
 
@@ -86,6 +89,7 @@ class LoginDesk {
   Turns<std::string, Waiting> renewals_{{kWaitingMax, kWaitingMax}};
   Turns<std::string, Waiting> strangers_{{kWaitingMax, options_.of_one_max}};
   int renewals_in_a_row_ = 0;
+  std::string refused_;  // why the files as they are now are not used; empty: they are
   std::atomic<bool> others_lack_means_ = false;
   UnreadFiles unread_files_;  // counted by the thread that refreshes
   bool ending_ = false;

@@ -187,6 +187,23 @@ def test_certificates_out_of_their_time(fake, authority, tmp_path, dates, findin
     assert ids(f"wss://localhost:{port}", "--ca", authority / "ca.pem") == {finding}
 
 
+def test_a_relays_own_certificate(authority, tmp_path):
+    """A relay starts with one that has ended, robots refuse it, and it is not in order."""
+    signed(authority, tmp_path, "20200101000000Z", "20200201000000Z")
+    robots, file = tmp_path / "robots.yaml", tmp_path / "relay.yaml"
+    subprocess.run([build_dir() / "ctl", "token", "robot7", "--file", robots], check=True,
+                   capture_output=True)
+    file.write_text(f"listen: {{address: 127.0.0.1, port: {free_port()}}}\n"
+                    f"auth: {{token_file: {robots}}}\n"
+                    f"tls: {{certificate: {tmp_path}/dated.pem,"
+                    f" private_key: {authority}/server.key}}\n")
+    checked = subprocess.run(
+        [build_dir() / "relay", "--check", file], capture_output=True, text=True)
+    assert checked.returncode == 2 and " ended " in checked.stderr, checked.stderr
+    (found,) = doctor(str(file))
+    assert found["id"] == "yaml_wrong" and "`relay --check FILE`" in found["detail"]
+
+
 def test_certificates_of_others(fake, authority):
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(authority / "server.pem", authority / "server.key")

@@ -129,7 +129,12 @@ def test_ctl_needs_no_rmw(tmp_path, missing_rmw, monkeypatch):
 def test_ctl_says_what_was_meant():
     told = run("ctl", "chek", "robot.yaml")
     assert told.returncode == 2
-    assert '"chek" is unknown: did you mean check?' in told.stderr
+    assert told.stderr == '"chek" is unknown: did you mean check?\n', "the help would hide it"
+    told = run("relay", "--robt", "r@relay:443")
+    assert (told.returncode, told.stderr) == (2, "--robt is unknown: did you mean --robot?\n")
+    told = run("server", "--ros-args", "--parms-file", "robot.yaml")
+    assert told.returncode == 2
+    assert "unknown ROS argument --parms-file: did you mean --params-file?" in told.stderr
     told = run("ctl", "doctor", "robot:9090")
     assert told.returncode == 2
     assert told.stderr == "robot:9090: no such file; did you mean wss://robot:9090?\n"

@@ -209,6 +209,7 @@ def of_report(folder, sides, case):
     for side in sides.values():
         assert str(side.parameters_file) in configurations
         assert f"report/status/{side.node}-{side.pid}.json" in found
+    assert "[" in found["report/doctor.txt"] or "nothing is wrong" in found["report/doctor.txt"]
     assert "net/core/rmem_max" in found["report/system.txt"]
     assert "CYCLONEDDS_URI: (set, inline)" in found["report/system.txt"]
     return found

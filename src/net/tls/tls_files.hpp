@@ -41,8 +41,12 @@ class TlsFiles {
   // other. Files that cannot be used are reported once and tried at each look: the reason may pass.
   std::optional<News> check();
 
+  // Why files that have changed are not used; empty: they are.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
   // The end of our own certificate, as it is in use.
   [[nodiscard]] CertificateEnd& certificate() { return certificate_; }
+  [[nodiscard]] const CertificateEnd& certificate() const { return certificate_; }
 
  private:
   using Make = std::function<TlsContext(std::string& problem)>;

@@ -281,6 +281,13 @@ void Network::every_second(const Now& now) {
   for (const auto& entry : state_->connections) entry.second->follow_path();
 }
 
+std::vector<std::string> Network::refused_files() const {
+  std::vector<std::string> all;
+  for (TlsFiles* const files : state_->tls_files())
+    if (!files->problem().empty()) all.push_back("TLS: " + files->problem());
+  return all;
+}
+
 Stamp Network::certificate_end() const {
   for (TlsFiles* const files : state_->tls_files())
     if (const Stamp end = files->certificate().end(); end != 0) return end;

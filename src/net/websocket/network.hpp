@@ -1,4 +1,5 @@
 // WebSocket connections: listens, dials, moves packets. Decides nothing about their content.
+// One unit: what the loop asks of all connections, and each of them, has one owner.
 #pragma once
 
 #include <cstddef>
@@ -66,6 +67,8 @@ class Network {
   // certificate of ours that has ended or soon will; TCP is given what suits the path of each
   // connection.
   void every_second(const Now& now);
+  // Why files of TLS that have changed are not used, each once; empty: they are.
+  [[nodiscard]] std::vector<std::string> refused_files() const;
   // When the certificate that this side shows ends, or the first of those that are shown with it;
   // 0: never, or it shows none.
   [[nodiscard]] Stamp certificate_end() const;

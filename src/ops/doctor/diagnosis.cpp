@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <iterator>
+#include <sstream>
 #include <utility>
 
 #include "core/driving/command.hpp"
@@ -51,6 +52,15 @@ std::string_view finding_for(Cause cause) {
 
 Found diagnose(const Failure& failure) {
   return {finding_for(failure.cause), {}, to_text(failure.text, kSeenBytes)};
+}
+
+Found diagnose_port(const Failure& failure, std::optional<std::uint32_t> listener,
+                    std::uint32_t user) {
+  Found found = diagnose(failure);
+  const bool may_be_it =
+      failure.cause == Cause::kPortNotPermitted || failure.cause == Cause::kPortTaken;
+  if (may_be_it && listener && *listener != user) found.id = "port_hidden";
+  return found;
 }
 
 namespace {
@@ -149,10 +159,28 @@ std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs) 
   return gathered(found);
 }
 
+void say_domain_once(const std::vector<ProgramFacts>& programs, std::vector<Found>& found) {
+  std::set<std::string> domains;
+  for (const ProgramFacts& one : programs)
+    if (!one.domain.empty()) domains.insert(one.domain);
+  const auto is_of_domain = [](const Found& one) { return one.id == "domain_differs"; };
+  const auto first = std::find_if(found.begin(), found.end(), is_of_domain);
+  if (first == found.end()) return;
+  if (domains.size() > 1) {
+    std::erase_if(found, is_of_domain);
+    return;
+  }
+  if (std::find_if(std::next(first), found.end(), is_of_domain) == found.end()) return;
+  first->program.clear();
+  found.erase(std::remove_if(std::next(first), found.end(), is_of_domain), found.end());
+}
+
 std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFacts& shell) {
   std::vector<Found> found;
+  // A configuration inside a variable may hold a password.
   const auto shown = [](const std::string& value) {
-    return value.empty() ? "not set" : to_text(value, kSeenBytes);
+    if (value.find_first_of("<{;") != std::string::npos) return std::string("set inline");
+    return value.empty() ? std::string("not set") : to_text(value, kSeenBytes);
   };
   const auto compare = [&](std::string_view id, const char* name, const char* otherwise) {
     const std::string there = value_of(side, name, otherwise);
@@ -172,6 +200,19 @@ std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFac
   if (side.user != shell.user)
     found.push_back({"user_differs", {}, fmt::format("{} there, {} here", side.user, shell.user)});
   return found;
+}
+
+std::vector<Found> diagnose_throttling(const std::string& cpu_stat) {
+  constexpr double kPeriods = 100;  // of 0.1 s mostly
+  std::istringstream in(cpu_stat);
+  double periods = 0, throttled = 0, value = 0;
+  for (std::string name; in >> name >> value;) {
+    if (name == "nr_periods") periods = value;
+    if (name == "nr_throttled") throttled = value;
+  }
+  if (periods < kPeriods || 2 * throttled < periods) return {};
+  return {
+      {"processor_limited", {}, fmt::format("in {:.0f} of {:.0f} periods", throttled, periods)}};
 }
 
 // Domains beyond 232 would need ports beyond 65,535.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -18,6 +19,10 @@ namespace connect_bridge {
 [[nodiscard]] std::string_view finding_for(Cause cause);
 // The finding of a cause, with the failure's text as what was seen.
 [[nodiscard]] Found diagnose(const Failure& failure);
+// The finding of a server that cannot listen at its port. `listener`: the user of who listens
+// there, if it is known: another user's program may be this server.
+[[nodiscard]] Found diagnose_port(const Failure& failure, std::optional<std::uint32_t> listener,
+                                  std::uint32_t user);
 // Odd settings in a valid file.
 [[nodiscard]] std::vector<Found> diagnose_config(const Config& config);
 
@@ -29,6 +34,10 @@ struct ProgramFacts {
   std::set<std::string> brings = {};  // topics, into the graph of its domain
 };
 [[nodiscard]] std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs);
+
+// What a shell in one domain says of programs in several is nothing, as with two graphs on one
+// machine; of programs in one domain it is said once.
+void say_domain_once(const std::vector<ProgramFacts>& programs, std::vector<Found>& found);
 
 // Variables that change whom a middleware finds, beside the domain and the range.
 inline constexpr const char* kMiddlewareVariables[] = {
@@ -45,6 +54,8 @@ struct ProcessFacts {
 // A running side, and the shell in which its operator stands.
 [[nodiscard]] std::vector<Found> diagnose_processes(const ProcessFacts& side,
                                                     const ProcessFacts& shell);
+// Whether its group used up its processor time in most periods, by its cpu.stat (cgroup v2).
+[[nodiscard]] std::vector<Found> diagnose_throttling(const std::string& cpu_stat);
 // The shell itself.
 [[nodiscard]] std::vector<Found> diagnose_shell(const ProcessFacts& shell);
 

@@ -69,8 +69,9 @@ constexpr Finding kFindings[] = {
     {"certificate_ends_soon", kHint, "the certificate in use ends soon",
      "renew it; a running side takes the new files by itself"},
     {"certificate_foreign", kFault, "the server's certificate is of an authority unknown here",
-     "`tls.ca` names the file of the authority that signed it: copy the server's again (ca.crt of "
-     "`ctl certs`; behind a relay the robot's, not the relay's), or set `tls.pin`. If the issuer "
+     "does the address still belong to that machine (DHCP, /etc/hosts)? `tls.ca` names the file of "
+     "the authority that signed it: copy the server's again (ca.crt of `ctl certs`; behind a relay "
+     "the robot's, not the relay's), or set `tls.pin`. If the issuer "
      "is an intermediate authority, append its certificate to the server's `tls.certificate`. If "
      "the server does not know the issuer, a firewall that inspects TLS shows a certificate of its "
      "own"},
@@ -87,7 +88,8 @@ constexpr Finding kFindings[] = {
      "`tls.ca` names certificates, never a key"},
     {"client_certificate", kFault, "the server wants a certificate of the client, or another one",
      "set `tls.certificate` and `tls.private_key` to files of the authority in the server's "
-     "`tls.ca`"},
+     "`tls.ca`; or, if clients need none, take `tls.ca` out of the server's file, which demands "
+     "it"},
     {"tls_to_plain_port", kFault, "the server does not speak TLS at this port",
      "dial ws:// instead of wss://, or give the server a certificate. Or is it another program's "
      "port (SSH)?"},
@@ -160,7 +162,9 @@ constexpr Finding kFindings[] = {
      "chown it to the user of the program, or run the program as its owner"},
     {"file_unreadable", kFault, "a file cannot be read", "check its name, and what it is"},
     {"file_unwritable", kFault, "a file cannot be written",
-     "make its folder, and let the user of the program write there"},
+     "make its folder, let the user of the program write there, and free its disk if it is full"},
+    {"start_warns", kHint, "the program starts with this file, and warns",
+     "the warning says what to do; the program repeats it in its log"},
     {"yaml_wrong", kFault, "the parameter file is not what ROS reads",
      "correct the line: blanks indent, never tabs; each key stands once, and has a value"},
     {"section_missing", kFault, "the parameter file has nothing for this program",
@@ -195,7 +199,8 @@ constexpr Finding kFindings[] = {
     // ---- a running side
     {"nobody_runs", kFault, "no server or client of this user runs here",
      "start it. If it ends at once, its last line says why, and `ctl doctor FILE` with its "
-     "parameter file names the cure. If it runs as another user, or with another XDG_RUNTIME_DIR, "
+     "parameter file names the cure (a node with a name of its own needs a section of that name "
+     "there, or /**). If it runs as another user, or with another XDG_RUNTIME_DIR, "
      "name its socket as that user: `ctl doctor SOCKET`, `ctl status SOCKET`"},
     {"program_silent", kFault, "a program runs here and does not answer",
      "it is stopped (kill -CONT), or hangs: look at its log, else end it and start it again"},
@@ -256,7 +261,8 @@ constexpr Finding kFindings[] = {
      "`tls.ca`. Both ends need one `auth.method`"},
     {"token_expired", kHint,
      "somebody comes with a wrong login, and this identity's token has expired",
-     "make another one (`ctl token`), and give it to the client"},
+     "does the clock of this machine go right (date)? If it does, make another one (`ctl token`), "
+     "and give it to the client"},
     {"no_rule", kHint, "no rule of this side allows a name that a node here uses",
      "add the name to a rule of this side, below the key of its direction and kind: export_topics, "
      "import_topics, export_services, export_actions ..."},
@@ -284,7 +290,8 @@ constexpr Finding kFindings[] = {
      "ROS_STATIC_PEERS"},
     {"type_not_installed", kFault, "the type is not installed where it has to be",
      "install the package there, or source its workspace before the bridge starts"},
-    {"definitions_differ", kFault, "the type or its definition is another one at the other side",
+    {"definitions_differ", kFault,
+     "the type or its definition is another one at the other side, or at another node here",
      "use the same type, and the same version of its package, at both sides; for another "
      "definition `allow_type_mismatch` helps. Where two nodes of one side publish the name with "
      "two types, rename one"},
@@ -360,8 +367,8 @@ constexpr Finding kFindings[] = {
     {"drops_max_age", kFault, "messages are older than a rule's `max_age`",
      "raise it; send less, if the link is full"},
     {"stamps_old", kFault,
-     "every message is older than a rule's `max_age`, and the clocks of the machines agree: its "
-     "stamps are of another time",
+     "every message is older than a rule's `max_age`, and the clocks of the machines agree: it is "
+     "a latched one, or its stamps are of another time",
      "a latched topic (a map) needs a rule without `max_age`. Else look at the clock of the "
      "publisher: another machine, `use_sim_time`, a recording"},
     {"clocks_apart", kHint,
@@ -377,7 +384,7 @@ constexpr Finding kFindings[] = {
      "raise `max_message_size` at both sides"},
     {"link_too_thin", kFault, "more is published than the link carries",
      "`max_rate` or `keep: newest` in the rule, a smaller picture, or `compression`"},
-    {"own_limit", kFault, "more is published than `bytes_per_second` of this side lets out",
+    {"own_limit", kFault, "more is published than a limit of this side lets out",
      "raise it, if the path may carry more; else `max_rate`, a smaller picture or `compression`"},
     {"path_loses", kFault, "the path loses packets, and much is sent again",
      "look at the radio, cable or tunnel; `congestion_control: bbr` carries more on such a path"},
@@ -389,6 +396,12 @@ constexpr Finding kFindings[] = {
     {"loop_slow", kFault, "the bridge was held up, and all its links waited",
      "look for what else uses the processor; large messages cost it, too. On a laptop: was it "
      "suspended?"},
+    {"processor_limited", kFault,
+     "the group of the program uses up the processor time that it may have, and stands still then",
+     "raise its limit (CPUQuota of systemd, --cpus of Docker, cpu.max of the cgroup); what is lost "
+     "or late may only follow from it"},
+    {"program_replaced", kHint, "the program was replaced on the disk, and the former one runs on",
+     "start this program again"},
     {"calls_wait", kHint, "calls have had no answer for 10 s and more",
      "look at the node that serves it: does it hang, or is it stopped? A server may need its time; "
      "`call_timeout` in the rule limits the wait"},
@@ -412,7 +425,13 @@ constexpr Finding kFindings[] = {
      "the other end, or something on the path, ends the connection again and again",
      "is the program there killed, or started again and again (its log, systemctl status)? Else "
      "look at proxies and firewalls between both ends: an idle timeout there (nginx: "
-     "proxy_read_timeout) has to be longer than a third of `dead_after`"},
+     "proxy_read_timeout) has to be longer than a third of `dead_after`. Connections of one age "
+     "end by a limit of their lifetime (a balancer's): raise it"},
+    {"program_restarts", kFault,
+     "a program at the other end ends without a word and is started again, again and again",
+     "look there at its log and at what starts it (systemctl status, journalctl -k): does it "
+     "crash, is it killed, does the memory not suffice? What was kept for its lost links goes "
+     "after `resume.seconds`"},
     {"link_breaks", kFault, "the link breaks again and again",
      "look at the network between both ends; a larger `dead_after` bridges silences. Ask `ctl "
      "doctor` at the other end, too"},

@@ -62,7 +62,7 @@ void check_end(asio::ssl::context& own, const std::string& file, HostFindings& f
   if (end.is_over(now.system))
     findings.ended.push_back({Cause::kCertificateExpired, std::move(text)});
   else
-    findings.warnings.push_back(std::move(text));
+    findings.warnings.push_back({Cause::kOther, std::move(text)});
 }
 
 // The certificate and the authorities one after the other, so that both are reported.
@@ -224,7 +224,7 @@ HostFindings check_host(const ParameterMap& given) {
   // A new file replaces the status file, so that its folder decides. The bridge runs on without it.
   if (const std::string file = string_at(given, "status_file"); !file.empty())
     if (std::string wrong = unwritable("status_file", file, folder_problem(file)); !wrong.empty())
-      findings.warnings.push_back(std::move(wrong));
+      findings.warnings.push_back({Cause::kFileUnwritable, std::move(wrong)});
   return findings;
 }
 

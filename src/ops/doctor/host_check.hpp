@@ -20,10 +20,10 @@ void append(std::vector<T>& to, const std::vector<T>& more) {
 }
 
 struct HostFindings {
-  std::vector<Failure> problems;      // a program does not start with these
-  std::vector<Failure> ended;         // it starts with certificates that peers refuse by now
-  std::vector<std::string> warnings;  // it starts, and lacks something
-  std::vector<Failure> hints;         // it starts, and logs a line
+  std::vector<Failure> problems;  // a program does not start with these
+  std::vector<Failure> ended;     // it starts with certificates that peers refuse by now
+  std::vector<Failure> warnings;  // it starts, and lacks something
+  std::vector<Failure> hints;     // it starts, and logs a line
 };
 
 // By the parameters as they were given, so that it finds the same when others of them are wrong.

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/rule_rows.hpp"
 #include "config/syntax.hpp"
 #include "core/driving/command.hpp"
 #include "core/ports/failure.hpp"
@@ -17,6 +18,7 @@
 #include "ops/doctor/worth_telling.hpp"
 #include "ops/status/json_members.hpp"
 #include "ops/status/peer_findings.hpp"
+#include "ops/status/program_of_link.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -40,6 +42,7 @@ constexpr std::size_t kKeyBytes = 100;
 constexpr double kShortBreak = 1;     // s
 constexpr double kLargeBytes = 1000;  // a message that needs a large packet
 constexpr double kCrawls = 5000;      // bytes/s; a path on which large packets get through has more
+constexpr double kForgottenAge = 20;  // s; less is no time in which a path forgets
 constexpr double kSameAge = 1.25;     // the oldest of connections of one age, by the youngest
 constexpr double kLimitShare = 0.8;   // of a limit: it is what slows down
 constexpr double kDroppedShare = 0.05;
@@ -49,7 +52,8 @@ constexpr double kSteadyShare = 0.2;     // of commands: more than a moment's
 constexpr double kSegments = 100;        // less says nothing about a path
 constexpr double kShortestLately = 300;  // s, the time of counts called lately, at least
 constexpr double kAmple = 2;
-constexpr double kTimesHeldUp = 3;  // lately; less may be one busy moment of the machine
+constexpr double kTimesHeldUp = 3;      // lately; less may be one busy moment of the machine
+constexpr double kHeldUpOnceMs = 3000;  // no busy moment: peers gave this side up meanwhile
 
 // The finding that the importer's code of a declined channel means (docs/protocol.md, "decline").
 std::string_view finding_of_decline(const std::string& code, bool is_exported) {
@@ -111,13 +115,17 @@ class Doctor {
   void way(const Json& status);
   void relays(const Json& status);
   void resources(const Json& status);
+  void certificate(const Json& status);
   void link(const Json& link);
   void path(const Json& link, const std::string& who);
   // Whether it breaks again and again.
   bool breaks(const Json& link, const std::string& who);
   void identities(const Json& links);
+  void restarts(const Json& links);
   [[nodiscard]] bool is_missed(const Json& name) const;
   [[nodiscard]] std::string moved_node(const std::string& name) const;
+  [[nodiscard]] const RuleName* misplaced(const Json& name) const;
+  [[nodiscard]] bool opens_actions() const;
   [[nodiscard]] RuleFacts rule_of(const Json& topic) const;
   void missing(const Json& link);
   void topic(const Json& link, const Json& topic);
@@ -130,7 +138,7 @@ class Doctor {
   bool is_client_ = false;
   bool is_robot_ = true;
   std::string node_;
-  bool has_prefix_ = false;
+  std::string prefix_;
   bool carries_ = false;  // something crosses, or has
   std::optional<double> now_;
   std::set<std::string> halting_;  // rules by which a topic comes that can be halted
@@ -145,6 +153,13 @@ std::vector<Found> Doctor::take() {
     return one.id == "clocks_differ" && one.program.empty();
   };
   if (std::any_of(found_.begin(), found_.end(), is_own)) std::erase_if(found_, is("clocks_apart"));
+  // The other end says the same of the same name.
+  std::set<std::pair<std::string_view, std::string>> own;
+  for (const Found& one : found_)
+    if (one.program.empty() && !one.subject.empty()) own.insert({one.id, one.subject});
+  std::erase_if(found_, [&](const Found& one) {
+    return !one.program.empty() && own.contains({one.id, one.subject});
+  });
   return gathered(found_);
 }
 
@@ -166,7 +181,7 @@ bool is_shared_by_nodes(const std::string& topic) {
 
 // Topics that there are without anybody's doing.
 bool is_of_every_node(const std::string& topic) {
-  return topic == "/diagnostics" || topic == "/rosout";
+  return topic == "/diagnostics" || topic == "/rosout" || topic == "/parameter_events";
 }
 
 bool is_exported(const Json& of) {
@@ -189,7 +204,7 @@ bool Doctor::is_missed(const Json& name) const {
 // namespace of the node, or nothing.
 std::string Doctor::moved_node(const std::string& name) const {
   const std::string space = node_.substr(0, node_.rfind('/'));
-  if (has_prefix_ || space.empty() || space.size() == node_.size() ||
+  if (!prefix_.empty() || space.empty() || space.size() == node_.size() ||
       !name.starts_with(space + "/"))
     return {};
   return "; the namespace of this program's node is no prefix: set `prefix: " + space + "`";
@@ -204,9 +219,37 @@ std::string_view finding_of_loss(const Json& link, const std::string& name) {
   return "lost_in_middleware";
 }
 
+// A name that no rule allows may stand in one below the key of another kind: an action below
+// `export_services`. Null: it does not.
+const RuleName* Doctor::misplaced(const Json& name) const {
+  if (text_in(name, "reason") != "no_rule") return nullptr;
+  const std::string kind = text_in(name, "kind");
+  const auto own = kind == "action"    ? OpenedBy::kActions
+                   : kind == "service" ? OpenedBy::kServices
+                                       : OpenedBy::kTopics;
+  const auto direction = is_exported(name) ? Direction::kExport : Direction::kImport;
+  std::string local = text_in(name, "name");
+  if (local.starts_with(prefix_ + "/")) local.erase(0, prefix_.size());
+  if (!is_canonical_name(local)) return nullptr;
+  const auto found = std::find_if(facts_.names.begin(), facts_.names.end(), [&](const auto& one) {
+    return one.direction == direction && one.kind != own && one.pattern.matches(local);
+  });
+  return found == facts_.names.end() ? nullptr : &*found;
+}
+
+bool Doctor::opens_actions() const {
+  return std::any_of(facts_.names.begin(), facts_.names.end(),
+                     [](const RuleName& one) { return one.kind == OpenedBy::kActions; });
+}
+
 void Doctor::missing(const Json& link) {
   for (const Json& name : part_of(link, "missing")) {
-    if (!is_missed(name)) continue;
+    const RuleName* const place = misplaced(name);
+    // A topic and a service may share a name; nobody writes an action's name for anything else.
+    // Who opens all services and topics, and no action at all, has forgotten them.
+    const bool is_action_meant = place != nullptr && text_in(name, "kind") == "action" &&
+                                 (!has_wildcard(place->pattern.text()) || !opens_actions());
+    if (!is_missed(name) && !is_action_meant) continue;
     const std::string reason = text_in(name, "reason"), waits = text_in(name, "waits");
     const auto finding = reason == "lost"
                              ? finding_of_loss(link, text_in(name, "name"))
@@ -214,7 +257,10 @@ void Doctor::missing(const Json& link) {
     // What this side declines may be what nobody here wants.
     const bool is_declined = !is_exported(name) && reason == "declined" && waits == "nobody";
     add(finding, text_in(name, "name"),
-        text_in(name, "text") + (reason == "not_given" ? moved_node(text_in(name, "name")) : ""),
+        text_in(name, "text") + (reason == "not_given" ? moved_node(text_in(name, "name")) : "") +
+            (place == nullptr ? ""
+                              : fmt::format("; rule.{}.{} has it, which is for another kind: {}",
+                                            place->rule, place->key, text_in(name, "kind"))),
         is_exported(name) ? waits == "peer" : !is_declined);
     found_.back().is_hint = is_declined;
   }
@@ -386,8 +432,8 @@ void Doctor::thin(const Json& link) {
   // A path that carries less than the limit is known to.
   const auto limit = static_cast<double>(facts_.bytes_per_second);
   if (limit > 0 && (rate == 0 || rate >= kLimitShare * limit))
-    return add("own_limit", text_in(*heaviest, "topic"), fmt::format("{:.0f} bytes/s", limit),
-               true);
+    return add("own_limit", text_in(*heaviest, "topic"),
+               fmt::format("`{}` is {:.0f} bytes/s", facts_.limit_key, limit), true);
   if (published > 0 && rate * seconds > published * kAmple) return;
   const RuleFacts rule = rule_of(*heaviest);
   const std::string type = text_in(*heaviest, "type");
@@ -446,18 +492,28 @@ bool Doctor::breaks(const Json& link, const std::string& who) {
   }
   const std::size_t all = lost + silent + replaced;
   const bool vanish = silent + replaced > 0 && 2 * short_ones > all && misses_large(link);
+  const bool is_impatient = silent > 0 && facts_.dead_after > 0 && facts_.dead_after < kPatient;
+  const bool is_of_one_age = are_of_one_age(ages);
+  const double age = ages.empty() ? 0 : *std::min_element(ages.begin(), ages.end());
   // A robot that changes its network replaces connections, too.
   const std::size_t breaks = silent > 0 || vanish ? all : lost;
   if (breaks < kBreaks) return false;
-  const std::string_view id = vanish ? "large_packets_vanish"
-                              : 2 * silent > breaks && are_of_one_age(ages)
-                                  ? "connections_forgotten"
-                              : 2 * ended > breaks ? "connections_ended"
-                                                   : "link_breaks";
-  const bool is_impatient = silent > 0 && facts_.dead_after > 0 && facts_.dead_after < kPatient;
+  const std::string_view id =
+      vanish ? "large_packets_vanish"
+      : 2 * silent > breaks && is_of_one_age && age >= kForgottenAge && !is_impatient
+          ? "connections_forgotten"
+      : 2 * ended > breaks ? "connections_ended"
+                           : "link_breaks";
   add(id, who,
       fmt::format("{} breaks in 10 min", breaks) + (last.empty() ? "" : ", the last: " + last) +
-          (is_impatient ? fmt::format("; `dead_after` is {:.2g} s here", facts_.dead_after) : ""),
+          (is_impatient
+               ? fmt::format("; `dead_after` is {:.2g} s here, which is shorter than usual "
+                             "silences: raise it",
+                             facts_.dead_after)
+               : "") +
+          (id == "connections_ended" && is_of_one_age
+               ? fmt::format("; each connection lasted about {:.0f} s", age)
+               : ""),
       true);
   return true;
 }
@@ -595,8 +651,9 @@ void Doctor::resources(const Json& status) {
   const Json& lately = part_of(status, "lately");
   const double times = number_in(lately, "held_up");
   const double now_ms = number_in(status, "loop_lag_ms");
-  const double lag =
-      times >= kTimesHeldUp ? std::max(now_ms, number_in(lately, "loop_lag_ms")) : now_ms;
+  const double most_ms = number_in(lately, "loop_lag_ms");
+  const bool counts = times >= kTimesHeldUp || most_ms >= kHeldUpOnceMs;
+  const double lag = counts ? std::max(now_ms, most_ms) : now_ms;
   if (lag >= kLagMsWorthTelling)
     add("loop_slow", {},
         fmt::format("for {:.0f} ms", lag) +
@@ -609,8 +666,16 @@ void Doctor::resources(const Json& status) {
     add("audit_fails", {}, problem);
   if (const Json& refused = part_of(status, "refused_parameters"); !refused.empty())
     add("parameters_refused", {}, text_in(refused, "time") + ": " + text_in(refused, "problem"));
+  for (const Json& refused : part_of(status, "refused_files"))
+    add("file_refused", {}, text_in(refused, "reason"), true);
+  if (const std::string problem = text_in(status, "status_file_problem"); !problem.empty())
+    add("file_unwritable", "status_file", problem);
   for (const Json& key : part_of(status, "needs_restart"))
     if (key.is_string()) add("needs_restart", to_text(key.get<std::string>(), kKeyBytes), {}, true);
+  certificate(status);
+}
+
+void Doctor::certificate(const Json& status) {
   const auto end = moment_in(status, "certificate_valid_until");
   if (!end || !now_) return;
   const std::string until = text_in(status, "certificate_valid_until");
@@ -634,10 +699,48 @@ void Doctor::identities(const Json& links) {
       add("identity_twice", who.first, fmt::format("{} links of {}", links_of, who.second), true);
 }
 
+// A program that was killed leaves a link that waits for it, and returns as a new one. Of operators
+// who went away no link returns; a program that says goodbye, or comes back by itself, leaves none.
+void Doctor::restarts(const Json& links) {
+  struct Seen {
+    std::size_t lost = 0;
+    std::optional<double> last;  // when one was lost
+    std::string reason;
+    double newest = 0;  // the number of the newest link that is open
+    double newest_lost = 0;
+  };
+  std::map<ProgramOfLink, Seen> programs;
+  for (const Json& link : links) {
+    Seen& seen = programs[program_of(link)];
+    const double number = number_in(link, "link");
+    if (is_set(link, "open")) {
+      seen.newest = std::max(seen.newest, number);
+      continue;
+    }
+    const Json& breaks = part_of(link, "breaks");
+    if (breaks.empty()) continue;
+    const Json& last = breaks.back();
+    const std::string code = text_in(last, "code");
+    const auto since = moment_in(last, "lost");
+    const bool is_orderly = code == "going_away" || code == "normal" || code == "replaced";
+    if (is_orderly || !since || !now_ || *now_ - *since > kBreaksSeconds) continue;
+    ++seen.lost;
+    if (!seen.last || *since >= *seen.last) seen.reason = text_in(last, "reason");
+    seen.last = std::max(seen.last.value_or(*since), *since);
+    seen.newest_lost = std::max(seen.newest_lost, number);
+  }
+  for (const auto& [program, seen] : programs)
+    if (seen.lost >= kBreaks && seen.newest > seen.newest_lost)
+      add("program_restarts", program.name(),
+          fmt::format("{} of its links were lost in 10 min{}{}", seen.lost,
+                      seen.reason.empty() ? "" : ", the last: ", seen.reason),
+          true);
+}
+
 void Doctor::know(const Json& status) {
   is_client_ = text_in(status, "role") == "client";
   node_ = text_in(status, "node");
-  has_prefix_ = !text_in(status, "prefix").empty();
+  prefix_ = text_in(status, "prefix");
   is_robot_ = status.contains("is_robot") ? is_set(status, "is_robot") : !is_client_;
   now_ = moment_in(status, "time");
   carries_ = carries_data(status);
@@ -680,10 +783,13 @@ void Doctor::side(const Json& status) {
   }
   resources(status);
   identities(links);
+  restarts(links);
   for (const Json& one : links) link(one);
 }
 
 void Doctor::relay(const Json& status) {
+  know(status);
+  certificate(status);
   const Json& robots = part_of(status, "robots");
   const auto is_here = [](const Json& robot) { return is_set(robot, "open"); };
   for (const Json& robot : robots)
@@ -708,6 +814,11 @@ SideFacts facts_of(const Config& config) {
   };
   SideFacts facts{std::any_of(rules.begin(), rules.end(), exports),
                   config.limits.bytes_per_second_max};
+  const std::uint64_t of_link = config.limits.outbox.bytes_per_second_max;
+  if (of_link > 0 && (facts.bytes_per_second == 0 || of_link < facts.bytes_per_second)) {
+    facts.bytes_per_second = of_link;
+    facts.limit_key = "link.bytes_per_second";
+  }
   facts.dead_after = std::chrono::duration<double>(config.limits.dead_after).count();
   for (const Rule& rule : rules) {
     const Treatment& how = rule.treatment;
@@ -715,6 +826,10 @@ SideFacts facts_of(const Config& config) {
         how.max_age == kForever ? 0 : std::chrono::duration<double>(how.max_age).count(),
         how.priority == Priority::kUrgent, how.bytes_per_second_max > 0 && how.max_rate == 0,
         how.halt_after != kForever, how.lossy == Lossy::kNever};
+    for (const Direction direction : {Direction::kExport, Direction::kImport})
+      for (const OpenedBy kind : {OpenedBy::kTopics, OpenedBy::kServices, OpenedBy::kActions})
+        for (const Pattern& pattern : rule.opens[direction][kind])
+          facts.names.push_back({rule.name, right_key(direction, kind), direction, kind, pattern});
   }
   return facts;
 }

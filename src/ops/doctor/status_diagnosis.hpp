@@ -26,15 +26,25 @@ struct RuleFacts {
   bool exact = false;  // `lossy: never`
 };
 
+// A name in a rule: below a key of topics, services or actions.
+struct RuleName {
+  std::string rule, key;  // "look", "export_services"
+  Direction direction = Direction::kExport;
+  OpenedBy kind = OpenedBy::kNothing;
+  Pattern pattern;
+};
+
 // The parameters of a running side, as far as they are known.
 struct SideFacts {
   bool may_export = true;              // some rule lets something out
   std::uint64_t bytes_per_second = 0;  // the limit that somebody has set; 0: none
   std::map<std::string, RuleFacts> rules = {};
-  double dead_after = 0;  // s; 0: not known
+  std::vector<RuleName> names = {};  // in rules, without `prefix`
+  double dead_after = 0;             // s; 0: not known
   // Server: identities of which no token is valid any longer.
   std::vector<std::string> expired = {};
-  bool video = video::available();  // the build makes video of pictures
+  bool video = video::available();             // the build makes video of pictures
+  std::string limit_key = "bytes_per_second";  // that has set the limit
 };
 
 // A running side or relay, by its status (docs/status.md).

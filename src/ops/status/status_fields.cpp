@@ -106,6 +106,12 @@ OrderedJson relays(const StatusPicture& side) {
   return all;
 }
 
+OrderedJson refused_files(const StatusPicture& side) {
+  OrderedJson all;
+  for (const std::string& why : side.run.refused_files) all.push_back({{"reason", why}});
+  return all;
+}
+
 template <auto member>
 OrderedJson lately(const StatusPicture& side) {
   return side.run.lately ? OrderedJson((*side.run.lately).*member) : OrderedJson();
@@ -215,6 +221,25 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
                                        : OrderedJson();
      },
      "what is wrong with it",
+     {},
+     {},
+     SeenBy::kUser},
+    {"refused_files",
+     Unit::kNone,
+     refused_files,
+     "files of tokens or TLS that were changed and cannot be used, each with its `reason` (for "
+     "this "
+     "user only); what was read before stays in use",
+     {},
+     {},
+     SeenBy::kUser},
+    {"status_file_problem",
+     Unit::kNone,
+     [](const StatusPicture& s) {
+       return s.run.status_file_problem.empty() ? OrderedJson()
+                                                : OrderedJson(s.run.status_file_problem);
+     },
+     "why `status_file` cannot be written",
      {},
      {},
      SeenBy::kUser},

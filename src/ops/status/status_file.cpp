@@ -60,6 +60,11 @@ std::string StatusFile::end() {
   return last_problem_;
 }
 
+std::string StatusFile::problem() {
+  const std::lock_guard lock(mutex_);
+  return last_problem_;
+}
+
 void StatusFile::write(const std::string& file, std::shared_ptr<const StatusPicture> picture) {
   {
     const std::lock_guard lock(mutex_);
@@ -77,8 +82,8 @@ void StatusFile::write_all() {
     lock.unlock();
     const std::string problem = write_atomically(file, to_json(*picture));
     if (!problem.empty() && problem != last_problem_) tell_(problem);
-    last_problem_ = problem;
     lock.lock();
+    last_problem_ = problem;
   }
 }
 

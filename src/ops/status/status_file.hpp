@@ -31,6 +31,8 @@ class StatusFile {
 
   // In place of what waits, if the one before is still being written. Thread: the loop's.
   void write(const std::string& file, std::shared_ptr<const StatusPicture> picture);
+  // Why the file could not be written the last time; empty: it could. Thread: any.
+  [[nodiscard]] std::string problem();
   // The picture that was given last is written first, and nothing afterwards. Returns its problem,
   // or nothing.
   [[nodiscard]] std::string end();
@@ -44,7 +46,7 @@ class StatusFile {
   std::condition_variable changed_;
   std::optional<Waiting> waits_;
   bool ending_ = false;
-  std::string last_problem_;  // of the thread; and of end(), when that has ended
+  std::string last_problem_;  // changed by the thread alone, under the mutex
   std::thread thread_;        // last: it uses the others
 };
 

@@ -49,9 +49,11 @@ struct RunStatus {
   std::vector<std::string> listens = {};  // a server's addresses: "127.0.0.1:9090"
   std::vector<PlaceAtRelay> relays = {};
   std::optional<RefusedParameters> refused_parameters = {};  // since the last that was accepted
-  std::vector<std::string> needs_restart = {};               // keys that differ in the files by now
-  bool is_robot = true;                                      // this end, and not the peer
-  std::string prefix = {};                                   // the key
+  std::vector<std::string> refused_files = {};  // of tokens and TLS: why they are not used
+  std::string status_file_problem = {};         // empty: it is written, or there is none
+  std::vector<std::string> needs_restart = {};  // keys that differ in the files by now
+  bool is_robot = true;                         // this end, and not the peer
+  std::string prefix = {};                      // the key
   std::optional<SideLately> lately = {};
 };
 

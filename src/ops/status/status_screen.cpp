@@ -17,6 +17,7 @@
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
 #include "ops/status/json_members.hpp"
+#include "ops/status/program_of_link.hpp"
 #include "ops/status/screen_table.hpp"
 #include "ops/status/status_fields.hpp"
 
@@ -411,6 +412,46 @@ std::string link_lines(const Json& link, const Json& old, const Json& now, doubl
   return text + wrapped(fmt::format("{}", fmt::join(facts, ", ")), 2, size.columns);
 }
 
+// Lost links of one program are one line, and what is kept for them has no rows: a program that was
+// killed again and again leaves one each time. Takes them out of `status`, and returns their lines.
+std::string fold_lost_links(Json& status, const ScreenSize& size) {
+  std::map<ProgramOfLink, std::vector<Json>> lost;
+  for (const Json& link : part_of(status, "links"))
+    if (!is_set(link, "open")) lost[program_of(link)].push_back(link);
+  std::erase_if(lost, [](const auto& one) { return one.second.size() < 2; });
+  if (lost.empty()) return {};
+  std::string lines;
+  for (const auto& [program, links] : lost) {
+    const Json& breaks = part_of(links.back(), "breaks");
+    lines += headline(fmt::format("{} links  {} {}", links.size(), program.name(), program.host),
+                      "lost" + (breaks.empty() ? ""
+                                               : ", the last since " +
+                                                     shown_moment(breaks.back(), "lost", status)),
+                      Tone::kBad, size);
+  }
+  Json kept = Json::array();
+  for (const Json& link : part_of(status, "links"))
+    if (is_set(link, "open") || !lost.contains(program_of(link))) kept.push_back(link);
+  status["links"] = std::move(kept);
+  return lines;
+}
+
+template <class Add>
+void add_file_problems(const Json& now, const Add& add) {
+  if (const auto problem = text_in(part_of(now, "audit"), "problem"); !problem.empty())
+    add("the audit log cannot be written: " + problem, Tone::kBad);
+  if (const Json& refused = part_of(now, "refused_parameters"); !refused.empty())
+    add(fmt::format("the parameter file was refused at {}, the parameters before it stay: {}",
+                    shown_moment(refused, "time", now), text_in(refused, "problem")),
+        Tone::kBad);
+  for (const Json& refused : part_of(now, "refused_files"))
+    add("a changed file is refused, what was read before stays in use: " +
+            text_in(refused, "reason"),
+        Tone::kBad);
+  if (const auto problem = text_in(now, "status_file_problem"); !problem.empty())
+    add("the status file cannot be written: " + problem, Tone::kBad);
+}
+
 // Problems that a person has to do something about, and topics that are not exact.
 std::string problem_lines(const Json& now, const ScreenSize& size) {
   std::string lines;
@@ -421,12 +462,7 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
   };
   if (const auto failure = text_in(now, "last_failure"); !failure.empty())
     add("last failure: " + failure, Tone::kBad);
-  if (const auto problem = text_in(part_of(now, "audit"), "problem"); !problem.empty())
-    add("the audit log cannot be written: " + problem, Tone::kBad);
-  if (const Json& refused = part_of(now, "refused_parameters"); !refused.empty())
-    add(fmt::format("the parameter file was refused at {}, the parameters before it stay: {}",
-                    shown_moment(refused, "time", now), text_in(refused, "problem")),
-        Tone::kBad);
+  add_file_problems(now, add);
   for (const Json& link : part_of(now, "links")) {
     const std::uint64_t number = count_in(link, "link");
     if (is_set(link, "same_graph"))
@@ -481,6 +517,25 @@ std::string problem_lines(const Json& now, const ScreenSize& size) {
   return lines;
 }
 
+// ", certificate valid for 3 days"; empty: it never ends, or there is none.
+std::string certificate_fact(const Json& now) {
+  if (!moment_in(now, "certificate_valid_until")) return {};
+  const double left = -seconds_between(now, "certificate_valid_until", now);
+  return left > 0 ? ", certificate valid for " + shown_span(static_cast<std::uint64_t>(left))
+                  : ", the certificate has expired";
+}
+
+// ", connected to the relay wss://r@relay for 3 h", of each.
+std::string relay_facts(const Json& now) {
+  std::string facts;
+  for (const Json& relay : part_of(now, "relays"))
+    if (is_set(relay, "connected"))
+      facts += fmt::format(", connected to the relay {} for {}", text_in(relay, "relay"),
+                           shown_span(static_cast<std::uint64_t>(
+                               std::max(0.0, seconds_between(relay, "connected_since", now)))));
+  return facts;
+}
+
 // The screen of a relay (src/relay/relay_status.hpp).
 std::string relay_screen(const Json& now, const ScreenSize& size) {
   ScreenTable robots({{"ROBOT"},
@@ -501,8 +556,9 @@ std::string relay_screen(const Json& now, const ScreenSize& size) {
                 {shown_bytes(number_in(robot, "received_bytes"))}});
   const auto up = static_cast<std::uint64_t>(std::max(0.0, seconds_between(now, "started", now)));
   std::string text = fmt::format("relay  {}\n", plural(robots.size(), "robot"));
-  text += wrapped(fmt::format("version {}, up {}", text_in(now, "version"), shown_span(up)), 0,
-                  size.columns);
+  text += wrapped(fmt::format("version {}, up {}", text_in(now, "version"), shown_span(up)) +
+                      certificate_fact(now),
+                  0, size.columns);
   text +=
       wrapped("connection attempts: " + joined_counts(part_of(now, "strangers")), 0, size.columns);
   if (const auto refused = joined_counts(part_of(now, "refused")); !refused.empty())
@@ -513,12 +569,15 @@ std::string relay_screen(const Json& now, const ScreenSize& size) {
 
 }  // namespace
 
-std::string status_screen(const Json& now, const Json& before, const ScreenSize& size) {
-  if (text_in(now, "role") == "relay") return relay_screen(now, size);
+std::string status_screen(const Json& of, const Json& before, const ScreenSize& size) {
+  if (text_in(of, "role") == "relay") return relay_screen(of, size);
+  const Json& all = part_of(of, "links");
+  const auto open = static_cast<std::uint64_t>(
+      std::count_if(all.begin(), all.end(), [](const Json& link) { return is_set(link, "open"); }));
+  const std::uint64_t lost = all.size() - open;
+  Json now = of;
+  const std::string folded = fold_lost_links(now, size);
   const Json& links = part_of(now, "links");
-  const auto open = static_cast<std::uint64_t>(std::count_if(
-      links.begin(), links.end(), [](const Json& link) { return is_set(link, "open"); }));
-  const std::uint64_t lost = links.size() - open;
   const Tone tone = open == 0 ? Tone::kBad : lost > 0 ? Tone::kWarn : Tone::kGood;
   std::string text =
       headline(fmt::format("{} ({})", text_in(now, "node"), text_in(now, "role")),
@@ -527,11 +586,7 @@ std::string status_screen(const Json& now, const Json& before, const ScreenSize&
   std::string facts = "version " + text_in(now, "version");
   if (const double up = seconds_between(now, "started", now); up > 0)
     facts += ", up " + shown_span(static_cast<std::uint64_t>(up));
-  if (now.is_object() && now.contains("certificate_valid_until")) {
-    const double left = -seconds_between(now, "certificate_valid_until", now);
-    facts += left > 0 ? ", certificate valid for " + shown_span(static_cast<std::uint64_t>(left))
-                      : ", the certificate has expired";
-  }
+  facts += certificate_fact(now) + relay_facts(now);
   facts += fmt::format(", event loop delay {}, memory for peers {} of {}",
                        shown_ms(number_in(now, "loop_lag_ms")),
                        shown_bytes(number_in(now, "memory_max_used_bytes")),
@@ -546,6 +601,7 @@ std::string status_screen(const Json& now, const Json& before, const ScreenSize&
       if (count_in(other, "link") == count_in(link, "link")) old = other;
     text += link_lines(link, old, now, seconds, size);
   }
+  text += folded;
   ScreenTable topics = topic_table(now, before), calls = call_table(now),
               missing = missing_table(now);
   std::size_t rows = size.rows;

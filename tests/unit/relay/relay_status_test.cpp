@@ -35,6 +35,11 @@ TEST(RelayStatus, IsJsonInTheWordsOfAServersStatus) {
   EXPECT_EQ(json["robots"][1]["token_in_use"], false);
   EXPECT_EQ(json["robots"][0]["peer"], "203.0.113.5:4711");
   EXPECT_EQ(json["all"]["pairs"], 3);
+  EXPECT_FALSE(json.contains("certificate_valid_until"));
+  RelayStatus ends = busy_relay();
+  ends.certificate_valid_until = "2027-01-31T12:00:00Z";
+  EXPECT_EQ(Json::parse(to_json(ends, false, true))["certificate_valid_until"],
+            "2027-01-31T12:00:00Z");
   const Json public_one = Json::parse(to_json(busy_relay(), false, false));
   EXPECT_FALSE(public_one["robots"][0].contains("peer"));
   EXPECT_EQ(public_one["robots"][0]["open"], true);

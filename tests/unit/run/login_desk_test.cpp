@@ -34,6 +34,7 @@ class Doorman : public Authenticator {
   Refreshed refresh(Stamp) override {
     ++refreshes;
     if (lacks_means) return {{}, {}, {}, {}, true};
+    if (is_wrong) return {{}, {}, {}, {"line 3"}, false};
     const bool first = !std::exchange(refreshed_, true);
     if (!first) return {};
     return {{{"token:1", std::nullopt}}, {"news"}, {"a warning"}, {}, false};
@@ -49,7 +50,7 @@ class Doorman : public Authenticator {
   }
   std::atomic<int> judged = 0;
   std::atomic<int> refreshes = 0;
-  std::atomic<bool> lacks_means = false;
+  std::atomic<bool> lacks_means = false, is_wrong = false;
 
  private:
   std::mutex mutex_;
@@ -225,6 +226,18 @@ TEST(LoginDesk, WhereAFileThatDecidesCannotBeReadForLongStrangersAreRefused) {
   ASSERT_TRUE(ears.logged("new logins are judged"));
   desk.ask(login(3, "anna"));
   EXPECT_EQ(name_of(ears.answer(3)), "anna");
+}
+
+TEST(LoginDesk, ARefusedFileIsKnownUntilItIsRead) {
+  Doorman doorman(1);
+  Ears ears;
+  doorman.is_wrong = true;
+  LoginDesk desk({&doorman, std::nullopt, 60s, 128, 1ms}, ears.ports());
+  ASSERT_TRUE(ears.logged("the update is refused, the former state stays in use: line 3"));
+  EXPECT_EQ(desk.refused_files(), std::vector<std::string>{"line 3"});
+  doorman.is_wrong = false;
+  ASSERT_TRUE(ears.logged("news"));
+  EXPECT_EQ(desk.refused_files(), std::vector<std::string>());
 }
 
 TEST(LoginDesk, ParameterFilesDecide) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <functional>
 #include <regex>
 #include <set>
 
@@ -133,6 +134,27 @@ TEST(DoctorFile, WhatIsWrongWithAFileIsKept) {
   EXPECT_EQ(finding("/none"), "file_missing");
   EXPECT_EQ(finding("/theirs"), "file_not_permitted") << "another token would not help";
   EXPECT_EQ(finding("/open"), "file_distrusted");
+}
+
+TEST(DoctorFile, AnotherUsersListenerMayBeThisServer) {
+  const auto id = [](Cause cause, std::optional<std::uint32_t> listener) {
+    return diagnose_port({cause, "127.0.0.1:9090: it"}, listener, 1000).id;
+  };
+  EXPECT_EQ(id(Cause::kPortTaken, 0), "port_hidden");
+  EXPECT_EQ(id(Cause::kPortNotPermitted, 0), "port_hidden");
+  EXPECT_EQ(id(Cause::kPortTaken, 1000), "port_taken") << "this user's";
+  EXPECT_EQ(id(Cause::kPortTaken, std::nullopt), "port_taken");
+  EXPECT_EQ(id(Cause::kAddressNotHere, 0), "address_not_here");
+}
+
+TEST(DoctorConfig, ARobotWithoutRulesAllowsNothing) {
+  const auto found = [](const std::string& rules) {
+    return ids_of(
+        diagnose_config(config_of(yaml("{auth: {method: none}" + rules + "}"), Role::kServer)));
+  };
+  EXPECT_THAT(found(""), ElementsAre("rule_allows_nothing"));
+  EXPECT_THAT(found(", rules: [a], rule: {a: {deny: [/x]}}"), ElementsAre("rule_allows_nothing"));
+  EXPECT_THAT(found(", rules: [a], rule: {a: {export_topics: [/x]}}"), IsEmpty());
 }
 
 TEST(DoctorConfig, ARuleThatKeepsLatchedTopicsFromLateSubscribers) {
@@ -345,6 +367,12 @@ INSTANTIATE_TEST_SUITE_P(
         StatusCase{"calls_wait", service_with(R"({"pending": 1, "oldest_seconds": 10})")},
         StatusCase{"parameters_refused",
                    R"({"refused_parameters": {"time": "12:00", "problem": "it"}})"},
+        StatusCase{"file_refused", R"({"refused_files": [{"reason": "tokens.yaml:3: it"}]})"},
+        StatusCase{"file_unwritable", R"({"status_file_problem": "it"})"},
+        StatusCase{"certificate_expired", R"({"role": "relay",
+                       "certificate_valid_until": "2026-01-31T11:59:00.000Z"})"},
+        StatusCase{"certificate_ends_soon", R"({"role": "relay",
+                       "certificate_valid_until": "2026-02-03T00:00:00.000Z"})"},
         StatusCase{"needs_restart", R"({"needs_restart": ["prefix"]})"},
         StatusCase{"loop_slow", R"({"lately": {"loop_lag_ms": 900, "held_up": 5}})"},
         StatusCase{"memory_full", R"({"lately": {"memory_max_used_bytes": 95}})"},
@@ -373,6 +401,56 @@ TEST(DoctorStatus, AServiceThatAnswersLatelyIsNotSilent) {
   EXPECT_THAT(found(R"({"answered": 0, "timed_out": 1})"), Contains("service_silent"));
   EXPECT_THAT(found(R"({"answered": 0, "timed_out": 0})"), Not(Contains("service_silent")));
   EXPECT_THAT(found(R"({"answered": 2, "timed_out": 1})"), Not(Contains("service_silent")));
+}
+
+// One long time is no busy moment of the machine.
+TEST(DoctorStatus, ALoopThatStoodForSecondsIsSaidAtOnce) {
+  const auto found =
+      diagnose_status(status_of(R"({"lately": {"loop_lag_ms": 20200, "held_up": 1}})"));
+  EXPECT_THAT(ids_of(found), Contains("loop_slow"));
+  EXPECT_THAT(report_text(found), HasSubstr("seen: for 20200 ms"));
+}
+
+// Links of one program that was killed, and the one that it has now.
+Json killed(int times) {
+  Json status = status_of(link_with(R"({"link": 9, "identity": "anna", "peer": "10.0.0.7:4009"})"));
+  for (int i = 1; i <= times; ++i) {
+    Json lost = status["links"][0];
+    lost["link"] = i;
+    lost["open"] = false;
+    lost["peer"] = "10.0.0.7:400" + std::to_string(i);
+    lost["breaks"] = {{{"lost", "2026-01-31T11:59:0" + std::to_string(i) + "Z"},
+                       {"reason", "it ended"},
+                       {"code", "connection_lost"}}};
+    status["links"].push_back(lost);
+  }
+  return status;
+}
+
+TEST(DoctorStatus, AProgramThatIsKilledAgainAndAgain) {
+  const auto found = diagnose_status(killed(3));
+  ASSERT_THAT(ids_of(found), ElementsAre("program_restarts"));
+  EXPECT_EQ(found[0].subject, "anna /peer");
+  EXPECT_THAT(found[0].detail, HasSubstr("3 of its links were lost in 10 min, the last: it ended"));
+  EXPECT_THAT(ids_of(diagnose_status(killed(2))), IsEmpty()) << "now and then";
+}
+
+TEST(DoctorStatus, OperatorsWhoGoAwayAreNoRestarts) {
+  const auto found_if = [](const std::function<void(Json & links)>& change) {
+    Json status = killed(3);
+    change(status["links"]);
+    return ids_of(diagnose_status(status));
+  };
+  EXPECT_THAT(found_if([](Json& links) { links.erase(0); }), Not(Contains("program_restarts")))
+      << "none is back";
+  EXPECT_THAT(found_if([](Json& links) { links[0]["link"] = 0; }), IsEmpty())
+      << "who stays was there before";
+  EXPECT_THAT(found_if([](Json& links) { links[1]["identity"] = "ben"; }), IsEmpty());
+  EXPECT_THAT(found_if([](Json& links) { links[1]["peer"] = "10.0.0.8:1"; }), IsEmpty());
+  EXPECT_THAT(found_if([](Json& links) { links[1]["breaks"][0]["code"] = "going_away"; }),
+              IsEmpty());
+  EXPECT_THAT(found_if([](Json& links) { links[1]["breaks"][0]["lost"] = "2026-01-31T11:40:00Z"; }),
+              IsEmpty());
 }
 
 TEST(DoctorStatus, ALoopThatWasHeldUpOnceIsNotSlow) {
@@ -727,6 +805,17 @@ TEST(DoctorStatus, ALimitOfThisSideIsNamed) {
   EXPECT_THAT(ids_of(diagnose_status(status, {true, 1'000'000})), ElementsAre("own_limit"));
 }
 
+TEST(DoctorStatus, TheSmallerLimitOfThisSideCounts) {
+  const SideFacts facts = facts_of(config_of(
+      yaml("{auth: {method: none}, bytes_per_second: 500000, link: {bytes_per_second: 10000}}"),
+      Role::kServer));
+  Json status = status_of(topic_with(R"({"dropped": {"newer_available": 50}})"));
+  status["links"][0]["rate_bytes_per_second"] = 0;
+  const auto found = diagnose_status(status, facts);
+  ASSERT_THAT(ids_of(found), ElementsAre("own_limit"));
+  EXPECT_EQ(found[0].detail, "`link.bytes_per_second` is 10000 bytes/s");
+}
+
 TEST(DoctorStatus, ARuleThatKeepsPicturesExactIsNamed) {
   SideFacts facts;
   facts.rules["cam"].exact = true;
@@ -745,6 +834,29 @@ TEST(DoctorStatus, ABuildWithoutVideoIsNamed) {
   EXPECT_THAT(diagnose_status(status, facts)[0].detail, HasSubstr("this build has no video"));
   facts.video = true;
   EXPECT_THAT(diagnose_status(status, facts)[0].detail, Not(HasSubstr("video")));
+}
+
+// A path that delays beyond `dead_after` now and then does so in a time of its own.
+TEST(DoctorStatus, WhatAnImpatientSideCallsSilenceForgetsNothing) {
+  SideFacts facts;
+  facts.dead_after = 0.5;
+  const Json status = status_of(broken("silent", 0.2, true));
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("connections_forgotten"));
+  EXPECT_THAT(ids_of(diagnose_status(status, facts)), ElementsAre("link_breaks"));
+}
+
+TEST(DoctorStatus, ALimitOfTheLifetimeIsSaidWhereConnectionsEnd) {
+  const auto detail = [](bool is_regular) {
+    return diagnose_status(status_of(broken("connection_lost", 0.1, is_regular)))[0].detail;
+  };
+  EXPECT_THAT(detail(true), HasSubstr("; each connection lasted about 210 s"));
+  EXPECT_THAT(detail(false), Not(HasSubstr("each connection")));
+}
+
+TEST(DoctorStatus, TheOtherEndsWordForTheSameIsNotRepeated) {
+  Json status = status_of(topic_with(R"({"dropped": {"too_large": 50}})"));
+  status["links"][0]["peer_findings"] = {{{"id", "drops_too_large"}, {"name", "/t"}}};
+  EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("drops_too_large"));
 }
 
 TEST(DoctorStatus, AnImpatientSideIsNamedWhereLinksBreakBySilence) {
@@ -783,6 +895,28 @@ TEST(DoctorStatus, ASensorThatIsSilentIsSaidWhateverElseCrosses) {
     EXPECT_EQ(ids_of(diagnose_status(status)),
               *id == 0 ? std::vector<std::string>() : std::vector<std::string>{id});
   }
+}
+
+TEST(DoctorStatus, AnActionBelowAnotherKeyIsNamed) {
+  const auto found = [](const char* kind, const std::string& services) {
+    const SideFacts facts =
+        facts_of(config_of(yaml("{auth: {method: none}, rules: [a], rule: {a: {export_services: [" +
+                                services + "]}}}"),
+                           Role::kServer));
+    Json status = status_of(missing_for("no_rule"));
+    Json& name = status["links"][0]["missing"][0];
+    name.merge_patch({{"name", "/r/go"}, {"direction", "export"}, {"kind", kind}});
+    name["waits"] = "nobody";
+    status["prefix"] = "/r";
+    return diagnose_status(status, facts);
+  };
+  ASSERT_THAT(ids_of(found("action", "/go")), ElementsAre("no_rule"));
+  EXPECT_THAT(found("action", "/go")[0].detail,
+              HasSubstr("rule.a.export_services has it, which is"));
+  EXPECT_THAT(found("topic", "/go"), IsEmpty()) << "it may share its name with the service";
+  ASSERT_THAT(ids_of(found("action", "\"/**\"")), ElementsAre("no_rule"));
+  EXPECT_THAT(found("action", "\"/**\"], export_actions: [/stop"), IsEmpty())
+      << "not to be given, as it seems";
 }
 
 TEST(DoctorStatus, TheNamespaceOfTheProgramIsTakenForAPrefix) {
@@ -919,6 +1053,8 @@ TEST(DoctorProcesses, WhatKeepsNodesAndBridgeApart) {
       diagnose_processes({{{"ROS_DISCOVERY_SERVER", "10.9.0.254:11811"}}, 1000}, plain);
   ASSERT_THAT(ids_of(found), ElementsAre("middleware_differs"));
   EXPECT_EQ(found[0].detail, "10.9.0.254:11811 there, not set here");
+  EXPECT_EQ(diagnose_processes({{{"CYCLONEDDS_URI", "<Security>secret"}}, 1000}, plain)[0].detail,
+            "set inline there, not set here");
 }
 
 // A shell of another domain says nothing about a bridge that carries data.
@@ -935,6 +1071,30 @@ TEST(DoctorProcesses, ADomainIsANumberFrom0To232) {
   for (const char* wrong : {"233", "-1", "abc", "1 "})
     EXPECT_THAT(ids_of(diagnose_shell({{{"ROS_DOMAIN_ID", wrong}}, 0})),
                 ElementsAre("domain_wrong"));
+}
+
+TEST(DoctorProcesses, TheDomainIsSaidOnce) {
+  const auto said = [](std::vector<ProgramFacts> programs) {
+    std::vector<Found> found{{"domain_differs", "ROS_DOMAIN_ID", "7 there", false, "one"},
+                             {"loop_slow", "", "", false, "one"},
+                             {"domain_differs", "ROS_DOMAIN_ID", "7 there", false, "two"}};
+    say_domain_once(programs, found);
+    return found;
+  };
+  EXPECT_THAT(said({{"/a", "7", 1}, {"/b", "7", 2}}),
+              ElementsAre(Found{"domain_differs", "ROS_DOMAIN_ID", "7 there"},
+                          Found{"loop_slow", "", "", false, "one"}));
+  EXPECT_THAT(ids_of(said({{"/a", "7", 1}, {"/b", "0", 2}})), ElementsAre("loop_slow"))
+      << "two graphs on one machine";
+}
+
+TEST(DoctorProcesses, AGroupThatUsesUpItsProcessorTime) {
+  EXPECT_THAT(ids_of(diagnose_throttling("usage_usec 9\nnr_periods 243\nnr_throttled 243\n")),
+              ElementsAre("processor_limited"));
+  EXPECT_THAT(diagnose_throttling("nr_periods 243\nnr_throttled 9\n"), IsEmpty());
+  EXPECT_THAT(diagnose_throttling("nr_periods 20\nnr_throttled 20\n"), IsEmpty()) << "a start";
+  EXPECT_THAT(diagnose_throttling("nr_periods 0\nnr_throttled 0\n"), IsEmpty()) << "no limit";
+  EXPECT_THAT(diagnose_throttling(""), IsEmpty());
 }
 
 TEST(DoctorProcesses, TwoProgramsOfOneNameInOneDomain) {

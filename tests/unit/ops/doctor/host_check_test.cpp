@@ -69,7 +69,8 @@ TEST(HostCheck, TellsEverythingAtOnce) {
                           is(Cause::kCertificateFiles, "has no PEM certificate"),
                           is(Cause::kFileUnwritable,
                              "audit.file: cannot write " + nowhere + ": the folder ")));
-  EXPECT_THAT(found.warnings, ElementsAre(HasSubstr("status_file: cannot write " + nowhere)));
+  EXPECT_THAT(texts_of(found.warnings),
+              ElementsAre(HasSubstr("status_file: cannot write " + nowhere)));
 }
 
 TEST(HostCheck, GarbageIsNoCertificate) {
@@ -88,9 +89,10 @@ TEST(HostCheck, TellsThatACertificateEndsOrHasEnded) {
     return check_host({{"tls.certificate", own.certificate}, {"tls.private_key", own.key}});
   };
   const HostFindings soon = found_with(12);
-  EXPECT_THAT(soon.warnings, ElementsAre(HasSubstr(
-                                 "ending_robot.cert.pem: TLS: the certificate of robot ends in 12 "
-                                 "days, on ")));
+  EXPECT_THAT(
+      texts_of(soon.warnings),
+      ElementsAre(HasSubstr("ending_robot.cert.pem: TLS: the certificate of robot ends in 12 "
+                            "days, on ")));
   EXPECT_THAT(soon.ended, IsEmpty());
   const HostFindings over = found_with(-3);
   EXPECT_THAT(

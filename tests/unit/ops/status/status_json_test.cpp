@@ -305,6 +305,16 @@ TEST(StatusJson, TheRelayAndARefusedFile) {
   EXPECT_EQ(json.at("relays").at(0).at("last_failure_code"), "relay_unreachable");
   EXPECT_EQ(json.at("refused_parameters").at("problem"), "");
   EXPECT_FALSE(json.contains("needs_restart"));
+  EXPECT_FALSE(json.contains("refused_files") || json.contains("status_file_problem"));
+  run.refused_files = {"tokens.yaml:3: anna is there twice"};
+  run.status_file_problem = "cannot write /home/anna/status";
+  json = Json::parse(to_json({{}, run}));
+  EXPECT_EQ(json.at("refused_files"),
+            Json::parse(R"([{"reason": "tokens.yaml:3: anna is there twice"}])"));
+  EXPECT_EQ(json.at("status_file_problem"), "cannot write /home/anna/status");
+  json = Json::parse(to_json({{}, run}, Names::kHidden));
+  EXPECT_EQ(json.at("refused_files"), Json::parse("[{}]")) << "it names people";
+  EXPECT_EQ(json.at("status_file_problem"), "");
   run.needs_restart = {"prefix", "url"};
   EXPECT_EQ(Json::parse(to_json({{}, run})).at("needs_restart"),
             Json::parse(R"(["prefix", "url"])"));
@@ -446,6 +456,7 @@ TEST(StatusFile, TheProblemOfTheLastWriteIsReturned) {
   StatusFile file([](const std::string&) {});
   file.write(nowhere, std::make_shared<StatusPicture>());
   EXPECT_THAT(file.end(), testing::HasSubstr(nowhere));
+  EXPECT_THAT(file.problem(), testing::HasSubstr(nowhere));
   StatusFile other([](const std::string&) {});
   EXPECT_EQ(other.end(), "");
 }

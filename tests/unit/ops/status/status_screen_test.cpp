@@ -125,6 +125,29 @@ TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
 }
 
 // A graph of six parameter services for each node shows little else.
+// A program that was killed again and again leaves a link each time.
+TEST(StatusScreen, LostLinksOfOneProgramAreOneLine) {
+  Json now = status(3, 40);
+  Json lost = now["links"][0];
+  lost["open"] = false;
+  lost["state"] = "lost";
+  lost["peer"] = "10.0.0.7:4001";
+  lost["breaks"] = {{{"lost", "2026-01-31T11:59:00.000Z"}, {"code", "connection_lost"}}};
+  lost["topics"][0]["topic"] = "/ghost";
+  now["links"].push_back(lost);
+  EXPECT_THAT(status_screen(now, nullptr, {100}), AllOf(HasSubstr("/ghost"), HasSubstr("link 7")))
+      << "one may return";
+  lost["link"] = 8;
+  lost["peer"] = "10.0.0.7:4002";
+  now["links"].push_back(lost);
+  EXPECT_THAT(
+      status_screen(now, nullptr, {100}),
+      AllOf(HasSubstr("1 link open, 2 lost"), Not(HasSubstr("/ghost")), HasSubstr("/scan"),
+            HasSubstr("2 links  anna /robot 10.0.0.7  lost, the last since 11:59:00 UTC\n")));
+  now["links"][2]["identity"] = "ben";
+  EXPECT_THAT(status_screen(now, nullptr, {100}), HasSubstr("/ghost")) << "two people";
+}
+
 TEST(StatusScreen, ActionsAndParameterServicesAreOneRowEach) {
   Json now = status(1, 0);
   Json& link = now["links"][0];
@@ -187,6 +210,29 @@ TEST(StatusScreen, WhoDrives) {
   EXPECT_THAT(driven("export", "halted"), HasSubstr("\x1b[31mhalted: let go first\x1b[0m\n"));
   EXPECT_THAT(driven("export", "free"), HasSubstr("  nobody drives\n"));
   EXPECT_THAT(driven("export", "taken"), testing::ContainsRegex("/scan .*another operator drives"));
+}
+
+TEST(StatusScreen, ARelayThatIsConnectedIsNamed) {
+  Json now = status(3, 40);
+  now["relays"] = {{{"relay", "wss://r@relay"},
+                    {"connected", true},
+                    {"connected_since", "2026-01-31T09:00:00.000Z"}}};
+  EXPECT_THAT(status_screen(now, nullptr, {0}),
+              HasSubstr(", connected to the relay wss://r@relay for 3 h"));
+  now["relays"][0]["connected"] = false;
+  EXPECT_THAT(status_screen(now, nullptr, {0}),
+              AllOf(Not(HasSubstr("connected to the relay")),
+                    HasSubstr("no connection to the relay wss://r@relay")));
+}
+
+TEST(StatusScreen, FilesThatAreRefusedOrCannotBeWritten) {
+  Json now = status(3, 40);
+  now["refused_files"] = {{{"reason", "tokens.yaml:3: it"}}};
+  now["status_file_problem"] = "cannot write it";
+  EXPECT_THAT(status_screen(now, nullptr, {0}),
+              AllOf(HasSubstr("a changed file is refused, what was read before stays in use: "
+                              "tokens.yaml:3: it\n"),
+                    HasSubstr("the status file cannot be written: cannot write it\n")));
 }
 
 TEST(StatusScreen, BothSidesInOneGraph) {
