@@ -111,8 +111,6 @@ class CallGate {
   void line_up(LinkId id, Caller& caller);
   // A place of the identity is free.
   void line_up_all(const Group& group);
-  void give_back(Caller& caller, std::uint32_t places);
-  void join(LinkId id, std::uint64_t identity);
   void quit(LinkId id, Caller& caller);
   void note_wait(TimePoint now);
   void end_preparing(Caller& caller);
