@@ -185,6 +185,8 @@ MUTANTS = [
     Mutant("compressed_bound", "compressed bodies larger than any",
            swap("frame.body_bytes > compressed_bytes_max(frame.raw_bytes)", "false")),
     Mutant("bases_bound", "a peer's bases without limit", never),
+    Mutant("channels_of_identity", "an identity with many links offers what it likes", never),
+    Mutant("paid_deadlines", "nobody pays for the deadlines of publishers here", gone),
     Mutant("mirrors_max", "a peer's mirrors without limit", gone),
     Mutant("mirrors_pace", "mirrors as fast as they are offered",
            value("Appearing::Answer::kNow")),

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/base/timers.hpp"
+#include "core/base/turns.hpp"
 #include "core/graph/side_view.hpp"
 #include "core/mirrors/clock_publisher.hpp"
 #include "core/mirrors/mirror_table.hpp"
@@ -21,6 +22,8 @@ struct ImportContext : SideView {
   Timers<PeerTopic*> held{};               // messages that a rate holds back
   // When topics look again for places for their left-out origins.
   std::optional<TimePoint> looks_again_at{};
+  // The links of these topics, each once: identities take turns, then links within one.
+  TurnsOfGroups<std::uint64_t, LinkId, LinkId> without_place{};
   std::uint64_t judged = 0;            // counts how often demands of topics were judged
   std::set<LinkId> demands_changed{};  // links on which demands are to be sent
   Wheels wheels{};                     // of topics that drive this robot

@@ -10,9 +10,8 @@
 namespace connect_bridge {
 namespace {
 
-// Number of topics that look for a place at once, and the time until the next ones do. The time is
-// shorter if some places were free, since more may be.
-constexpr std::size_t kLooksAtOnce = 64;
+// Time until topics look for a place again. It is shorter if some places were free, since more may
+// be.
 constexpr Duration kLooksAgain = std::chrono::seconds(1);
 constexpr Duration kMoreFree = std::chrono::milliseconds(10);
 
@@ -45,10 +44,10 @@ void LinkTopics::recheck(const Now& now) {
 
 // A place becomes free when another publisher ends: of this topic, of another one, or of another
 // link of the identity. Thousands of topics may wait for a place, so they take turns.
-void LinkTopics::try_left_out(const Now& now) {
-  if (finished_) return;
+std::size_t LinkTopics::try_left_out(std::size_t most, const Now& now) {
+  const std::size_t looks = std::min(without_place(), most);
   bool any = false;
-  for (std::size_t n = std::min(left_out_.size(), kLooksAtOnce); n > 0; --n) {
+  for (std::size_t n = looks; n > 0; --n) {
     auto next = left_out_.upper_bound(looked_at_);
     if (next == left_out_.end()) next = left_out_.begin();
     looked_at_ = *next;
@@ -67,6 +66,17 @@ void LinkTopics::try_left_out(const Now& now) {
     left_out_.erase(next);
   }
   if (!left_out_.empty()) context_.look_again(now, any ? kMoreFree : kLooksAgain);
+  return looks;
+}
+
+void LinkTopics::note_left_out(ChannelId number) {
+  left_out_.insert(number);
+  if (!has_turn_) go_on_with_turns();
+}
+
+void LinkTopics::go_on_with_turns() {
+  has_turn_ = without_place() > 0;
+  if (has_turn_) context_.without_place.add(link_.account->number, link_.id, link_.id);
 }
 
 void LinkTopics::renew(const Now& now) {

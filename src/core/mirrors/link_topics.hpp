@@ -24,8 +24,13 @@ class LinkTopics {
   void recheck(const Now& now);
   void renew(const Now& now);
   // The topic has origins without a place.
-  void note_left_out(ChannelId number) { left_out_.insert(number); }
-  void try_left_out(const Now& now);
+  void note_left_out(ChannelId number);
+  // At most so many topics look for places; returns how many.
+  std::size_t try_left_out(std::size_t most, const Now& now);
+  // Number of topics that may look.
+  [[nodiscard]] std::size_t without_place() const { return finished_ ? 0 : left_out_.size(); }
+  // The link's turn among those without a place (ImportContext) goes on, or is over.
+  void go_on_with_turns();
   void finish(const Now& now);
   [[nodiscard]] bool is_finished() const { return finished_; }
   // The sample, decompressed here and not by a worker, because its channel or connection ends.
@@ -71,6 +76,7 @@ class LinkTopics {
   std::uint16_t demands_ = 0;     // number of the last demand; skips 0 when it wraps
   std::set<ChannelId> left_out_;  // topics with origins without a place
   ChannelId looked_at_;           // the topic of left_out_ that looked for a place last
+  bool has_turn_ = false;         // among the links with topics in left_out_
   std::set<TopicKey> names_;      // names of the topics below
   std::map<ChannelId, PeerTopic> topics_;
 };

@@ -61,6 +61,7 @@ void MirrorTable::on_time(const Now& now) {
     const auto due = timers_.take_due(now.steady);
     if (!due) return;
     TopicMirror& mirror = **due;
+    const Outputs::Paying paying(context_.outputs, mirror.payer());  // mutant: paid_deadlines
     mirror.on_time(now);
     if (mirror.is_over()) mirrors_.erase(MirrorKey(mirror.key()));
   }

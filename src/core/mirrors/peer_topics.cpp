@@ -6,6 +6,16 @@
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// Number of topics of all links that look for a place in a step, and of one link in its turn; and
+// the time until others do that had no turn in this step.
+constexpr std::size_t kLooksPerStep = 64;
+constexpr std::size_t kLooksInTurn = 8;
+constexpr Duration kOthersLook = std::chrono::milliseconds(40);
+
+}  // namespace
+
 void PeerTopics::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   peers_.try_emplace(link.id, context_, link).first->second.on_offer(offer, now);
 }
@@ -18,6 +28,7 @@ bool PeerTopics::on_link_lost(LinkId link, LinkEnd& end, const Now& now) {
   const auto peer = peers_.find(link);
   if (peer == peers_.end()) return true;
   if (!peer->second.on_link_lost(end, now)) return false;
+  context_.without_place.erase_if([link](LinkId waiting) { return waiting == link; });
   peers_.erase(peer);
   return true;
 }
@@ -140,7 +151,30 @@ void PeerTopics::on_time(const Now& now) {
   context_.wheels.on_time(context_, now);
   if (context_.looks_again_at.value_or(TimePoint::max()) > now.steady) return;
   context_.looks_again_at.reset();
-  for (auto& [link, peer] : peers_) peer.try_left_out(now);
+  look_for_places(now);
+}
+
+void PeerTopics::look_for_places(const Now& now) {
+  std::map<LinkId, std::size_t> looked;
+  std::vector<LinkTopics*> looked_all;
+  std::size_t left = kLooksPerStep;
+  while (left > 0) {
+    const auto next = context_.without_place.take();
+    if (!next) break;
+    LinkTopics& peer = peers_.at(*next);
+    const Outputs::Paying paying(context_.outputs, peer.link().account->time);
+    std::size_t& of_link = looked[*next];
+    const std::size_t more = peer.without_place() - std::min(peer.without_place(), of_link);
+    const std::size_t looks = peer.try_left_out(std::min({more, left, kLooksInTurn}), now);
+    left -= looks;
+    of_link += looks;
+    if (of_link < peer.without_place())
+      peer.go_on_with_turns();
+    else
+      looked_all.push_back(&peer);
+  }
+  if (!context_.without_place.empty()) context_.look_again(now, kOthersLook);
+  for (LinkTopics* const peer : looked_all) peer->go_on_with_turns();
 }
 
 void PeerTopics::send_demands() {

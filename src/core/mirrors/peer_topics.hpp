@@ -77,6 +77,9 @@ class PeerTopics {
                                                    const TopicMirror& mirror) const;
   [[nodiscard]] bool is_permitted_as_before(const TopicMirror& mirror) const;
 
+  // Some of the topics without a place look for one.
+  void look_for_places(const Now& now);
+
   ImportContext context_;
   std::map<LinkId, LinkTopics> peers_;
 };

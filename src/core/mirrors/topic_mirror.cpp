@@ -244,8 +244,12 @@ bool TopicMirror::may_exist() const {
   return !connection || !context_.claims.is_here(connection->peer().side);
 }
 
+Payer TopicMirror::payer() const {
+  return candidates_.empty() ? nullptr : candidates_.front().link->account->time;
+}
+
 void TopicMirror::create(const Now& now) {
-  const Outputs::Paying paying(context_.outputs, candidates_.front().link->account->time);
+  const Outputs::Paying paying(context_.outputs, payer());
   id_ = context_.outputs.new_id<MirrorId>();
   candidates_.front().declined = false;
   const auto published = candidates_.front().link->published.take(key_);

@@ -78,6 +78,8 @@ class TopicMirror final : private Appearing::Waiting {
     return find_candidate(candidates_, link);
   }
   [[nodiscard]] const std::vector<MirrorCandidate>& candidates() const { return candidates_; }
+  // The account of the first one; null: there is none.
+  [[nodiscard]] Payer payer() const;
   [[nodiscard]] bool is_over() const { return candidates_.empty() && !id_; }
 
   // ---- feeding, creation and destruction

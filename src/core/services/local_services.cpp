@@ -98,6 +98,8 @@ void LocalServices::on_time(const Now& now) {
   if (leaving_at_ && *leaving_at_ <= now.steady) end_leaving(now);
   std::vector<LocalService*> with_room;
   while (const auto due = timers.take_due(now.steady)) {
+    const Outputs::Paying paying(outputs,
+                                 due->service_offer ? due->service_offer->payer() : nullptr);
     if (due->call) {
       due->service_offer->on_timeout(*due->call, now);
     } else if (due->service_offer) {

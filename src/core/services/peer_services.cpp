@@ -211,10 +211,17 @@ void PeerServices::on_type_differs(const ServiceTypeDiffers& differs, const Now&
 }
 
 void PeerServices::on_time(const Now& now) {
-  while (const auto call = timers.take_due(now.steady)) (*call)->feed().on_due(**call, now);
+  while (const auto call = timers.take_due(now.steady)) {
+    PeerService& feed = (*call)->feed();
+    const Outputs::Paying paying(outputs, feed.link().account->time);
+    feed.on_due(**call, now);
+  }
   for (int n = 0; n < kServicesAtOnce; ++n) {
     const auto service = looks.take_due(now.steady);
     if (!service) break;
+    const auto& feeds = (*service)->feeds();
+    const Outputs::Paying paying(
+        outputs, feeds.empty() ? nullptr : feeds.begin()->second.link().account->time);
     update(**service, now);
   }
 }

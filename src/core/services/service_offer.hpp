@@ -104,6 +104,7 @@ class ServiceOffer final : public OutgoingChannel, public IncomingChannel {
   // The compression of an answer of this size before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
   [[nodiscard]] LinkId link() const { return link_.id; }
+  [[nodiscard]] const Payer& payer() const { return link_.account->time; }
   [[nodiscard]] GoalSender sender() const { return sender_of(link_); }
   [[nodiscard]] JobTurn turn() const { return link_.turn(); }
 

@@ -461,7 +461,7 @@ Result<Nothing> Side::take(Link& link, const ChannelOffer& channel, const Now& n
   // Before an owner judges the channel: a declined channel stays offered, counts for the limit, and
   // may be withdrawn later.
   link.expect_offered(channel.channel, channel.kind);
-  if (link.account->channels.used() > Account::kChannelsMax) {
+  if (link.account->channels.used() > Account::kChannelsMax) {  // mutant: channels_of_identity
     decline(service_imports_, link, channel, "limit", "its identity offers too many channels");
   } else if (channel.kind == InterfaceKind::kService) {
     service_imports_.on_offer(link, channel, now);

@@ -269,18 +269,18 @@ TEST(LinkTopics, AnOriginThatWasLeftOutGetsThePlaceOfOneThatEnds) {
   EXPECT_EQ(s.did(), "mirror 1 /a reliable volatile 10\n");
   EXPECT_EQ(s.context.looks_again_at, ms(1000).steady);
   s.context.looks_again_at.reset();
-  s.peer.try_left_out(ms(1000));
+  s.peer.try_left_out(64, ms(1000));
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.context.looks_again_at, ms(2000).steady);
   EXPECT_TRUE(s.channel_1().on_origins({{1}, {}, {{1}, {2}}}, ms(1500)));
   s.pass_to(1700);  // the mirror of the first is gone
   s.did();
-  s.peer.try_left_out(ms(2000));
+  s.peer.try_left_out(64, ms(2000));
   EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\n");
   EXPECT_TRUE(s.context.mirrors.all().contains(
       MirrorKey{{"/a", kType}, gid(9)}));  // 8 is not offered any longer
   s.context.looks_again_at.reset();
-  s.peer.try_left_out(ms(3000));
+  s.peer.try_left_out(64, ms(3000));
   EXPECT_FALSE(s.context.looks_again_at);
 }
 
@@ -292,7 +292,7 @@ TEST(LinkTopics, OfManyTopicsWithoutAPlaceFewLookAtOnceAndEachInItsTurn) {
   EXPECT_EQ(s.context.mirrors.all().size(), 0U);
   const auto look = [&](std::int64_t at) {
     s.context.looks_again_at.reset();
-    s.peer.try_left_out(ms(at));
+    s.peer.try_left_out(64, ms(at));
     return s.context.mirrors.all().size();
   };
   EXPECT_EQ(look(1000), 0U);

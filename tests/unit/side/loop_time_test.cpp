@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -15,7 +16,7 @@ using namespace std::chrono_literals;
 
 // Two identities with a link each.
 struct TwoLinks : Script {
-  TwoLinks() : Script(server({everything()})) {
+  explicit TwoLinks(SideOptions options = server({everything()})) : Script(std::move(options)) {
     graph({topic("/a").pub(1)});
     pass(3000);
     login(1, {}, called("busy"));
@@ -90,6 +91,30 @@ TEST(LoopTime, SoIsTheLossOfItsConnection) {
   s.spend(50ms);
   s.login(3, {}, called("busy"));
   s.arrive(3);
+  s.arrive(2);
+  EXPECT_EQ(s.turn(), 2U);
+}
+
+TEST(LoopTime, SoIsADeadlineOfItsPublisherHere) {
+  SideOptions options = server({everything()});
+  options.matching = 200ms;
+  TwoLinks s(options);
+  s.graph({topic("/b").sub(50)});
+  s.say(1, Accepts{});
+  s.say(1, Offer{{channel(1, "/b", {origin(1, 9)})}, true});
+  s.did();
+  EXPECT_TRUE(s.said(1).find("demand 1 on") != std::string::npos);
+  s.message(1, 1, 1, "first");
+  EXPECT_EQ(times(s.did(), "publish "), 0);
+  s.pass(300);
+  bool published = false;
+  while (const auto action = s.side.next_action()) {
+    if (!std::holds_alternative<Publish>(*action)) continue;
+    s.spend(50ms);
+    published = true;
+  }
+  ASSERT_TRUE(published);
+  s.arrive(1);
   s.arrive(2);
   EXPECT_EQ(s.turn(), 2U);
 }

@@ -213,6 +213,70 @@ TEST(Shares, PlacesOfMirrorsAreSharedByIdentities) {
   }
 }
 
+// Few look in a step, links in turns: each gets a place in the end.
+TEST(Shares, HoweverManyLinksWaitForPlacesEachGetsIts) {
+  SideOptions options = server();
+  options.account.mirrors_max = 400;
+  options.account.mirrors_at_once = 5000;
+  Script s(options);
+  s.graph({});
+  s.pass(3000);
+  s.did();
+  const auto made_after = [&](std::int64_t ms) {
+    s.pass(ms);
+    const std::string did = s.did();
+    return times(did, "mirror ") - times(did, "unmirror ");
+  };
+  const auto offer = [&](std::uint32_t n, const std::string& name, std::uint32_t topics) {
+    s.login(n, {}, called(name));
+    s.say(n, Accepts{});
+    std::vector<ChannelOffer> all;
+    for (std::uint32_t i = 1; i <= topics; ++i)
+      all.push_back(channel(i, "/n" + std::to_string(n * 1000 + i), {origin(1, 9)}));
+    s.offer(n, all, true);
+  };
+  offer(1, "calm", 300);
+  EXPECT_EQ(made_after(2000), 200);
+  for (std::uint32_t n = 2; n <= 5; ++n) offer(n, "busy", 100);
+  EXPECT_EQ(made_after(5000), 100);
+  s.lose(1);
+  EXPECT_EQ(made_after(10'000), 100);
+  s.lose(2);
+  EXPECT_EQ(made_after(10'000), 100) << "those of the links that are left";
+}
+
+// A link has a limit of its own, but who has many links has no more channels than this.
+TEST(Shares, ChannelsHaveANumberForAnIdentity) {
+  Script s(server({}));  // what no rule allows counts, too
+  s.graph({});
+  s.pass(1000);
+  const auto join = [&](std::uint32_t n, const std::string& name) {
+    s.login(n, {}, called(name));
+    s.say(n, Accepts{});
+    s.said(n);
+  };
+  constexpr auto kLinks = static_cast<std::uint32_t>(Account::kChannelsMax / Link::kOfferedMax);
+  std::vector<ChannelOffer> many;
+  for (std::uint32_t i = 1; i <= Link::kOfferedMax; ++i)
+    many.push_back(channel(i, "/t" + std::to_string(i), {}));
+  for (std::uint32_t n = 1; n <= kLinks; ++n) {
+    join(n, "greedy");
+    s.offer(n, many, true);
+    EXPECT_EQ(times(s.said(n), " limit"), 0) << n;
+  }
+  const auto answer = [&](std::uint32_t n, std::uint32_t number) {
+    s.offer(n, {channel(number, "/more" + std::to_string(number), {})}, true);
+    return s.said(n);
+  };
+  join(kLinks + 1, "greedy");
+  join(kLinks + 2, "calm");
+  EXPECT_EQ(answer(kLinks + 1, 1), "decline 1 limit\n");
+  EXPECT_EQ(answer(kLinks + 2, 1), "decline 1 not_permitted\n");
+  s.say(1, Withdraw{{{1}, {2}}});
+  EXPECT_EQ(answer(kLinks + 1, 2), "decline 2 not_permitted\n");
+  EXPECT_EQ(answer(kLinks + 1, 3), "decline 3 limit\n");
+}
+
 // A peer may offer thousands of topics: what is in use is shown, of the others the sum.
 TEST(Shares, TheStatusShowsSoManyTopicsOfALink) {
   Script s(server({everything()}));

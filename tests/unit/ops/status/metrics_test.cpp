@@ -26,7 +26,7 @@ TopicStatus topic(const std::string& name, std::uint64_t messages) {
   return made;
 }
 
-StatusPicture picture(std::vector<std::pair<std::uint64_t, std::vector<TopicStatus>>> links) {
+StatusPicture picture_of(std::vector<std::pair<std::uint64_t, std::vector<TopicStatus>>> links) {
   StatusPicture made;
   for (auto& [number, topics] : links) {
     LinkStatus link;
@@ -43,7 +43,7 @@ StatusPicture picture(std::vector<std::pair<std::uint64_t, std::vector<TopicStat
 
 TEST(Metrics, BothFormats) {
   Metrics metrics;
-  StatusPicture one = picture({{7, {topic("/a", 3)}}});
+  StatusPicture one = picture_of({{7, {topic("/a", 3)}}});
   one.side.links[0].topics[0].dropped.add(DropReason::kRate, 2);
   one.side.links[0].topics[0].latency_ms = 12.5;
   metrics.count(one, kNow);
@@ -70,16 +70,16 @@ TEST(Metrics, CountersOfATopicOnlyGrow) {
     const auto at = text.find(before) + before.size();
     return text.substr(at, text.find('\n', at) - at);
   };
-  metrics.count(picture({{7, {topic("/a", 3)}}, {8, {topic("/a", 4)}}}), kNow);
+  metrics.count(picture_of({{7, {topic("/a", 3)}}, {8, {topic("/a", 4)}}}), kNow);
   EXPECT_EQ(shown(), "7");
-  metrics.count(picture({{8, {topic("/a", 6)}}}), kNow);
+  metrics.count(picture_of({{8, {topic("/a", 6)}}}), kNow);
   EXPECT_EQ(shown(), "9");
-  metrics.count(picture({{8, {topic("/a", 1)}}, {9, {topic("/a", 1)}}}), kNow);
+  metrics.count(picture_of({{8, {topic("/a", 1)}}, {9, {topic("/a", 1)}}}), kNow);
   EXPECT_EQ(shown(), "11");
 }
 
 TEST(Metrics, WhatIsPublishedAndWhatIsSentAgain) {
-  StatusPicture one = picture({{7, {topic("/a", 3)}}});
+  StatusPicture one = picture_of({{7, {topic("/a", 3)}}});
   TopicStatus& shown = one.side.links[0].topics[0];
   shown.exported = true;
   shown.dropped.add(DropReason::kNewerAvailable, 27);
@@ -97,7 +97,7 @@ TEST(Metrics, WhatIsPublishedAndWhatIsSentAgain) {
 
 // Ages of two links have no sum, calls have.
 TEST(Metrics, GaugesOfSeveralLinks) {
-  StatusPicture two = picture({{7, {topic("/a", 1)}}, {8, {topic("/a", 1)}}});
+  StatusPicture two = picture_of({{7, {topic("/a", 1)}}, {8, {topic("/a", 1)}}});
   for (LinkStatus& link : two.side.links) {
     link.topics[0].latency_ms = static_cast<double>(link.number);
     ServiceStatus& service = link.services.emplace_back();
@@ -116,7 +116,7 @@ TEST(Metrics, GaugesOfSeveralLinks) {
 
 // A sum of two qualities would be none.
 TEST(Metrics, TheWorstOfWhatIsNotExact) {
-  StatusPicture two = picture({{7, {topic("/a", 1)}}, {8, {topic("/a", 1)}}});
+  StatusPicture two = picture_of({{7, {topic("/a", 1)}}, {8, {topic("/a", 1)}}});
   two.side.links[0].topics[0].sent_as = {Codec::kPictureBase, 0, 30};
   two.side.links[1].topics[0].sent_as = {Codec::kPictureBase, 0, 40};
   two.side.links[0].topics.push_back(topic("/points", 1));
@@ -132,9 +132,9 @@ TEST(Metrics, TheWorstOfWhatIsNotExact) {
 
 TEST(Metrics, APlaceServesAgain) {
   Metrics metrics;
-  StatusPicture now = picture({{7, {}}, {8, {}}});
+  StatusPicture now = picture_of({{7, {}}, {8, {}}});
   metrics.count(now, kNow);
-  now.side.links = picture({{8, {}}, {9, {}}}).side.links;
+  now.side.links = picture_of({{8, {}}, {9, {}}}).side.links;
   now.places.follow(now.side.links);
   metrics.count(now, kNow);
   EXPECT_THAT(metrics.text(true), AllOf(HasSubstr("link=\"1\""), HasSubstr("link=\"2\""),
@@ -144,13 +144,13 @@ TEST(Metrics, APlaceServesAgain) {
 // A picture that is taken while the link is lost shows no topic of it.
 TEST(Metrics, ABreakCountsNothingTwice) {
   Metrics metrics;
-  metrics.count(picture({{7, {topic("/a", 100)}}}), kNow);
-  metrics.count(picture({{7, {}}}), kNow + std::chrono::seconds(1));
-  metrics.count(picture({{7, {topic("/a", 103)}}}), kNow + std::chrono::seconds(2));
+  metrics.count(picture_of({{7, {topic("/a", 100)}}}), kNow);
+  metrics.count(picture_of({{7, {}}}), kNow + std::chrono::seconds(1));
+  metrics.count(picture_of({{7, {topic("/a", 103)}}}), kNow + std::chrono::seconds(2));
   EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\"} 103\n"));
   for (auto at = std::chrono::minutes(1); at < std::chrono::minutes(20); ++at)
-    metrics.count(picture({{7, {}}}), kNow + at);
-  metrics.count(picture({{7, {topic("/a", 104)}}}), kNow + std::chrono::minutes(20));
+    metrics.count(picture_of({{7, {}}}), kNow + at);
+  metrics.count(picture_of({{7, {topic("/a", 104)}}}), kNow + std::chrono::minutes(20));
   EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\"} 104\n"));
 }
 
@@ -171,10 +171,10 @@ std::size_t lines_with(const Metrics& metrics, const std::string& what) {
 TEST(Metrics, APeerCannotMakeSeriesWithoutEnd) {
   Metrics metrics;
   const auto lines = [&] { return lines_with(metrics, "topic_messages_total{"); };
-  metrics.count(picture({{1, topics("/a", Metrics::kNamesMax)}}), kNow);
+  metrics.count(picture_of({{1, topics("/a", Metrics::kNamesMax)}}), kNow);
   const auto before = lines();
   for (std::size_t i = 0; i < 100; ++i)
-    metrics.count(picture({{i + 1, {topic("/more" + std::to_string(i), 1)}}}), kNow);
+    metrics.count(picture_of({{i + 1, {topic("/more" + std::to_string(i), 1)}}}), kNow);
   EXPECT_EQ(lines(), before);
   EXPECT_THAT(metrics.text(true),
               HasSubstr("topic=\"other\"} " +
@@ -184,7 +184,7 @@ TEST(Metrics, APeerCannotMakeSeriesWithoutEnd) {
 // N14: names of one identity leave room for those of another, and for this side's own.
 TEST(Metrics, AnIdentityHasAShareOfTheNames) {
   Metrics metrics;
-  StatusPicture two = picture({{1, topics("/a", 5000)}, {2, topics("/b", 100)}, {3, {}}});
+  StatusPicture two = picture_of({{1, topics("/a", 5000)}, {2, topics("/b", 100)}, {3, {}}});
   two.side.links[1].identity = "ben";
   for (TopicStatus& own : two.side.links[2].topics = topics("/own", 400)) own.exported = true;
   metrics.count(two, kNow);
@@ -195,24 +195,24 @@ TEST(Metrics, AnIdentityHasAShareOfTheNames) {
 TEST(Metrics, ANameWithoutALinkIsForgotten) {
   Metrics metrics;
   const std::size_t share = Metrics::kNamesOfPeersMax / 2;
-  metrics.count(picture({{1, topics("/old", share)}}), kNow);
-  metrics.count(picture({{1, {topic("/new", 1)}}}), kNow + std::chrono::minutes(59));
+  metrics.count(picture_of({{1, topics("/old", share)}}), kNow);
+  metrics.count(picture_of({{1, {topic("/new", 1)}}}), kNow + std::chrono::minutes(59));
   EXPECT_EQ(lines_with(metrics, "topic=\"/new\""), 0U);
-  metrics.count(picture({}), kNow + std::chrono::minutes(60));
+  metrics.count(picture_of({}), kNow + std::chrono::minutes(60));
   EXPECT_EQ(lines_with(metrics, "topic=\"/old"), 0U);
-  metrics.count(picture({{2, {topic("/new", 1)}}}), kNow + std::chrono::minutes(61));
+  metrics.count(picture_of({{2, {topic("/new", 1)}}}), kNow + std::chrono::minutes(61));
   EXPECT_GE(lines_with(metrics, "topic=\"/new\""), 1U);
 }
 
 TEST(Metrics, ANameIsNoMarkup) {
   Metrics metrics;
-  metrics.count(picture({{1, {topic("/a\"} 1\nb{x=\"\\", 1)}}}), kNow);
+  metrics.count(picture_of({{1, {topic("/a\"} 1\nb{x=\"\\", 1)}}}), kNow);
   EXPECT_THAT(metrics.text(true), HasSubstr("topic=\"/a\\\"} 1\\nb{x=\\\"\\\\\"} 1\n"));
 }
 
 // What config/ asks Prometheus for is there.
 TEST(Metrics, AlertsAndDashboardAskForWhatIsThere) {
-  StatusPicture all = picture({{1, {topic("/a", 1)}}});
+  StatusPicture all = picture_of({{1, {topic("/a", 1)}}});
   LinkStatus& link = all.side.links[0];
   link.clock.known = true;
   link.topics[0].dropped.add(DropReason::kRate);
