@@ -76,6 +76,8 @@ MUTANTS = [
            swap(" && !is_line(*judged.identity)", "")),
     Mutant("line_once", "a line works once at each relay of a file", never),
     Mutant("lines_of_a_robot", "a robot asks its relay as often as it likes", never),
+    Mutant("short_places", "a relay that welcomes and leaves is dialed without a pause",
+           swap("is_steady() ?", "welcome_ ?")),
     Mutant("lines_of_a_relay", "a relay tells a robot as much as it likes", never),
     Mutant("turns_of_strangers", "the oldest of all gives way, whoever fills the places",
            swap("entry.address == busiest", "true")),

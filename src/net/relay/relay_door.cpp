@@ -25,6 +25,10 @@ namespace {
 // The robot dials its relay again as a client dials its server (docs/protocol.md section 7.11).
 constexpr std::chrono::milliseconds kFirstRetry{200};
 constexpr std::chrono::milliseconds kLastRetry{500};
+// A place that lasted so long was one. An end before counts as the answer of something that is no
+// relay: a balancer whose relay is away may welcome and close for ever, and each try costs a TLS
+// handshake.
+constexpr std::chrono::seconds kSteadyPlace{5};
 constexpr std::chrono::milliseconds kLookTime{1000};
 constexpr std::chrono::milliseconds kLoginTime{10000};
 constexpr std::size_t kTicketsMax = 32;
@@ -180,7 +184,7 @@ void RelayDoor::on_line(std::string_view line) {
   }
   if (word == "welcome" && !welcome_) {
     welcome_ = true;
-    dialer_.opened();
+    welcome_at_ = steady_now();
     takes_words_ = line == "clients";
     word_.clear();
     tell_word();
@@ -262,8 +266,12 @@ bool RelayDoor::takes_another_route() {
   return before != route_;
 }
 
+bool RelayDoor::is_steady() const {
+  return welcome_ && steady_now() - welcome_at_ >= kSteadyPlace;
+}
+
 void RelayDoor::on_ended(const Failure& why) {
-  fail(why, welcome_ ? DialFailure::kGone : DialFailure::kAnswered);
+  fail(why, is_steady() ? DialFailure::kGone : DialFailure::kAnswered);  // mutant: short_places
 }
 
 void RelayDoor::check_token() {
@@ -284,6 +292,7 @@ void RelayDoor::fail(const Failure& why, DialFailure failure) {
   lines_.reset();
   limit_.cancel();
   asked_ = false;
+  if (is_steady()) dialer_.opened();
   const bool was_welcome = std::exchange(welcome_, false);
   place_.connected_since = 0;
   place_.failure = why;

@@ -1,4 +1,5 @@
-// A server's place at a relay: who is connected to it there comes in as if by a listener.
+// A server's place at a relay: who is connected to it there comes in as if by a listener. One unit:
+// the control connection decides what becomes of its visitors.
 #pragma once
 
 #include <boost/asio/steady_timer.hpp>
@@ -91,6 +92,8 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   void on_routes_changed();
   // Since it was asked last. Most changes concern others: containers, addresses that are renewed.
   bool takes_another_route();
+  // Whether the relay has kept its welcome for a while.
+  [[nodiscard]] bool is_steady() const;
   void on_ended(const Failure& why);
   // Dials again, after a while.
   void fail(const Failure& why, DialFailure failure);
@@ -122,6 +125,7 @@ class RelayDoor : public std::enable_shared_from_this<RelayDoor> {
   Pace leaves_{2, std::chrono::minutes(1)};
   Pace looks_{kRobotLinesAtOnce / 3, 2 * kRobotLinePeriod};
   bool welcome_ = false;
+  TimePoint welcome_at_{};
   bool was_welcome_ = false;  // ever
   bool asked_ = false;        // a ping is without an answer
   bool takes_words_ = false;  // the relay there

@@ -117,7 +117,7 @@ TEST(RelayDoor, WaitsLongForARelayThatIsNotItsOwnOrRefusesIt) {
   }
 }
 
-// A relay by hand, that welcomes whoever comes and never stops talking.
+// A relay by hand, that welcomes whoever comes, and says so many lines.
 struct TalkingRelay {
   TalkingRelay(Loop& on, std::string text, int times)
       : loop(on),
@@ -153,6 +153,7 @@ struct TalkingRelay {
   void welcome() {
     lines->say("welcome");
     for (int i = 0; i < count; ++i) lines->say(line);
+    if (leaves) lines->finish();
   }
 
   Loop& loop;
@@ -162,6 +163,7 @@ struct TalkingRelay {
   TlsContext context;
   std::shared_ptr<TlsLines> lines;
   int accepted = 0;
+  bool leaves = false;  // when it has said them
 };
 
 TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
@@ -202,6 +204,27 @@ TEST(RelayDoor, ComesBackSoonAfterTooManyLinesButNotForEver) {
   EXPECT_TRUE(loop.until([&] { return relay.accepted == 3; }, 4s));
   loop.run_for(1500ms);
   EXPECT_EQ(relay.accepted, 3);
+  door->close();
+  loop.run_for(1ms);
+}
+
+// As a balancer does whose relay is away. Each try costs TLS, which a robot may pay for.
+TEST(RelayDoor, DialsRarelyWhereItIsWelcomedAndLeftAgainAndAgain) {
+  Loop loop;
+  TalkingRelay relay(loop, "", 0);
+  relay.leaves = true;
+  RelayOptions options;
+  options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
+  options.tls.ca_file = relay_authority().ca;
+  options.token = [] { return std::string{"robot7-token"}; };
+  const auto door = std::make_shared<RelayDoor>(
+      loop.io, options, SocketOptions{},
+      RelayDoor::Events{[](TcpSocket, const Source&) {}, [](LogLevel, const std::string&) {}});
+  ASSERT_EQ(door->open(), "");
+  const int soon = Dialer::kAnswersSoon + 1;
+  ASSERT_TRUE(loop.until([&] { return relay.accepted == soon; }, 60s));
+  loop.run_for(2s);  // the next wait is 5 s or longer
+  EXPECT_EQ(relay.accepted, soon);
   door->close();
   loop.run_for(1ms);
 }
