@@ -24,6 +24,8 @@ MUTANTS = [
     Mutant("foreign_owner", "a file of another user decides who gets in", never),
     Mutant("group_writes", "a file that a group may change decides who gets in",
            swap("return", "if (false) return")),
+    Mutant("access_lists", "a file that an access control list opens decides who gets in",
+           swap("return true", "return false")),
     Mutant("token_file_mode", "a new token file is for all to read", swap("0600", "0644")),
     Mutant("jwt_expiry", "an expired JWT logs in", gone),
     Mutant("jwt_issuer", "a JWT of another issuer logs in",

@@ -4,9 +4,12 @@
 #include <grp.h>
 #include <pwd.h>
 #include <sys/stat.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <iterator>
 #include <system_error>
@@ -40,6 +43,30 @@ bool is_private_group(gid_t group, uid_t owner) {
   return true;
 }
 
+// Whether an entry of the file's access control list lets a further user or group write. The bits
+// of the group in the mode are then the mask of all entries: without its bit nobody of them may.
+// The list is a version of 4 bytes, then entries of 8: tag, rights, id (linux/posix_acl_xattr.h).
+bool others_may_write(const std::filesystem::path& path, uid_t owner) {
+  constexpr std::size_t kHead = 4, kEntry = 8;
+  constexpr std::uint64_t kUser = 2, kGroup = 8, kMayWrite = 2;
+  std::array<std::uint8_t, kEntryBytes> list{};
+  const ssize_t size =
+      ::getxattr(path.c_str(), "system.posix_acl_access", list.data(), list.size());
+  if (size < 0) return errno == ERANGE;  // so many entries that they are not judged
+  for (std::size_t at = kHead; at + kEntry <= static_cast<std::size_t>(size); at += kEntry) {
+    const auto number = [&](std::size_t from, std::size_t bytes) {
+      std::uint64_t value = 0;
+      for (std::size_t i = bytes; i-- > 0;) value = value << 8U | list.at(at + from + i);
+      return value;
+    };
+    const std::uint64_t tag = number(0, 2), id = number(4, 4);
+    const bool is_ours = tag == kUser && (id == 0 || id == owner || id == ::geteuid());
+    if ((tag == kUser || tag == kGroup) && !is_ours && (number(2, 2) & kMayWrite) != 0)
+      return true;  // mutant: access_lists
+  }
+  return false;
+}
+
 std::filesystem::path without_first(const std::filesystem::path& path) {
   std::filesystem::path rest;
   for (auto name = std::next(path.begin()); name != path.end(); ++name) rest /= *name;
@@ -58,6 +85,8 @@ std::string why_not_trusted(const std::filesystem::path& path, const struct stat
     return fmt::format("every user of this machine may change {} (chmod go-w)", what);
   if ((facts.st_mode & S_IWGRP) != 0 && !is_private_group(facts.st_gid, facts.st_uid))
     return fmt::format("a group of users may change {} (chmod g-w)", what);  // mutant: group_writes
+  if ((facts.st_mode & S_IWGRP) != 0 && others_may_write(path, facts.st_uid))
+    return fmt::format("an access control list lets others change {} (setfacl -b)", what);
   return {};
 }
 

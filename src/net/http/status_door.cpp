@@ -131,6 +131,7 @@ class StatusDoor::Session : public std::enable_shared_from_this<Session> {
     if (bearer) token_ = shown.substr(sizeof kBearer - 1);
     const unsigned judged = bearer ? door_->ports_.judge(token_) : 401;
     if (judged == 200) return true;  // mutant: status_token
+    if (bearer) door_->note_wrong_token(transport_.socket(), judged);
     refuse({judged, judged == 401 ? "A token is needed: Authorization: Bearer ..."
                                   : "The token is right, but no group of status.groups has it."});
     return false;
@@ -301,6 +302,19 @@ void StatusDoor::admit(TcpSocket socket, bool is_private) {
   }
   sessions_.push_back(std::make_shared<Session>(*this, std::move(socket), is_private));
   sessions_.back()->start(tls);
+}
+
+// A reader without a token is a browser that asks for one, perhaps; one with a wrong token guesses,
+// or has one that was withdrawn.
+void StatusDoor::note_wrong_token(const TcpSocket& socket, unsigned judged) {
+  const auto count = wrong_tokens_.count({.steady = steady_now()});
+  if (!count) return;
+  ErrorCode gone;
+  const std::string from = socket.remote_endpoint(gone).address().to_string();
+  ports_.log(LogLevel::kWarn, "status.listen: refused " + from +
+                                  (judged == 401 ? ", its token is wrong"
+                                                 : ", no group of status.groups has its token") +
+                                  left_out(*count));
 }
 
 void StatusDoor::remove(const std::shared_ptr<Session>& session) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/base/address_paces.hpp"
+#include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
 #include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
@@ -99,6 +100,7 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   [[nodiscard]] std::size_t streams(bool is_private) const;
   void admit(TcpSocket socket, bool is_private);
   void remove(const std::shared_ptr<Session>& session);
+  void note_wrong_token(const TcpSocket& socket, unsigned judged);
 
   asio::io_context& io_;
   const Ports ports_;
@@ -107,6 +109,7 @@ class StatusDoor : public std::enable_shared_from_this<StatusDoor> {
   std::shared_ptr<TcpDoors> file_door_;  // null: no file
   std::string file_;
   std::optional<TlsFiles> tls_;
+  LogLimit wrong_tokens_;
   AddressPaces paces_{20, std::chrono::milliseconds(500)};  // TLS handshakes of one address
   Pace pace_{50, std::chrono::milliseconds(50)};            // TLS handshakes of all addresses
   Sessions sessions_;                                       // the oldest first

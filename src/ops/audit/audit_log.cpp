@@ -1,6 +1,7 @@
 #include "ops/audit/audit_log.hpp"
 
 #include <memory>
+#include <new>
 #include <utility>
 
 #include "net/tcp/steady_now.hpp"
@@ -11,6 +12,7 @@ namespace {
 
 constexpr auto kLookPeriod = std::chrono::seconds(1);  // also until a failed write is repeated
 constexpr std::size_t kBatchMax = 256;                 // lines
+constexpr char kLacksMemory[] = "memory is lacking";
 constexpr char kHangs[] = "the disk has not taken a line for two seconds";
 
 // Texts of peers without a login are shortened.
@@ -75,14 +77,16 @@ void AuditLog::run() {
     {
       std::unique_lock lock(mutex_);
       // A failed write is repeated after a while.
-      changed_.wait_for(lock, kLookPeriod,
-                        [&] { return ending_ || (text_.empty() && !waiting_.empty()); });
-      if (text_.empty()) take_batch();
+      changed_.wait_for(lock, kLookPeriod, [&] {
+        const bool can_go_on = text_.empty() && !lacks_memory_;
+        return ending_ || (can_go_on && !waiting_.empty());
+      });
+      if (text_.empty()) try_batch();
       over = ending_ && waiting_.empty();
-      if (text_.empty()) continue;
+      if (text_.empty() && !lacks_memory_) continue;
       writing_since_ = steady_now();
     }
-    const std::string problem = write_(text_);
+    const std::string problem = text_.empty() ? kLacksMemory : try_write();
     bool changed = false;
     {
       const std::lock_guard lock(mutex_);
@@ -95,8 +99,27 @@ void AuditLog::run() {
   }
 }
 
+// Lines that were taken before memory lacked are a batch of their own.
+void AuditLog::try_batch() {
+  lacks_memory_ = false;
+  try {
+    take_batch();
+  } catch (const std::bad_alloc&) {
+    lacks_memory_ = text_.empty();
+  }
+}
+
+std::string AuditLog::try_write() {
+  try {
+    return write_(text_);
+  } catch (const std::bad_alloc&) {
+    return kLacksMemory;
+  }
+}
+
 // Counts of left-out lines follow the lines of the batch, so that they cover everything before.
 void AuditLog::take_batch() {
+  batch_.reserve(kBatchMax);
   while (!waiting_.empty() && batch_.size() < kBatchMax) {
     const Entry& entry = waiting_.front();
     text_ += to_line(entry.line, entry.time);

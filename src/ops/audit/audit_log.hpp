@@ -54,7 +54,9 @@ class AuditLog {
     AuditBook::Account* account;
   };
   void run();
+  void try_batch();
   void take_batch();
+  [[nodiscard]] std::string try_write();
   void end_batch();
 
   const Write write_;
@@ -67,6 +69,7 @@ class AuditLog {
   std::vector<AuditBook::Account*> batch_;  // accounts of its lines
   std::optional<TimePoint> writing_since_;  // a write is under way
   Counts counts_;
+  bool lacks_memory_ = false;  // of the thread: for the text of one line
   bool ending_ = false;
   std::thread thread_;  // last: it uses the others
 };

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <new>
 
 namespace connect_bridge {
 
@@ -80,7 +81,12 @@ void StatusFile::write_all() {
     if (!waits_) return;
     const auto [file, picture] = *std::exchange(waits_, std::nullopt);
     lock.unlock();
-    const std::string problem = write_atomically(file, to_json(*picture));
+    std::string problem;
+    try {
+      problem = write_atomically(file, to_json(*picture));
+    } catch (const std::bad_alloc&) {
+      problem = "cannot write " + file + ": memory is lacking";
+    }
     if (!problem.empty() && problem != last_problem_) tell_(problem);
     lock.lock();
     last_problem_ = problem;

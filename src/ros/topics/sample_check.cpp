@@ -1,5 +1,6 @@
 #include "ros/topics/sample_check.hpp"
 
+#include <new>
 #include <utility>
 
 #include "ros/topics/topic_mirror.hpp"
@@ -60,7 +61,11 @@ void SampleCheck::run() {
     Sample sample = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
-    sample.problem = sample.publisher->check(sample.what.payload.view());
+    try {
+      sample.problem = sample.publisher->check(sample.what.payload.view());
+    } catch (const std::bad_alloc&) {  // a sample may ask for much
+      sample.problem = "memory is lacking to check it";
+    }
     lock.lock();
     checked_.push_back(std::move(sample));
     done_.notify_all();

@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 
@@ -73,6 +76,42 @@ TEST_F(FileTrust, NamesWhatEverybodyMayChangeAndTheCure) {
 TEST_F(FileTrust, OthersMayWriteIntoAStickyFolder) {
   modes(01777, 0600);
   EXPECT_EQ(who_else_may_change(file), "");
+}
+
+// As `setfacl -m u:1234:rw`: the mode then shows the rights of a private group, and no other user.
+TEST_F(FileTrust, NobodyOfAnAccessListMayWrite) {
+  struct Entry {
+    std::uint16_t tag, rights;
+    std::uint32_t id;
+  };
+  constexpr std::uint16_t kOwner = 1, kUser = 2, kOwnGroup = 4, kGroup = 8, kMask = 16;
+  constexpr std::uint16_t kOthers = 32;
+  constexpr std::uint32_t kNone = 0xffffffff;
+  const auto with = [&](const std::string& path, Entry entry, std::uint16_t mask) {
+    struct {
+      std::uint32_t version = 2;
+      std::array<Entry, 5> entries{};
+    } list;
+    list.entries = {Entry{kOwner, 7, kNone}, Entry{kOwnGroup, 0, kNone}, Entry{kMask, mask, kNone},
+                    Entry{kOthers, 0, kNone}, entry};
+    std::sort(list.entries.begin(), list.entries.end(),
+              [](const Entry& one, const Entry& other) { return one.tag < other.tag; });
+    return ::setxattr(path.c_str(), "system.posix_acl_access", &list, sizeof list, 0) == 0;
+  };
+  const Entry other{kUser, 6, 1234};
+  if (!with(file, other, 6)) GTEST_SKIP() << "this file system has no access control lists";
+  // Beside a private group; another group is refused without a look at the list.
+  EXPECT_THAT(who_else_may_change(file), testing::AnyOf(HasSubstr("an access control list lets"),
+                                                        HasSubstr("a group of users may change")));
+  EXPECT_NE(who_else_may_change(file), "");
+  ASSERT_TRUE(with(file, {kGroup, 2, 1234}, 6));
+  EXPECT_NE(who_else_may_change(file), "");
+  for (const Entry& harmless : {Entry{kUser, 4, 1234}, Entry{kUser, 6, ::geteuid()}}) {
+    ASSERT_TRUE(with(file, harmless, 4));  // the mask lets nobody write
+    EXPECT_EQ(who_else_may_change(file), "");
+  }
+  ASSERT_TRUE(with(folder, {kUser, 7, 1234}, 7));
+  EXPECT_THAT(who_else_may_change(file), HasSubstr("change the folder " + folder));
 }
 
 TEST_F(FileTrust, AGroupOfOthersMayNotWrite) {

@@ -59,6 +59,7 @@ class StatusDoorTest : public testing::Test {
   Loop loop;
   std::vector<StatusRequest> asked;
   std::vector<StatusDoor::Answered> later;
+  std::vector<std::string> logs;
   std::function<unsigned(const std::string&)> judge = [](const std::string&) { return 401U; };
   std::shared_ptr<StatusDoor> made(StatusDoor::Times times) {
     return std::make_shared<StatusDoor>(
@@ -72,7 +73,7 @@ class StatusDoorTest : public testing::Test {
                             answered(answer);
                           },
                           [this](const std::string& token) { return judge(token); },
-                          [](LogLevel, const std::string&) {}},
+                          [this](LogLevel, const std::string& text) { logs.push_back(text); }},
         times);
   }
   std::shared_ptr<StatusDoor> door = made({300ms, 300ms});
@@ -302,8 +303,11 @@ TEST_F(StatusDoorTest, BeyondLoopbackATokenIsNeeded) {
   };
   EXPECT_EQ(over_tls(get("/")), "HTTP/1.1 401");
   EXPECT_EQ(over_tls(get("/", "Authorization: Basic right\r\n")), "HTTP/1.1 401");
+  EXPECT_THAT(logs, testing::IsEmpty());
   EXPECT_EQ(over_tls(get("/", "Authorization: Bearer wrong\r\n")), "HTTP/1.1 401");
   EXPECT_EQ(over_tls(get("/", "Authorization: Bearer else\r\n")), "HTTP/1.1 403");
+  EXPECT_THAT(logs, testing::ElementsAre("status.listen: refused 127.0.0.1, its token is wrong"))
+      << "of many one line now and then";
   EXPECT_TRUE(asked.empty());
   const std::string right = "Authorization: Bearer right\r\n";
   EXPECT_EQ(over_tls(get("/", right, "robot.example:9091")), "HTTP/1.1 200");

@@ -373,6 +373,23 @@ TEST(AuditLog, WhatCannotBeWrittenWaits) {
   EXPECT_THAT(disk.text, testing::Not(HasSubstr("\"/c\"")));
 }
 
+TEST(AuditLog, IsWrittenLaterWhereMemoryLacks) {
+  Disk disk;
+  std::atomic<bool> lacks{true};
+  const auto write = [&, write = disk.write()](const std::string& lines) {
+    if (lacks) throw std::bad_alloc();
+    return write(lines);
+  };
+  AuditLog log(write, disk.tell());
+  EXPECT_TRUE(log.add(call_of("/a")));
+  disk.wait_until_told(1);
+  EXPECT_EQ(log.counts().problem, "memory is lacking");
+  lacks = false;
+  disk.wait_until_told(2);
+  const std::lock_guard lock(disk.mutex);
+  EXPECT_THAT(disk.text, HasSubstr("\"/a\""));
+}
+
 // Many lines are no fault of the disk.
 TEST(AuditLog, AFloodIsNotBlamedOnTheDisk) {
   Disk disk;
