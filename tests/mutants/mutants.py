@@ -63,6 +63,7 @@ MUTANTS = [
     Mutant("handshakes_of_address", "TLS handshakes of an address without a limit",
            swap("!known || take_handshake(visitor.from, visitor.by)", "true")),
     Mutant("kept_handshakes", "others of an address keep out who has logged in there", never),
+    Mutant("failed_dials", "what a failed dial costs counts nowhere", gone),
     Mutant("client_certificate", "a client need not show a certificate",
            swap(" | SSL_VERIFY_FAIL_IF_NO_PEER_CERT", "")),
     Mutant("server_name", "a server of any name", gone),

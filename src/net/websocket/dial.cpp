@@ -214,9 +214,16 @@ void Dialing::cancel(Failure why) {
   asio::post(io_, [self = shared_from_this(), why = std::move(why)] { self->fail(why); });
 }
 
+// The kernel has no counts of a socket that was aborted.
+void Dialing::abort() {
+  if (!socket_) return;
+  traffic_ = traffic_of(socket_->next_layer().socket().native_handle());  // mutant: failed_dials
+  socket_->next_layer().abort();
+}
+
 void Dialing::fail(const Failure& why) {
   if (!done_) return;
-  if (socket_) socket_->next_layer().abort();
+  abort();
   const auto& proxy = options_.proxy;
   std::string by = proxy ? " by the proxy " + host_and_port(proxy->host, proxy->port) : "";
   by += way_->led_to();
@@ -239,7 +246,7 @@ void Dialing::abandon() {
   done_ = nullptr;
   deadline_.cancel();
   way_->stop();
-  if (socket_) socket_->next_layer().abort();
+  abort();
 }
 
 }  // namespace connect_bridge

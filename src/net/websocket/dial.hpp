@@ -11,6 +11,7 @@
 
 #include "core/ports/failure.hpp"
 #include "core/ports/net_options.hpp"
+#include "net/tcp/traffic.hpp"
 #include "net/tcp/transport.hpp"
 #include "net/tls/tls.hpp"
 #include "net/tls/way.hpp"
@@ -43,6 +44,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   [[nodiscard]] bool was_silent() const { return was_silent_; }
   // See Way.
   [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return way_->tried(); }
+  // What it has cost, once it has failed or was abandoned. Who gets the socket counts that.
+  [[nodiscard]] const Traffic& traffic() const { return traffic_; }
 
  private:
   struct Response;
@@ -57,6 +60,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   [[nodiscard]] Failure failure_by(const ErrorCode& error) const;
   // Whether not one byte has come on this connection.
   [[nodiscard]] bool heard_nothing() const;
+  // Closes the socket, if there is one.
+  void abort();
   void fail(const Failure& why);
   void finish(std::shared_ptr<WebSocket> socket, Failure why);
 
@@ -69,6 +74,7 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   std::vector<std::string> words_;
   std::shared_ptr<WebSocket> socket_;
   std::unique_ptr<Response> response_;
+  Traffic traffic_;              // of a socket that is closed
   const char* stage_ = nullptr;  // what is being waited for; null: the way
   bool was_silent_ = false;
   Done done_;

@@ -171,6 +171,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
                                 std::shared_ptr<WebSocket> socket, Failure why) {
   const auto dial = std::move(dials[id]);
   dials.erase(id);
+  past += dial->traffic();
   silent_dials = dial->was_silent() ? std::min(silent_dials + 1, kSilentDials) : 0;
   if (!socket) {
     if (dial->tried()) {

@@ -1,5 +1,5 @@
 // WebSocket connections: listens, dials, moves packets. Decides nothing about their content.
-// One unit: what the loop asks of all connections, and each of them, has one owner.
+// One unit: dials, arrivals and connections share their numbers, their traffic and their end.
 #pragma once
 
 #include <cstddef>
@@ -106,8 +106,8 @@ class Network {
   [[nodiscard]] TcpCounts tcp_counts(ConnectionId connection) const;
   // Server: its place at the relay, if it has one.
   [[nodiscard]] std::vector<PlaceAtRelay> relays() const;
-  // The bytes of all connections since the start, at a listener also of those that became no
-  // WebSocket. The failed dials of a client are not among them.
+  // The bytes of all connections since the start, also of those that became no WebSocket. A dial
+  // counts when it ends, and only if TCP was connected.
   [[nodiscard]] Traffic traffic() const;
 
  private:

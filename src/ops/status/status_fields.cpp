@@ -162,7 +162,7 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      [](const StatusPicture& s) { return OrderedJson(s.run.traffic.sent); },
      "since the start, as a provider counts: IP packets with headers, TLS and retransmissions, "
      "also "
-     "of unauthenticated connections and of the relay's control connection",
+     "of unauthenticated connections, of failed dials and of the relay's control connection",
      counter("sent_bytes", "Bytes of IP packets sent")},
     {"traffic.received_bytes", Unit::kBytes,
      [](const StatusPicture& s) { return OrderedJson(s.run.traffic.received); },

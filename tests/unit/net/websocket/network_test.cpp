@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <optional>
+
 #include "unit/net/websocket/harness.hpp"
 
 namespace connect_bridge::test {
@@ -154,6 +158,25 @@ TEST(Network, CountsWhatAConnectionHasCostAlsoWhenItIsCutOff) {
   const Traffic closed = pair.server.network.traffic();
   EXPECT_GE(closed.received, open.received);
   EXPECT_GT(closed.sent, open.sent);
+}
+
+// Each of them may cost a client kilobytes, which its provider bills.
+TEST(Network, CountsWhatAFailedDialHasCost) {
+  Pair pair;
+  namespace asio = boost::asio;
+  asio::ip::tcp::acceptor other(pair.loop.io, {asio::ip::make_address("127.0.0.1"), 0});
+  const std::string answer = "HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n";
+  std::optional<asio::ip::tcp::socket> there;
+  other.async_accept([&](const auto&, asio::ip::tcp::socket socket) {
+    there.emplace(std::move(socket));
+    there->send(asio::buffer(answer));
+  });
+  DialOptions dial = pair.dial_options();
+  dial.url.port = other.local_endpoint().port();
+  EXPECT_FALSE(pair.connect(dial));
+  const Traffic traffic = pair.client.network.traffic();
+  EXPECT_GT(traffic.received, answer.size());
+  EXPECT_GT(traffic.sent, 100U) << "the request";
 }
 
 TEST(Network, TellsTheClientsCloseCodeAfterWhatWasPulled) {
