@@ -7,7 +7,7 @@
 
 #include "net/tcp/proxy_header.hpp"
 #include "net/tcp/transport.hpp"
-#include "relay/client_hello.hpp"
+#include "net/tls/client_hello.hpp"
 
 namespace connect_bridge {
 

@@ -4,7 +4,7 @@
 
 #include "core/base/check.hpp"
 #include "fuzz/slow.hpp"
-#include "relay/client_hello.hpp"
+#include "net/tls/client_hello.hpp"
 
 using namespace connect_bridge;
 

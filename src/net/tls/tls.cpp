@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "core/base/base64.hpp"
+#include "core/base/hex.hpp"
 #include "core/base/sha256.hpp"
 #include "core/ports/pin.hpp"
 #include "core/wire/text.hpp"
@@ -240,6 +241,15 @@ std::string pin_of_certificate(const X509* certificate) {
   const Digest digest = sha256({encoded, static_cast<std::size_t>(size)});
   OPENSSL_free(encoded);
   return to_base64(digest);
+}
+
+std::string login_word(SSL* tls) {
+  static constexpr std::string_view kLabel = "EXPORTER-ros2-connect-login";
+  Digest word{};
+  const bool made =
+      tls != nullptr && SSL_export_keying_material(tls, word.data(), word.size(), kLabel.data(),
+                                                   kLabel.size(), nullptr, 0, 0) == 1;
+  return made ? to_hex(word) : std::string{};
 }
 
 Failure pin_failure(SSL* tls, const std::vector<std::string>& pins) {

@@ -25,6 +25,9 @@ void expect_server(SSL* tls, const std::string& name);
 std::string pin_of_certificate(const X509* certificate);
 // The pin of the certificate that the peer has shown; empty: it has shown none.
 std::string pin_of(SSL* tls);
+// A word that only the two ends of this connection can make (RFC 5705); empty: it has no TLS. In
+// its next ClientHello it shows the server, in plain, that the client has logged in before.
+[[nodiscard]] std::string login_word(SSL* tls);
 // Client, after the handshake: nothing if the server's key has one of the pins, or there are none.
 [[nodiscard]] Failure pin_failure(SSL* tls, const std::vector<std::string>& pins);
 

@@ -2,6 +2,7 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
@@ -17,6 +18,8 @@
 #include <optional>
 
 #include "core/wire/login.hpp"
+#include "net/relay/relay_wire.hpp"
+#include "net/tls/client_hello.hpp"
 #include "net/websocket/websocket.hpp"
 
 namespace connect_bridge {
@@ -77,6 +80,8 @@ std::optional<Refusal> refusal_of(const UpgradeRequest& request, bool secure) {
 }
 
 constexpr std::size_t kHeaderBytesSeen = 12;  // the signature of version 2
+// One of ours has some 400 bytes, and comes in one segment.
+constexpr std::size_t kHelloBytesSeen = 2048;
 
 // Handshakes wait for their turn for as long as so many may take.
 constexpr int kWaitTimes = 4;
@@ -165,6 +170,16 @@ void Listener::Visitor::look_for_hello() {
     if (!self->listener_->on_hello(*self)) return self->fail("dropped, too many handshakes");
     self->line_up();
   });
+}
+
+std::vector<std::string> Listener::Visitor::offered() const {
+  Bytes hello(kHelloBytesSeen);
+  const ssize_t got = ::recv(socket->next_layer().socket().native_handle(), hello.data(),
+                             hello.size(), MSG_PEEK | MSG_DONTWAIT);
+  hello.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+  std::vector<std::string> protocols = read_client_hello(hello).protocols;
+  protocols.resize(std::min(protocols.size(), kClientWordsMax + 2));
+  return protocols;
 }
 
 void Listener::Visitor::note_header() {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/bytes.hpp"
 #include "net/tcp/transport.hpp"
@@ -28,6 +29,9 @@ class Listener::Visitor : public std::enable_shared_from_this<Visitor> {
   void begin();
   // Closes at once; the listener hears nothing more of it.
   void abandon();
+
+  // The first protocols that its ClientHello offers, as far as this has come.
+  [[nodiscard]] std::vector<std::string> offered() const;
 
   // Until its end, if it became no WebSocket.
   [[nodiscard]] const Traffic& traffic() const { return traffic_.total(); }

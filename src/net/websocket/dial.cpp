@@ -13,6 +13,8 @@
 namespace connect_bridge {
 namespace {
 
+constexpr char kHttpProtocol[] = "http/1.1";
+
 // The first line of what a server or proxy answered, made harmless for a log.
 std::string first_line(const std::string& body) {
   std::string line = body.substr(0, std::min<std::size_t>(body.find_first_of("\r\n"), 200));
@@ -110,6 +112,9 @@ void Dialing::start_tls() {
   expect_server(transport.tls(), server_name(options_));  // mutant: server_name
   if (!words_.empty()) {
     words_.insert(words_.begin(), kClientProtocol);
+    // What ends TLS before a server may refuse a list without a protocol that it knows (RFC 7301
+    // section 3.2). A relay wants the kind of connection first, and answers nothing.
+    if (options_.url.robot.empty()) words_.insert(words_.begin(), kHttpProtocol);
     const std::string list = protocol_list(words_);
     const ByteView offered = view_of(list);  // without an answer to it the handshake goes on
     SSL_set_alpn_protos(transport.tls(), offered.data(), static_cast<unsigned>(offered.size()));

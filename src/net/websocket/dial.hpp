@@ -32,7 +32,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   // reason by cancel().
   Dialing(asio::io_context& io, DialOptions options, SocketOptions sockets, TlsContext tls);
   ~Dialing();
-  // Before start(): what shows a relay that we know the robot. Anybody on the way can read it.
+  // Before start(): what shows a relay that we know the robot, and a server that we have logged in
+  // there. Anybody on the way can read it.
   void show(std::vector<std::string> words) { words_ = std::move(words); }
   // `done` is called once, never from inside start().
   void start(Done done);

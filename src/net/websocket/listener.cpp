@@ -2,6 +2,8 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
+
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
 #include "net/tcp/socket_tuning.hpp"
@@ -66,6 +68,7 @@ std::string Listener::open(const ListenOptions& options) {
                        {kCustomerShare * options.address_handshakes_at_once,
                         options.address_handshake_period / kCustomerShare}});
   kept_paces_.emplace(options.address_handshakes_at_once, options.address_handshake_period);
+  word_paces_.emplace(options.address_handshakes_at_once, options.address_handshake_period);
   pace_ = Pace(options.handshakes_at_once, options.handshake_period);
   relayed_pace_ = Pace(std::max(options.handshakes_at_once / kRelayedPart, 1),
                        kRelayedPart * options.handshake_period);
@@ -120,9 +123,10 @@ void Listener::close() {
 
 // A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are
 // limited first, so that it cannot use up what its customer has, nor a customer what all have.
-bool Listener::take_handshake(const ConnectionOpened& from, By by) {
+bool Listener::take_handshake(const Visitor& visitor) {
   const TimePoint now = steady_now();
-  const bool relayed = by == By::kRelay;
+  const ConnectionOpened& from = visitor.from;
+  const bool relayed = visitor.by == By::kRelay;
   HandshakePaces& paces = relayed ? *relayed_paces_ : *paces_;
   if (paces.address.take(from.address, from.share, now)) {
     if (paces.customer.take(from.customer, from.share, now)) {
@@ -136,10 +140,22 @@ bool Listener::take_handshake(const ConnectionOpened& from, By by) {
     if (!relayed || relayed_pace_.take(now)) return true;  // mutant: kept_handshakes
     kept_paces_->give_back(from.address);
   }
+  // Nor can those who log in from there take this of who has logged in before.
+  if (shows_word(visitor, now) && word_paces_->take(from.address, from.share, now)) {
+    if (!relayed || relayed_pace_.take(now)) return true;  // mutant: words_of_logins
+    word_paces_->give_back(from.address);
+  }
   ++counts_.handshakes_dropped;
   log_limit(dropped_,
             from.peer + ": dropped, its address or its network begins too many TLS handshakes");
   return false;
+}
+
+bool Listener::shows_word(const Visitor& visitor, TimePoint now) {
+  if (words_.empty()) return false;
+  const std::vector<std::string> offers = visitor.offered();
+  return std::any_of(offers.begin(), offers.end(),
+                     [&](const std::string& offer) { return words_.take(offer, now); });
 }
 
 // Not in the kernel's queue: there who comes first is served first, whoever fills it.
@@ -226,11 +242,12 @@ bool Listener::on_hello(Visitor& visitor) {
   visitor.slot->silent = false;
   if (visitor.relay_slot) visitor.relay_slot->silent = false;
   const bool known = visitor.by != By::kProxy || options_.named_by == NamedBy::kProxyProtocol;
-  return !known || take_handshake(visitor.from, visitor.by);  // mutant: handshakes_of_address
+  return !known || take_handshake(visitor);  // mutant: handshakes_of_address
 }
 
-void Listener::note_login(const std::string& address) {
+void Listener::note_login(const std::string& address, const std::string& word) {
   logins_.add(address, steady_now());
+  words_.add(word, address, steady_now());
 }
 
 int Listener::share_of(const ConnectionOpened& from) const {

@@ -22,6 +22,7 @@
 #include "net/tcp/tcp_doors.hpp"
 #include "net/tcp/traffic.hpp"
 #include "net/tls/tls_files.hpp"
+#include "net/websocket/login_words.hpp"
 #include "net/websocket/network_events.hpp"
 #include "net/websocket/recent_logins.hpp"
 #include "net/websocket/refusals.hpp"
@@ -51,8 +52,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
   // Accepts no more and drops handshakes; no event follows.
   void close();
 
-  // Somebody has logged in from this address (ConnectionOpened).
-  void note_login(const std::string& address);
+  // Somebody has logged in from this address (ConnectionOpened), and may show this word next time.
+  void note_login(const std::string& address, const std::string& word);
   // Reads certificates that have changed: for handshakes that begin from now on. Once a second.
   void check_files();
   [[nodiscard]] TlsFiles* tls_files() { return tls_ ? &*tls_ : nullptr; }  // null: no TLS
@@ -88,7 +89,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   // In times of what an address may have of the places.
   [[nodiscard]] int share_of(const ConnectionOpened& from) const;
   // Whether it may begin a handshake; then it counts. False: its address has begun too many.
-  bool take_handshake(const ConnectionOpened& from, By by);
+  bool take_handshake(const Visitor& visitor);
+  // The visitor shows the word of a login.
+  bool shows_word(const Visitor& visitor, TimePoint now);
   // The share of all connections by the relay, as a multiple of what one address may have.
   [[nodiscard]] int relayed_share() const;
   // The visitor's handshake begins, or waits for its turn among those of all.
@@ -130,6 +133,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::optional<HandshakePaces> paces_, relayed_paces_;
   std::optional<AddressPaces> kept_paces_;  // beside these, of addresses with a login lately
   RecentLogins logins_;
+  std::optional<AddressPaces> word_paces_;  // beside these, of who shows the word of a login
+  LoginWords words_;
   Pace pace_{1, Duration::zero()};          // of all of them
   Pace relayed_pace_{1, Duration::zero()};  // of all who come by the relay
   Turns<std::string, VisitorPtr> line_;     // those who wait for it, by customer

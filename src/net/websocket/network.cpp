@@ -47,8 +47,9 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
     if (events.log) events.log(Log{level, std::move(text)});
   }
   ConnectionId free_id();
-  // The words that prove to this URL's relay that we know its robot. They are made of the robot's
-  // pins, known from the options or from an earlier connection.
+  // The words for this URL: those that prove to its relay that we know its robot, made of the
+  // robot's pins, known from the options or from an earlier connection; and the one of our last
+  // login there.
   std::vector<std::string> words_for(const DialOptions& options) const;
   TlsContext client_tls(const DialOptions& options, std::string& problem);
   std::shared_ptr<Socket> find(ConnectionId id) const;
@@ -67,7 +68,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   TlsOptions dial_options;                 // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;        // empty: no secure URL was dialed yet
   std::map<std::string, std::string> met;  // the pins of robots at relays, by name
-  int silent_dials = 0;                    // in a row, to which nothing answered
+  std::map<std::string, std::string> login_words;  // of the last logins, by DialUrl::whom()
+  int silent_dials = 0;                            // in a row, to which nothing answered
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
   std::uint64_t past_extra_frames = 0;
@@ -109,13 +111,16 @@ TlsContext Network::State::client_tls(const DialOptions& options, std::string& p
 std::vector<std::string> Network::State::words_for(const DialOptions& options) const {
   const std::string& robot = options.url.robot;
   std::vector<std::string> words;
-  if (robot.empty()) return words;
   const auto add = [&](const std::string& pin) {
     const std::string word = client_word(pin, robot);
     if (!word.empty() && words.size() < kClientWordsMax) words.push_back(word);
   };
-  if (const auto known = met.find(robot); known != met.end()) add(known->second);
-  for (const std::string& entry : options.tls.pins) add(pin_in(entry).key);
+  if (!robot.empty()) {
+    if (const auto known = met.find(robot); known != met.end()) add(known->second);
+    for (const std::string& entry : options.tls.pins) add(pin_in(entry).key);
+  }
+  const auto login = login_words.find(options.url.whom());
+  if (login != login_words.end() && words.size() < kClientWordsMax) words.push_back(login->second);
   return words;
 }
 
@@ -311,7 +316,9 @@ void Network::allow(ConnectionId connection, std::size_t packet_bytes_max) {
   const auto found = state_->find(connection);
   if (!found) return;
   found->allow(packet_bytes_max);
-  if (state_->listener) state_->listener->note_login(found->address());
+  const std::string word = found->login_word();
+  if (state_->listener) return state_->listener->note_login(found->address(), word);
+  if (!word.empty()) state_->login_words[found->peer()] = word;
 }
 
 void Network::close(ConnectionId connection, CloseCode code, const std::string& reason) {

@@ -347,6 +347,10 @@ Certified Socket::certified() const {
   return certified_by(socket_->next_layer().tls());
 }
 
+std::string Socket::login_word() const {
+  return connect_bridge::login_word(socket_->next_layer().tls());
+}
+
 Traffic Socket::traffic() {
   if (state_ != State::kEnding) traffic_.count(tcp_counts_of(native()));
   return traffic_.total();

@@ -1,4 +1,5 @@
-// One open WebSocket: reads packets behind the gate, pulls and writes packets, closes.
+// One open WebSocket: reads packets behind the gate, pulls and writes packets, closes. One unit:
+// its reads, its writes and its end depend on one state.
 #pragma once
 
 #include <boost/asio/buffer.hpp>
@@ -72,6 +73,9 @@ class Socket : public std::enable_shared_from_this<Socket> {
   [[nodiscard]] std::uint64_t extra_frames() const { return extra_frames_.total(); }
   [[nodiscard]] Certified certified() const;
   [[nodiscard]] const std::string& address() const { return setup_.opened.address; }
+  [[nodiscard]] const std::string& peer() const { return setup_.opened.peer; }
+  // Only while it is open; empty: without TLS.
+  [[nodiscard]] std::string login_word() const;
 
  private:
   enum class State : std::uint8_t { kOpen, kClosing, kEnding };

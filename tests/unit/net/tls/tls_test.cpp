@@ -4,6 +4,9 @@
 
 #include <fstream>
 
+#include "net/tls/tls.hpp"
+#include "net/websocket/dial.hpp"
+#include "net/websocket/websocket.hpp"
 #include "unit/net/tls/certificates.hpp"
 #include "unit/net/tls/raw_tls.hpp"
 #include "unit/scratch.hpp"
@@ -89,8 +92,77 @@ TEST_F(Tls, HandshakesAreKeptForAnAddressWithALoginLately) {
       pair.loop.run_for(5ms);
     }
     EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 0U);
-    EXPECT_EQ(pair.connect(trusting(pair), ConnectionId{2}), logs_in);
+    Side other(pair.loop);  // has no word of a login
+    other.network.dial(kDial, trusting(pair));
+    ASSERT_TRUE(pair.loop.until([&] { return !other.opened.empty() || other.failure_count > 0; }));
+    EXPECT_EQ(!other.opened.empty(), logs_in);
   }
+}
+
+// Whatever those do who share its address, and have logged in from there, too.
+TEST_F(Tls, HandshakesAreKeptForWhoHasLoggedInBefore) {
+  ListenOptions options = server_of(good());
+  options.address_handshakes_at_once = 1;  // of the loopback 8 times as many
+  options.address_handshake_period = 800s;
+  Pair pair{options};
+  ASSERT_TRUE(pair.connect(trusting(pair), ConnectionId{1}));
+  Side stranger(pair.loop), late(pair.loop);
+  stranger.packet_bytes_max = 0;  // was not welcomed
+  stranger.network.dial(ConnectionId{1}, trusting(pair));
+  ASSERT_TRUE(pair.loop.until([&] { return stranger.opened.size() == 1; }));
+  while (pair.server.network.counts().handshakes_dropped == 0) {
+    RawPeer other(pair.server.network.listen_port());
+    other.send("\x16");
+    pair.loop.run_for(5ms);
+  }
+  for (Side* const without : {&stranger, &late}) {
+    without->network.dial(ConnectionId{2}, trusting(pair));
+    ASSERT_TRUE(pair.loop.until([&] { return without->failure_count == 1; }));
+  }
+  for (std::uint64_t id = 2; id <= 9; ++id)
+    EXPECT_TRUE(pair.connect(trusting(pair), ConnectionId{id})) << id;
+  EXPECT_FALSE(pair.connect(trusting(pair), ConnectionId{10})) << "more than an address may";
+}
+
+// An older server's kind of answer, and that of what ends TLS before a server.
+TEST_F(Tls, AnAnswerToTheWordsOfAClientIsFine) {
+  std::string problem;
+  const Authority::Files files = good();
+  const TlsContext context = make_server_tls(TlsOptions{files.certificate, files.key}, problem);
+  ASSERT_TRUE(context) << problem;
+  SSL_CTX* const server = context->native_handle();
+  SSL_CTX_set_alpn_select_cb(
+      server,
+      [](SSL*, const unsigned char** chosen, unsigned char* size, const unsigned char* offered,
+         unsigned bytes, void*) {
+        static constexpr unsigned char kKnown[] = "\x02h2\x08http/1.1";
+        unsigned char* found = nullptr;
+        const int selected =
+            SSL_select_next_proto(&found, size, kKnown, sizeof kKnown - 1, offered, bytes);
+        *chosen = found;
+        return selected == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_ALERT_FATAL;
+      },
+      nullptr);
+  Loop loop;
+  asio::ip::tcp::acceptor door(loop.io, {asio::ip::make_address("127.0.0.1"), 0});
+  bool shaken = false;
+  std::unique_ptr<Transport> there;
+  door.async_accept(loop.io.get_executor(), [&](ErrorCode, TcpSocket socket) {
+    there = std::make_unique<Transport>(std::move(socket));
+    there->start_tls(context);
+    there->async_tls_handshake(true, [&](ErrorCode error) { shaken = !error; });
+  });
+  DialOptions options;
+  options.url = {true, "127.0.0.1", door.local_endpoint().port(), "/"};
+  options.tls.ca_file = authority().ca;
+  const auto dial = std::make_shared<Dialing>(loop.io, options, SocketOptions{},
+                                              make_client_tls(options.tls, problem));
+  dial->show({std::string(64, 'a')});
+  dial->start([](std::shared_ptr<WebSocket>, const Failure&) {});
+  EXPECT_TRUE(loop.until([&] { return shaken; }));
+  dial->abandon();
+  there->abort();
+  loop.run_for(1ms);
 }
 
 TEST_F(Tls, HandshakesOfAllAreSpreadOverTime) {

@@ -1,4 +1,4 @@
-#include "relay/client_hello.hpp"
+#include "net/tls/client_hello.hpp"
 
 #include <algorithm>
 #include <optional>
