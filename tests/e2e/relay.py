@@ -14,9 +14,10 @@ _PART = 1 << 16
 
 class Relay:
     """Listens on `port`; every connection gets one of its own to the target. `delay`: delay in
-    seconds in each direction."""
+    seconds in each direction. `first`: bytes that go to the target before all others."""
 
-    def __init__(self, target_port, delay=0.0):
+    def __init__(self, target_port, delay=0.0, first=b""):
+        self._first = first
         self._target = ("127.0.0.1", target_port)
         self._delay = delay
         self._lock = threading.Lock()
@@ -39,6 +40,7 @@ class Relay:
                 continue
             try:
                 far = socket.create_connection(self._target, timeout=2)
+                far.sendall(self._first)
             except OSError:
                 near.close()
                 continue
