@@ -1,8 +1,10 @@
 #include "core/topics/backlog.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/base/check.hpp"
 
@@ -100,13 +102,14 @@ bool Backlog::admit(const OutSample& sample, const Now& now) {
 
 void Backlog::begin(std::deque<OutMessage> unarrived) {
   CONNECT_CHECK(size() == 0);
-  begun_ = std::move(unarrived);
-  std::deque<OutMessage> waiting;
-  for (; !begun_.empty() && begun_.back().sequence == 0; begun_.pop_back())
-    waiting.push_front(std::move(begun_.back()));
+  const auto first = std::find_if(unarrived.begin(), unarrived.end(), is_replaced);
+  std::vector<OutMessage> others(std::make_move_iterator(first),
+                                 std::make_move_iterator(unarrived.end()));
+  unarrived.erase(first, unarrived.end());
+  oldest_ = std::move(unarrived);
   std::uint64_t bytes = 0;
   auto own = by_origin_.end();
-  for (const OutMessage& message : begun_) {
+  for (const OutMessage& message : oldest_) {
     bytes += kept_bytes_of(message);
     const OriginId origin = message.subject.origin();
     if (own == by_origin_.end() || own->first != origin) own = by_origin_.try_emplace(origin).first;
@@ -115,7 +118,7 @@ void Backlog::begin(std::deque<OutMessage> unarrived) {
   resize(bytes);
   all_.bound_->keep();
   all_.keep();
-  for (OutMessage& message : waiting) add(std::move(message));
+  for (OutMessage& message : others) add(std::move(message));
 }
 
 void Backlog::add(OutMessage message) {
@@ -141,10 +144,10 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   const auto has_arrived = [&](const OutMessage& message) {
     return message.sequence != 0 && !is_behind(message.sequence, after);  // mutant: arrived_again
   };
-  while (!begun_.empty() && has_arrived(begun_.front())) begun_.pop_front();
+  while (!oldest_.empty() && has_arrived(oldest_.front())) oldest_.pop_front();
   auto rest = messages_.begin();
-  while (begun_.empty() && rest != messages_.end() && has_arrived(rest->second)) ++rest;
-  std::deque<OutMessage> taken = std::exchange(begun_, {});
+  while (oldest_.empty() && rest != messages_.end() && has_arrived(rest->second)) ++rest;
+  std::deque<OutMessage> taken = std::exchange(oldest_, {});
   for (; rest != messages_.end(); ++rest) taken.push_back(std::move(rest->second));
   states_.clear();
   messages_.clear();
@@ -158,7 +161,7 @@ void Backlog::clear(DropReason reason, DroppedMessages& dropped, const Now& now)
   if (size() > 0) drop(reason, size());
   states_.clear();
   by_origin_.clear();
-  dropped.add(std::exchange(begun_, {}), std::exchange(messages_, {}), now);
+  dropped.add(std::exchange(oldest_, {}), std::exchange(messages_, {}), now);
   resize(0);
 }
 
@@ -175,10 +178,10 @@ void Backlog::drop_oldest(std::uint64_t bytes, DropReason reason) {
 }
 
 std::uint64_t Backlog::take_out_oldest() {
-  if (begun_.empty()) return take_out(messages_.begin());
-  const std::uint64_t bytes = kept_bytes_of(begun_.front());
-  leave(begun_.front().subject.origin());
-  begun_.pop_front();
+  if (oldest_.empty()) return take_out(messages_.begin());
+  const std::uint64_t bytes = kept_bytes_of(oldest_.front());
+  leave(oldest_.front().subject.origin());
+  oldest_.pop_front();
   return bytes;
 }
 

@@ -141,7 +141,7 @@ class Backlog {
   [[nodiscard]] const Treatment& treatment() const { return options_.treatment; }
   [[nodiscard]] const std::string& type_hash() const { return options_.type_hash; }
   [[nodiscard]] std::uint32_t last_sequence() const { return options_.last_sequence; }
-  [[nodiscard]] std::size_t size() const { return begun_.size() + messages_.size(); }
+  [[nodiscard]] std::size_t size() const { return oldest_.size() + messages_.size(); }
   [[nodiscard]] const DropCounts& dropped() const { return dropped_; }
   [[nodiscard]] Link& link() const { return link_; }
 
@@ -166,9 +166,9 @@ class Backlog {
   Link& link_;
   Options options_;
   std::uint64_t number_;  // in the bound
-  // Messages that were begun on the lost connection: they stay as they are, the oldest first. There
-  // may be a hundred thousand.
-  std::deque<OutMessage> begun_;
+  // The messages that were there when the link was lost, up to the first one that a newer one
+  // replaces: they stay as they are, older than all of messages_. There may be a hundred thousand.
+  std::deque<OutMessage> oldest_;
   Messages messages_;
   std::uint64_t arrivals_ = 0;
   // Messages with a state that were not begun. Without this map each sample would search all.
