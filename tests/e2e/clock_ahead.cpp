@@ -1,4 +1,5 @@
 // Preloaded into a program: its system clock is CLOCK_AHEAD seconds ahead of this machine's.
+#include <pthread.h>
 #include <sys/syscall.h>
 #include <sys/time.h>
 #include <unistd.h>
@@ -36,6 +37,18 @@ time_t time(time_t* to) noexcept {
   clock_gettime(CLOCK_REALTIME, &exact);
   if (to != nullptr) *to = exact.tv_sec;
   return exact.tv_sec;
+}
+
+// The kernel compares a deadline with the machine's clock: without this each timed wait of Cyclone
+// DDS, which waits by the system clock, would be CLOCK_AHEAD longer. A condition may wait by the
+// monotonic clock instead, whose times are small.
+int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t* mutex,
+                           const timespec* deadline) {
+  constexpr time_t kYears = 1'000'000'000;
+  if (deadline->tv_sec < kYears)
+    return pthread_cond_clockwait(condition, mutex, CLOCK_MONOTONIC, deadline);
+  const timespec here{deadline->tv_sec - ahead(), deadline->tv_nsec};
+  return pthread_cond_clockwait(condition, mutex, CLOCK_REALTIME, &here);
 }
 
 }  // extern "C"

@@ -89,8 +89,6 @@ def teleop(tmp_path):
 @pytest.mark.parametrize("ahead", [5, -5, 0])
 def test_a_robot_drives_by_its_own_clock(make_pair, clock_ahead, teleop, ahead):
     """Without stamps in the robot's clock it drives 5.5 s on, or never."""
-    if ahead > 0 and uses_rmw("rmw_cyclonedds_cpp"):
-        pytest.skip("NOT TESTED: with Cyclone DDS the client ends under a preloaded clock")
     pair = make_pair(server=driving(wheel=False), start=False)
     pair.client.env.update(clock_ahead(ahead))
     robot = DiffDrive(pair.robot)
