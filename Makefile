@@ -27,7 +27,7 @@ asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DC
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
-.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build all test sim bench bench-wan fuzz tls-scan deb deb-root container arm64 demo format check asan asan-e2e tsan clang jazzy clean
+.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds rmw-zenoh build all test sim bench bench-wan fuzz tls-scan deb deb-root container arm64 demo format check asan asan-e2e tsan clang jazzy clean
 
 help: ## this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -45,6 +45,9 @@ setup: prefix
 
 rmw-cyclonedds: setup ## SOURCES=dir: build rmw_cyclonedds_cpp from checkouts; then CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp make test
 	@$(in_env) tools/setup/rmw_cyclonedds.sh "$(SOURCES)"
+
+rmw-zenoh: setup ## SOURCES=dir: the same for rmw_zenoh_cpp (needs cargo)
+	@$(in_env) tools/setup/rmw_zenoh.sh "$(SOURCES)"
 
 programs = server client ctl relay auth_jwt auth_service
 build: ## set up what server, client, ctl, relay and the login plugins need, and build these into build/ (BUILD=dir for another folder)

@@ -2,7 +2,8 @@
 #   . ./env.sh
 # It gives the shell a ROS 2 prefix with a small ros2 command, and the programs of build/. A ROS 2 distribution that is sourced already stays as it is.
 # CONNECT_BRIDGE_PREFIX=jazzy selects the other prefix, BUILD=<dir> another build directory, and
-# CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp what `make rmw-cyclonedds` has built (into CONNECT_BRIDGE_RMW_PREFIX, if that is set).
+# CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp what `make rmw-cyclonedds` has built (rmw_zenoh_cpp: `make rmw-zenoh`), into
+# CONNECT_BRIDGE_RMW_PREFIX if that is set.
 
 _connect_root=${CONNECT_BRIDGE_ROOT:-}
 if [ -n "${BASH_SOURCE:-}" ]; then
@@ -71,7 +72,7 @@ else
     "$CONNECT_BRIDGE_OWN_PREFIX"/lib/python3.*/site-packages/ros_*.libs)
   if [ "$RMW_IMPLEMENTATION" != rmw_fastrtps_cpp ]; then
     _connect_rmw=${CONNECT_BRIDGE_RMW_PREFIX:-$_connect_root/.ros2/rmw-$ROS_DISTRO}
-    [ -f "$_connect_rmw/lib/lib$RMW_IMPLEMENTATION.so" ] && [ -d "$_connect_rmw/lib/chooser" ] || echo "env.sh: there is no $RMW_IMPLEMENTATION in $_connect_rmw (CONNECT_BRIDGE_RMW_PREFIX names another folder); 'make rmw-cyclonedds SOURCES=dir' makes rmw_cyclonedds_cpp from checkouts of cyclonedds, rmw_cyclonedds and rmw_implementation in dir" >&2
+    [ -f "$_connect_rmw/lib/lib$RMW_IMPLEMENTATION.so" ] && [ -d "$_connect_rmw/lib/chooser" ] || echo "env.sh: there is no $RMW_IMPLEMENTATION in $_connect_rmw (CONNECT_BRIDGE_RMW_PREFIX names another folder); 'make rmw-cyclonedds SOURCES=dir' or 'make rmw-zenoh SOURCES=dir' builds it from checkouts in dir" >&2
     LD_LIBRARY_PATH=$_connect_rmw/lib/chooser:$_connect_rmw/lib:$LD_LIBRARY_PATH
     AMENT_PREFIX_PATH=$_connect_rmw:$AMENT_PREFIX_PATH
   fi

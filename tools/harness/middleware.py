@@ -50,7 +50,7 @@ def rmw_environment(name):
     if os.environ.get("CONNECT_BRIDGE_OWN_PREFIX"):
         at = os.environ.get("CONNECT_BRIDGE_RMW_PREFIX")
         built = pathlib.Path(at or ROOT / ".ros2" / f"rmw-{os.environ['ROS_DISTRO']}")
-        # What chooses would take itself for Fast DDS (tools/setup/rmw_cyclonedds.sh).
+        # What chooses would take itself for Fast DDS (tools/setup/rmw_sources.sh).
         folders = [f for f in folders if not f.startswith(str(built))]
         prefixes = [p for p in prefixes if p != str(built)]
         if name != "rmw_fastrtps_cpp":
