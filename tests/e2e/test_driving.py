@@ -299,6 +299,7 @@ def test_a_server_that_dies_or_stands_still_says_nothing(make_pair, leaning, how
     else:
         pair.server.process.send_signal(signal.SIGCONT)
         time.sleep(1)  # commands of that time are old
+    robot.clear()  # of a halt's zeros, which are no neutral
     stick.speed = 0.0
     robot.wait_for(lambda m: m.linear.x == 0, "a neutral", 20)
     robot.clear()
