@@ -23,7 +23,7 @@ from std_srvs.srv import SetBool
 from calls import Caller, EchoServer
 from graph import until
 from harness.domains import free_port
-from harness.programs import build_dir, ros_parameters
+from harness.programs import build_dir, ros_parameters, uses_rmw
 
 TOKEN = "token-of-the-doctor-0123456789"
 
@@ -310,6 +310,7 @@ def test_what_does_not_cross_is_found_at_the_side_that_wants_it(pair):
     assert " not forwarded to " in pair.client.text()
 
 
+@pytest.mark.skipif(uses_rmw("rmw_zenoh_cpp"), reason="rmw_zenoh_cpp joins any QoS")
 def test_what_only_the_other_end_sees_is_found_at_both(pair):
     """The robot has a node that wants a reliable publisher, and the operator has none."""
     pair.operator.publisher(PointStamped, "/point", qos_profile_sensor_data)

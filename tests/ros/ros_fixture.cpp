@@ -3,9 +3,12 @@
 #include <rmw/rmw.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <string>
 #include <string_view>
 
 #include "ros/rcl/distro.hpp"
@@ -60,8 +63,17 @@ Bytes bytes_of(const Payload& payload) {
 }
 
 std::size_t threads() {
-  const std::filesystem::directory_iterator tasks("/proc/self/task");
-  return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
+  std::size_t count = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::string name;
+    if (!std::getline(std::ifstream(task.path() / "comm"), name)) continue;  // it has ended
+    // Zenoh starts and ends the threads of its pools ("rx-5") as it needs them.
+    constexpr std::array<std::string_view, 5> kPools{"acc-", "app-", "net-", "rx-", "tx-"};
+    if (std::none_of(kPools.begin(), kPools.end(),
+                     [&](std::string_view pool) { return name.starts_with(pool); }))
+      ++count;
+  }
+  return count;
 }
 
 std::size_t resident_kilobytes() {
