@@ -76,17 +76,18 @@ int write_tables(const std::string& manual) {
   return 0;
 }
 
-// CLI11 only reports that a subcommand is required, whatever word is in its place. Empty: no
-// subcommand was misspelt.
-std::string misspelt_command(const CLI::App& app) {
+// CLI11 only reports that a subcommand is required, whatever word is in its place. The help would
+// hide the name that was meant.
+std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
+  const std::string help = "\n\n" + app.help();
   const auto unknown = app.remaining();
-  if (unknown.empty() || !app.get_subcommands().empty()) return {};
+  if (unknown.empty() || !app.get_subcommands().empty()) return wrong.what() + help;
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(command->get_name());
   const std::string best = connect_bridge::nearest_of(names, unknown.front());
-  if (best.empty()) return {};
-  return "\"" + unknown.front() + "\" is unknown: did you mean " + best + "?";
+  return "\"" + unknown.front() + "\" is unknown: " +
+         (best.empty() ? "a subcommand is required" + help : "did you mean " + best + "?\n");
 }
 
 }  // namespace
@@ -96,11 +97,8 @@ int main(int argc, char** argv) {
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
   app.set_version_flag("--version", connect_bridge::version_text(), "Print the version");
-  app.failure_message([](const CLI::App* failed, const CLI::Error& wrong) {
-    const std::string misspelt = misspelt_command(*failed);  // the help would hide it
-    if (!misspelt.empty()) return misspelt + "\n";
-    return wrong.what() + ("\n\n" + failed->help());
-  });
+  app.failure_message(
+      [](const CLI::App* failed, const CLI::Error& wrong) { return complaint_of(*failed, wrong); });
 
   int exit_code = 0;
   std::string file, role;

@@ -104,10 +104,9 @@ void add_rule_treatment(Rows& rows) {
       [](Rule& r) { return &r.treatment.with_large; });
   add("max_rate", {0.001, 1e6}, "Hz",
       "Messages per second of one publisher, sent or received: of each state that its messages "
-      "tell (frames of a TFMessage, joints of a JointState, parts of a DiagnosticArray, the "
-      "frame_id of another type's Header but of pictures, clouds and commands). The newest message "
-      "is late rather than dropped. Of a video, what is too much is dropped up to the next key "
-      "frame. Unset: no limit.",
+      "tell (frames of a TFMessage, joints of a JointState, parts of a DiagnosticArray). The "
+      "newest message is late rather than dropped. Of a video, what is too much is dropped up to "
+      "the next key frame. Unset: no limit.",
       [](Rule& r) { return &r.treatment.max_rate; });
   add("max_bytes_per_second", {1, 1e12}, "bytes/s", "The same limit in bytes, uncompressed.",
       [](Rule& r) { return &r.treatment.bytes_per_second_max; });

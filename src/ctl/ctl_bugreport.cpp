@@ -83,17 +83,18 @@ void add_once(std::vector<ConfigurationFile>& files, const fs::path& file, const
   known->folders.push_back(folder);
 }
 
-// The parameters of a program's command line and files.
+// The parameters of a program's files and command line; the last one that names a key has it.
 ParameterMap given_to(const Program& program) {
-  ParameterMap given = program.parameters();
+  ParameterMap given;
   std::error_code none;
   for (const std::string& name : program.parameter_files()) {
     const fs::path file = program.folder / name;
     if (!fs::is_regular_file(file, none)) continue;
     for (const auto& section : ros::read_parameter_file(file).sections)
       if (ros::node_name_matches(section.node, program.node))
-        given.insert(section.parameters.begin(), section.parameters.end());
+        for (const auto& [key, value] : section.parameters) given.insert_or_assign(key, value);
   }
+  for (const auto& [key, value] : program.parameters()) given.insert_or_assign(key, value);
   return given;
 }
 

@@ -217,7 +217,7 @@ std::vector<Found> look_at_file(const DoctorOrder& order) {
   std::vector<Found> found;
   for (const Failure& problem : judged.given.problems) {
     Found one = diagnose(problem);
-    // For nodes with names of their own, as it may be: nothing was looked at.
+    // A file may be for nodes with names of their own, of which this tool knows nothing.
     one.is_hint = problem.cause == Cause::kSectionMissing && order.role.empty();
     add_found(found, {std::move(one)}, order.what);
   }
@@ -387,7 +387,7 @@ std::vector<Found> look_at_what_runs() {
     add_found(found, std::move(looked.found));
   }
   if (sockets.empty()) found.push_back({"nobody_runs", {}, where_sockets_are()});
-  say_domain_once(programs, found);
+  gather_domains(programs, found);
   add_found(found, diagnose_programs(programs));
   MachineFacts machine = this_machine();
   machine.loses = std::any_of(found.begin(), found.end(), is_of_path);

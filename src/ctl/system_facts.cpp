@@ -15,6 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "ops/doctor/diagnosis.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -68,12 +70,11 @@ std::string fact(std::string_view name, std::string_view value) {
   return fmt::format("{}: {}\n", name, value.empty() ? "(not known)" : value);
 }
 
-// The line of a variable. A configuration inside a variable may hold a password: then the line has
-// only "(set, inline)".
+// The line of a variable; "(set, inline)" in place of a configuration.
 std::string of_variable(const std::string& name) {
   const char* const given = std::getenv(name.c_str());
   const std::string_view value = given != nullptr ? given : "(not set)";
-  return fact(name, value.find('<') == std::string_view::npos ? value : "(set, inline)");
+  return fact(name, holds_configuration(value) ? "(set, inline)" : value);
 }
 
 std::string of_limit(const char* name, int which) {

@@ -73,18 +73,18 @@ class LoadedSide {
     rest(std::chrono::seconds(1));
   }
 
-  // Processor time of the longest step that the work causes.
-  template <class Work>
-  double seconds_of(Work work) {
+  // Processor time of the longest step that the event causes.
+  template <class Event>
+  double seconds_of(Event event) {
     longest_ = all_ = 0;
     most_ = sum_ = {};
-    work();
+    event();
     return longest_;
   }
   // The most of each that one of these steps has done, and all of it.
   [[nodiscard]] const Work& most() const { return most_; }
   [[nodiscard]] const Work& work_in_all() const { return sum_; }
-  // The same of all steps of that work.
+  // The same of all steps of that event.
   [[nodiscard]] double seconds_in_all() const { return all_; }
   double seconds_for(bool text, ByteView packet) {
     return seconds_of([&] {

@@ -43,13 +43,13 @@ bool is_private_group(gid_t group, uid_t owner) {
   return true;
 }
 
-// Whether an entry of the file's access control list lets a further user or group write. The bits
-// of the group in the mode are then the mask of all entries: without its bit nobody of them may.
+// Whether an entry of the file's access control list lets a further user or group write. The group
+// bits of the mode are the mask of all entries: nobody of the list writes without them.
 // The list is a version of 4 bytes, then entries of 8: tag, rights, id (linux/posix_acl_xattr.h).
 bool others_may_write(const std::filesystem::path& path, uid_t owner) {
-  constexpr std::size_t kHead = 4, kEntry = 8;
+  constexpr std::size_t kHead = 4, kEntry = 8, kListBytes = 16 << 10;
   constexpr std::uint64_t kUser = 2, kGroup = 8, kMayWrite = 2;
-  std::array<std::uint8_t, kEntryBytes> list{};
+  std::array<std::uint8_t, kListBytes> list{};
   const ssize_t size =
       ::getxattr(path.c_str(), "system.posix_acl_access", list.data(), list.size());
   if (size < 0) return errno == ERANGE;  // so many entries that they are not judged

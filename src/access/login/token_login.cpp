@@ -34,9 +34,9 @@ Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
   Digest hash{};
   const std::string text(attempt.credential.begin(), attempt.credential.end());
   if (!judged.identity && from_hex(text, hash))
-    if (const Judgement of = table_.find(hash, now); of.identity)
-      judged.reason = "it is the token_sha256 of the entry of " + of.identity->name +
-                      ", and not the token, which only `ctl token` has printed: make another one";
+    if (const Judgement owner = table_.find(hash, now); owner.identity)
+      judged.reason = "it is the token_sha256 of the entry of " + owner.identity->name +
+                      ", not the token. Only `ctl token` prints a token: make another one";
   return judged;
 }
 

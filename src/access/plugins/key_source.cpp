@@ -113,6 +113,7 @@ void KeyAddress::take(const HttpAnswer& answer) {
     if (secret) problems.push_back(name() + " gives a secret key (HS256) to everybody");
   }
   if (!problems.empty()) {
+    text_.clear();  // the next answer is news, and ends the report
     wait_ = retry_;
     retry_ = std::min(2 * retry_, kPeriodUsual);
     if (problems.front() != std::exchange(reported_, problems.front()))

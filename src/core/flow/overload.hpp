@@ -60,7 +60,7 @@ class Overload {
   }
 
   [[nodiscard]] bool stands() const { return stands_; }
-  // How long it has stood; 0: it does not.
+  // The time since messages are late, while it stands; 0: it does not stand.
   [[nodiscard]] Duration stood(TimePoint now) const {
     return stands_ && late_since_ ? now - *late_since_ : Duration::zero();
   }

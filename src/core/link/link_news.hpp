@@ -15,8 +15,8 @@ namespace connect_bridge {
 
 // A node that starts may bring a thousand names, which concern each of a hundred links. A link
 // looks at all names when it begins, then at the news, each once, in the order in which they came.
-// Identities take turns, and links within one. The owner counts what a step may do.
-// Single-threaded.
+// Identities take turns, and links within one. The owner counts what a step may do, and calls
+// neither note() nor forget() from inside of give_turns(), each() and again_if(). Single-threaded.
 template <class Name>
 class LinkNews {
  public:
@@ -25,7 +25,8 @@ class LinkNews {
 
     Link* link;
     Course all{};       // through all that there is
-    bool full = false;  // something found no place on the link
+    bool full = false;  // set by the owner: something found no place on the link; again() clears it
+
    private:
     friend class LinkNews;
     std::uint64_t seen = 0;  // the news that it has looked at

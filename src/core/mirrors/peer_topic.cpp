@@ -635,7 +635,7 @@ bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const Top
     dropped_.add(DropReason::kRate);
     return false;
   }
-  const std::uint64_t state = rate_state(raw);
+  const std::uint64_t state = state_of(key_.second, raw.view()).value_or(0);
   const bool passes = rate->admit(raw.size(), stamp, now.steady, state);
   const std::uint64_t key = rate->key(state);
   const bool lost = passes ? held_.take({origin, key}).has_value()
@@ -647,12 +647,6 @@ bool PeerTopic::admits(const MessageHead& message, const Payload& raw, const Top
   return passes;
 }
 
-std::uint64_t PeerTopic::rate_state(const Payload& raw) const {
-  const TopicState* topic = context_.graph.find(key_);
-  if (tells_frames(key_.second, topic && topic->has_header)) return frame_state(raw.view());
-  return state_of(key_.second, raw.view()).value_or(0);
-}
-
 void PeerTopic::publish_held(std::size_t& left, const Now& now) {
   const Outputs::Paying paying(context_.outputs, link_.account->time);
   while (unjudged_.take_due(now.steady, left)) dropped_.add(DropReason::kMaxAge);
@@ -660,7 +654,8 @@ void PeerTopic::publish_held(std::size_t& left, const Now& now) {
     const auto origin = origins_.find(held->head.subject.origin());
     const Gid gid = origin == origins_.end() ? Gid{} : origin->second->origin().gid;
     if (auto* rate = link_.rate_of(key_, gid, treatment(), now))
-      rate->leave(held->raw.size(), now.steady, rate_state(held->raw));
+      rate->leave(held->raw.size(), now.steady,
+                  state_of(key_.second, held->raw.view()).value_or(0));
     publish(held->head, held->raw, now, true);
   }
 }

@@ -138,8 +138,6 @@ class PeerTopic final : public IncomingChannel, private JobOwner {
   // Does the publisher's rate let the message pass? If not, it is held back.
   [[nodiscard]] bool admits(const MessageHead& message, const Payload& raw,
                             const TopicMirror& mirror, const Now& now);
-  // The state that has windows of its own.
-  [[nodiscard]] std::uint64_t rate_state(const Payload& raw) const;
   // How long a message may be under way.
   [[nodiscard]] Duration age_limit() const {
     const Treatment& rule = treatment();

@@ -43,7 +43,6 @@ void LocalTopic::on_graph(const Now& now) {
   const bool lacks = state ? state->lack.has_value() : lacks_type_;
   if (std::exchange(lacks_type_, lacks) != lacks) context_.news.insert(key());
   if (state) has_header_ = state->has_header;
-  tells_frames_ = tells_frames(key().second, has_header_);
   if (state) on_type_hash(*state, now);
   const bool is_new = origins_.empty();
   const auto changed = origins_.update(state, now);
@@ -376,12 +375,6 @@ void LocalTopic::forward(Origin& origin, MessageTaken taken, TimePoint at, const
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   sample.order = order;
   read(sample, at);
-  // Most publishers have one frame, and its messages keep their numbers.
-  if (tells_frames_ && origin.qos.durability == Durability::kVolatile) {
-    const std::uint64_t frame = frame_state(sample.raw.view());
-    if (origin.frame == 0) origin.frame = frame;
-    if (frame != origin.frame) sample.state = frame;
-  }
   // A newer sample of one state may pass an older one of another: their order is not that of the
   // numbers, by which the importer would drop the second.
   if (origin.qos.durability == Durability::kVolatile && sample.state.value_or(0) != 0)

@@ -120,7 +120,6 @@ class LocalTopic {
   std::string type_hash_;
   bool lacks_type_ = false;
   bool has_header_ = false;  // the type begins with a header
-  bool tells_frames_ = false;
   Origins origins_;
   TopicOffers offers_;
   Backlogs backlogs_;

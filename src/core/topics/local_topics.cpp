@@ -6,6 +6,12 @@
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// So many messages are handed over in the time of another entry.
+constexpr std::size_t kKeptForEach = 64;
+
+}  // namespace
 
 void LocalTopics::on_graph(const Now& now) {
   for (const auto& [key, state] : context_.graph.topics())
@@ -109,9 +115,6 @@ void LocalTopics::end_listeners(LinkId link, const Now& now) {
   context_.listeners.on_link_lost(link);
   update_listened(now);
 }
-
-// So many messages are handed over in the time of another entry.
-constexpr std::size_t kKeptForEach = 64;
 
 bool LocalTopics::on_link_lost(const Link& link, LinkEnd& end, const Now& now) {
   return end.each(topics_, [&](LocalTopic& topic) {

@@ -24,7 +24,6 @@ struct Origin {
   std::uint64_t last_number = 0;  // transient local: number of the newest forwarded sample
   std::uint64_t taken = 0;        // samples, where the middleware does not number them
   std::uint64_t kept = 0;  // samples that the publisher had kept for the subscription and that came
-  std::uint64_t frame = 0;       // of its first header (frame_state); 0: none has come
   ExportTimers::Timer vanishes;  // set: the publisher has left the graph
   bool lingering = false;        // the publisher has left, but samples still wait in a queue
   bool seen = false;             // used while a graph is compared

@@ -3,11 +3,8 @@
 #include <algorithm>
 
 #include "core/base/cdr.hpp"
-#include "core/driving/command.hpp"
 #include "core/policy/interface.hpp"
-#include "core/policy/treatment.hpp"
 #include "core/video/packets.hpp"
-#include "core/video/picture.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -76,7 +73,6 @@ std::optional<std::uint64_t> joints_of(ByteView sample) {
 
 constexpr std::string_view kLog = "rcl_interfaces/msg/Log";
 constexpr std::string_view kDiagnostics = "diagnostic_msgs/msg/DiagnosticArray";
-constexpr std::string_view kJoints = "sensor_msgs/msg/JointState";
 
 // The fields of a message: a digit for a number of so many bytes, s for a string, N for the string
 // that is renamed, brackets around the fields of a sequence's elements.
@@ -197,23 +193,8 @@ Stamp header_stamp(ByteView sample) {
 std::optional<std::uint64_t> state_of(std::string_view type, ByteView sample) {
   if (type == "tf2_msgs/msg/TFMessage") return frames_of(sample);
   if (type == kDiagnostics) return parts_of(sample);
-  if (type == kJoints) return joints_of(sample);
+  if (type == "sensor_msgs/msg/JointState") return joints_of(sample);
   return 0;
-}
-
-bool tells_frames(std::string_view type, bool has_header) {
-  return has_header && type != kDiagnostics && type != kJoints && !video::has_pictures(type) &&
-         !is_cloud(type) && !driving::command_type(type);
-}
-
-std::uint64_t frame_state(ByteView sample) {
-  CdrReader reader(sample);
-  if (!reader.u32() || !reader.u32()) return 0;  // the stamp
-  const auto frame = reader.string();
-  if (!frame) return 0;
-  std::uint64_t hash = kHashOfNothing;
-  mix(hash, *frame);
-  return hash;
 }
 
 PacketFacts packet_of(std::string_view type, ByteView sample) {

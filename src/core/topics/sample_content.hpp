@@ -24,13 +24,6 @@ namespace connect_bridge {
 // several in turn. nullopt: the names cannot be read, so the sample replaces nothing.
 [[nodiscard]] std::optional<std::uint64_t> state_of(std::string_view type, ByteView sample);
 
-// Types that begin with a header, and whose messages have no state but that of its frame_id: a node
-// may publish several sensors on one topic. Not pictures and clouds, where a state would be kept of
-// what is large; nor commands, of which a newer one counts whatever its frame.
-[[nodiscard]] bool tells_frames(std::string_view type, bool has_header);
-// That state. 0: the header cannot be read.
-[[nodiscard]] std::uint64_t frame_state(ByteView sample);
-
 // A packet of a video that somebody else has encoded; kNone: the sample is none. A publisher may
 // have several cameras: the frame_id tells them apart.
 struct PacketFacts {

@@ -373,7 +373,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.raw.size();
   // Not counted as dropped: the peer did not want it.
   if (!demanded()) return false;
-  pulse_.beat(now.steady);
+  if (age == Age::kNew) pulse_.beat(now.steady);
   // A sample comes behind its origin, which may not have had its turn. An event of a node is
   // withheld until the node's name is known.
   if (parameter_events_ || !is_told(origin)) tell_origins();  // mutant: origin_before_its_turn
@@ -562,8 +562,9 @@ void TopicOffer::tell_overload(Codec codec, const Now& now) {
       name + ": the link to " + link_.label() + " carries less than is published" +
           (rate > 0 ? " (about " + std::to_string(std::lround(rate / 1e3)) + " kB/s)" : "") +
           ": one message of " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
-          " is sent, and newer ones replace the others. `max_rate` in its rule makes that even; " +
-          "fewer or smaller messages, or a lower `priority` of other topics, let more cross");
+          " is sent, and newer ones replace the others. `max_rate` in its rule makes the gaps " +
+          "equal; fewer or smaller messages, or a lower `priority` of other topics, let more "
+          "cross");
 }
 
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {

@@ -80,7 +80,7 @@ std::optional<Refusal> refusal_of(const UpgradeRequest& request, bool secure) {
 }
 
 constexpr std::size_t kHeaderBytesSeen = 12;  // the signature of version 2
-// One of ours has some 400 bytes, and comes in one segment.
+// One of ours has some 400 bytes, and comes in one segment. What comes in several shows no word.
 constexpr std::size_t kHelloBytesSeen = 2048;
 
 // Handshakes wait for their turn for as long as so many may take.

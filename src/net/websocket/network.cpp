@@ -68,8 +68,9 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   TlsOptions dial_options;                 // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;        // empty: no secure URL was dialed yet
   std::map<std::string, std::string> met;  // the pins of robots at relays, by name
-  std::map<std::string, std::string> login_words;  // of the last logins, by DialUrl::whom()
-  int silent_dials = 0;                            // in a row, to which nothing answered
+  std::map<std::string, std::string>
+      login_words;       // of the last login at each host, by DialUrl::whom()
+  int silent_dials = 0;  // in a row, to which nothing answered
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
   std::uint64_t past_extra_frames = 0;
@@ -179,6 +180,9 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   past += dial->traffic();
   silent_dials = dial->was_silent() ? std::min(silent_dials + 1, kSilentDials) : 0;
   if (!socket) {
+    // What ends TLS on the way may refuse the list of protocols in which the word stands.
+    if (why.cause == Cause::kTlsFails || why.cause == Cause::kConnectionLost)
+      login_words.erase(options.url.whom());
     if (dial->tried()) {
       watch_route_to(*dial->tried());
     } else {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto kLookPeriod = std::chrono::seconds(1);  // also until a failed write is repeated
 constexpr std::size_t kBatchMax = 256;                 // lines
-constexpr char kLacksMemory[] = "memory is lacking";
+constexpr char kLacksMemory[] = "no memory left";      // so short that it needs none
 constexpr char kHangs[] = "the disk has not taken a line for two seconds";
 
 // Texts of peers without a login are shortened.

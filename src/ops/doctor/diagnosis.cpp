@@ -159,7 +159,11 @@ std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs) 
   return gathered(found);
 }
 
-void say_domain_once(const std::vector<ProgramFacts>& programs, std::vector<Found>& found) {
+bool holds_configuration(std::string_view value) {
+  return value.find_first_of("<{=") != std::string_view::npos;
+}
+
+void gather_domains(const std::vector<ProgramFacts>& programs, std::vector<Found>& found) {
   std::set<std::string> domains;
   for (const ProgramFacts& one : programs)
     if (!one.domain.empty()) domains.insert(one.domain);
@@ -177,9 +181,8 @@ void say_domain_once(const std::vector<ProgramFacts>& programs, std::vector<Foun
 
 std::vector<Found> diagnose_processes(const ProcessFacts& side, const ProcessFacts& shell) {
   std::vector<Found> found;
-  // A configuration inside a variable may hold a password.
   const auto shown = [](const std::string& value) {
-    if (value.find_first_of("<{;") != std::string::npos) return std::string("set inline");
+    if (holds_configuration(value)) return std::string("set inline");
     return value.empty() ? std::string("not set") : to_text(value, kSeenBytes);
   };
   const auto compare = [&](std::string_view id, const char* name, const char* otherwise) {

@@ -35,9 +35,9 @@ struct ProgramFacts {
 };
 [[nodiscard]] std::vector<Found> diagnose_programs(const std::vector<ProgramFacts>& programs);
 
-// What a shell in one domain says of programs in several is nothing, as with two graphs on one
-// machine; of programs in one domain it is said once.
-void say_domain_once(const std::vector<ProgramFacts>& programs, std::vector<Found>& found);
+// Programs in one domain get one line of `domain_differs`. Programs in several domains get none:
+// a machine with two graphs is meant so.
+void gather_domains(const std::vector<ProgramFacts>& programs, std::vector<Found>& found);
 
 // Variables that change whom a middleware finds, beside the domain and the range.
 inline constexpr const char* kMiddlewareVariables[] = {
@@ -45,6 +45,10 @@ inline constexpr const char* kMiddlewareVariables[] = {
     "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS", "CYCLONEDDS_URI",
     "ZENOH_SESSION_CONFIG_URI",       "ZENOH_CONFIG_OVERRIDE",
 };
+
+// Whether the value of such a variable is a configuration itself, which may hold a password: XML,
+// JSON or KEY=VALUE, and not a file or a list of addresses.
+[[nodiscard]] bool holds_configuration(std::string_view value);
 
 // The variables that count of the environment of a process, by name; and its user.
 struct ProcessFacts {

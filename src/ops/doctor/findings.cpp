@@ -164,7 +164,7 @@ constexpr Finding kFindings[] = {
     {"file_unwritable", kFault, "a file cannot be written",
      "make its folder, let the user of the program write there, and free its disk if it is full"},
     {"start_warns", kHint, "the program starts with this file, and warns",
-     "the warning says what to do; the program repeats it in its log"},
+     "do what the warning says; if it names no cure, look for its words in docs/troubles.md"},
     {"yaml_wrong", kFault, "the parameter file is not what ROS reads",
      "correct the line: blanks indent, never tabs; each key stands once, and has a value"},
     {"section_missing", kFault, "the parameter file has nothing for this program",
@@ -228,10 +228,10 @@ constexpr Finding kFindings[] = {
      "a changed parameter file was refused: what was before stays in use",
      "correct it (`ctl check FILE`); it is read again at once"},
     {"file_refused", kFault,
-     "a file of the running program was changed, and cannot be used as it is: what was before "
-     "stays in use",
-     "correct it: it is read again at once. Until then nobody who is new in it comes in, and the "
-     "program does not start again"},
+     "a file or a key address of the running program cannot be used as it is now: what was read "
+     "before stays in use",
+     "correct it: it is read again at once. Until then nobody who is new in it comes in, and "
+     "the program does not start again"},
     {"needs_restart", kFault, "it was changed in the parameter file, and is as it was",
      "start this program again: the other keys of the file apply at once"},
     {"loopback_alone", kHint,
@@ -241,13 +241,12 @@ constexpr Finding kFindings[] = {
      "tunnel here, needs no change. One end must run a client: two servers do not link"},
     {"clients_refused", kHint,
      "nobody is linked, and connections that come are refused before their login",
-     "by what was seen: no trust in the certificate: give the client this server's authority "
-     "(`tls.ca`) or pin, and append intermediate certificates to `tls.certificate`. No certificate "
-     "of the client: `tls.ca` here wants one of each client; sign one, or remove the key. HTTP "
-     "426: "
-     "the proxy before this server does not pass on the upgrade (docs/proxies.md). No TLS: `url` "
-     "there needs wss://. Anything else may be a stranger; `ctl doctor FILE` at the client says "
-     "what is in its way"},
+     "the text that was seen decides. \"does not trust the authority\": give the client this "
+     "server's authority (`tls.ca`) or pin, and append intermediate certificates to "
+     "`tls.certificate`. \"showed no certificate\": sign one for the client, or take `tls.ca` out "
+     "of this server's file. \"HTTP 426\": let the proxy before this server pass on the upgrade "
+     "(docs/proxies.md). \"plain HTTP on a TLS port\": `url` at the client begins with wss://. "
+     "Any other text may be a stranger: `ctl doctor FILE` at the client says what is in its way"},
     {"proxy_header_unexpected", kHint,
      "nobody is linked, and connections began with a header of the PROXY protocol, which this side "
      "does not expect",
@@ -261,7 +260,7 @@ constexpr Finding kFindings[] = {
      "`tls.ca`. Both ends need one `auth.method`"},
     {"token_expired", kHint,
      "somebody comes with a wrong login, and this identity's token has expired",
-     "does the clock of this machine go right (date)? If it does, make another one (`ctl token`), "
+     "check the clock of this machine (date). If it is right, make another token (`ctl token`), "
      "and give it to the client"},
     {"no_rule", kHint, "no rule of this side allows a name that a node here uses",
      "add the name to a rule of this side, below the key of its direction and kind: export_topics, "
@@ -305,10 +304,10 @@ constexpr Finding kFindings[] = {
      "give the publishing node config/fastdds_large_data.xml (docs/troubles.md, \"Large images\"), "
      "and /dev/shm room for it (in Docker --shm-size=1g)"},
     {"lost_in_bursts", kFault,
-     "messages are lost in the middleware before the bridge gets them: more come at once than wait "
-     "for it, or it stands still again and again",
-     "a larger `qos.depth` in the rule, such as 1000; look for what else uses the processor, if it "
-     "was held up"},
+     "messages are lost in the middleware before the bridge takes them: more come at once than "
+     "`qos.depth` holds, or the bridge is held up",
+     "set a larger `qos.depth` in the rule, such as 1000; where the bridge is held up, find out "
+     "first what else uses the processor"},
     {"nothing_arrives", kHint,
      "it has a publisher and is demanded, and no message has reached the bridge yet",
      "does it publish (ros2 topic hz)? A lifecycle node does only while it is active (ros2 "
@@ -317,10 +316,11 @@ constexpr Finding kFindings[] = {
      "with FASTDDS_BUILTIN_TRANSPORTS=UDPv4. From another computer large messages need their UDP "
      "fragments: look at its firewall and mtu"},
     {"publisher_stops", kHint,
-     "a sensor is subscribed to and has come steadily; its node lives, and publishes nothing now",
+     "a sensor is subscribed to, has come steadily and has stopped; its publisher is still in "
+     "the graph",
      "look at the node and its device: log, cable, driver (ros2 topic hz). A lifecycle node "
-     "publishes only while it is active (ros2 lifecycle get), one with `use_sim_time` only while "
-     "/clock runs"},
+     "publishes only while it is active (ros2 lifecycle get), one with `use_sim_time` only "
+     "while /clock runs"},
     {"no_listener", kHint, "nobody subscribes at the other side, so nothing is sent",
      "subscribe there"},
     {"published_here_too", kHint,
@@ -397,9 +397,10 @@ constexpr Finding kFindings[] = {
      "look for what else uses the processor; large messages cost it, too. On a laptop: was it "
      "suspended?"},
     {"processor_limited", kFault,
-     "the group of the program uses up the processor time that it may have, and stands still then",
-     "raise its limit (CPUQuota of systemd, --cpus of Docker, cpu.max of the cgroup); what is lost "
-     "or late may only follow from it"},
+     "the group of the program was throttled in at least half of its periods since it began: it "
+     "uses up the processor time that it may have, and stands still then",
+     "raise its limit (CPUQuota of systemd, --cpus of Docker, cpu.max of the cgroup); what is "
+     "lost or late may only follow from it"},
     {"program_replaced", kHint, "the program was replaced on the disk, and the former one runs on",
      "start this program again"},
     {"calls_wait", kHint, "calls have had no answer for 10 s and more",
@@ -428,10 +429,11 @@ constexpr Finding kFindings[] = {
      "proxy_read_timeout) has to be longer than a third of `dead_after`. Connections of one age "
      "end by a limit of their lifetime (a balancer's): raise it"},
     {"program_restarts", kFault,
-     "a program at the other end ends without a word and is started again, again and again",
+     "links of one program (identity, node name and address) are lost without a word, and new "
+     "ones follow, again and again",
      "look there at its log and at what starts it (systemctl status, journalctl -k): does it "
-     "crash, is it killed, does the memory not suffice? What was kept for its lost links goes "
-     "after `resume.seconds`"},
+     "crash, is it killed, does the memory not suffice? Several people with one token need "
+     "tokens of their own. What was kept for lost links goes after `resume.seconds`"},
     {"link_breaks", kFault, "the link breaks again and again",
      "look at the network between both ends; a larger `dead_after` bridges silences. Ask `ctl "
      "doctor` at the other end, too"},

@@ -232,7 +232,9 @@ const RuleName* Doctor::misplaced(const Json& name) const {
   if (local.starts_with(prefix_ + "/")) local.erase(0, prefix_.size());
   if (!is_canonical_name(local)) return nullptr;
   const auto found = std::find_if(facts_.names.begin(), facts_.names.end(), [&](const auto& one) {
-    return one.direction == direction && one.kind != own && one.pattern.matches(local);
+    const bool is_telling = own == OpenedBy::kActions || !has_wildcard(one.pattern.text());
+    return one.direction == direction && one.kind != own && is_telling &&
+           one.pattern.matches(local);
   });
   return found == facts_.names.end() ? nullptr : &*found;
 }
@@ -258,9 +260,11 @@ void Doctor::missing(const Json& link) {
     const bool is_declined = !is_exported(name) && reason == "declined" && waits == "nobody";
     add(finding, text_in(name, "name"),
         text_in(name, "text") + (reason == "not_given" ? moved_node(text_in(name, "name")) : "") +
-            (place == nullptr ? ""
-                              : fmt::format("; rule.{}.{} has it, which is for another kind: {}",
-                                            place->rule, place->key, text_in(name, "kind"))),
+            (place == nullptr
+                 ? ""
+                 : fmt::format("; rule.{}.{} names it, but not as {}", place->rule, place->key,
+                               text_in(name, "kind") == "action" ? "an action"
+                                                                 : "a " + text_in(name, "kind"))),
         is_exported(name) ? waits == "peer" : !is_declined);
     found_.back().is_hint = is_declined;
   }
@@ -371,6 +375,7 @@ bool is_measured(std::string_view type) {
 
 // It came several times in a second, and comes no longer.
 bool has_stopped(const Json& topic) {
+  if (text_in(topic, "topic").ends_with("/tf_static")) return false;
   return number_in(topic, "idle_seconds") >= kStopped &&
          number_in(topic, "usual_rate") >= kSeveral && is_measured(text_in(topic, "type"));
 }
@@ -388,8 +393,8 @@ void Doctor::silent_topics(const Json& link) {
     if (!is_exported(topic)) continue;
     if (!demanded && text_in(topic, "declined").empty() && !carries_ && !is_of_every_node(name))
       lonely.push_back(name);
-    else if (!demanded && !is_robot_ && number_in(topic, "origins") > 0 &&
-             driving::command_type(text_in(topic, "type")))
+    else if (!demanded && text_in(topic, "declined").empty() && !is_robot_ &&
+             number_in(topic, "origins") > 0 && driving::command_type(text_in(topic, "type")))
       add("no_listener", name);
     if (demanded && number_in(topic, "origins") > 0 && has_stopped(topic))
       add("publisher_stops", name,
@@ -605,7 +610,6 @@ bool listens_on_loopback_alone(const Json& status) {
   });
 }
 
-// Why nobody is linked.
 // "/connect_client was, until 2026-11-29T12:00:00Z: nothing heard from the peer", or nothing.
 std::string last_lost(const Json& status) {
   std::string latest, text;
@@ -619,6 +623,7 @@ std::string last_lost(const Json& status) {
   return text;
 }
 
+// Why nobody is linked.
 void Doctor::way(const Json& status) {
   if (is_client_) {
     const std::string text = text_in(status, "last_failure");
@@ -626,18 +631,23 @@ void Doctor::way(const Json& status) {
     return cause == Cause::kNone ? add("not_linked", {}, text, true)
                                  : add(finding_for(cause), {}, text, true);
   }
-  const bool is_local = part_of(status, "relays").empty() && listens_on_loopback_alone(status);
   const Json& strangers = part_of(status, "strangers");
-  const std::string refused = text_in(strangers, "last_refused");
+  const std::string refused = number_in(part_of(status, "lately"), "refused") > 0
+                                  ? text_in(strangers, "last_refused")
+                                  : std::string();
+  const bool is_reached =
+      !refused.empty() && !syntax::is_loopback(refused.substr(0, refused.find(": ")));
+  const std::string lost = last_lost(status);
+  const bool is_local = part_of(status, "relays").empty() && listens_on_loopback_alone(status) &&
+                        !is_reached && lost.empty();
   if (number_in(strangers, "proxy_headers") > 0)
     add("proxy_header_unexpected", {},
         fmt::format("{:.0f} connections", number_in(strangers, "proxy_headers")));
   if (const double logins = number_in(part_of(status, "lately"), "logins_not_judged"); logins > 0)
     add("login_not_judged", {}, fmt::format("{:.0f} logins", logins), true);
-  if (const std::string lost = last_lost(status); !lost.empty())
-    return add("nobody_linked", {}, lost);
-  if (!refused.empty()) return add("clients_refused", {}, "the last one came from " + refused);
-  add(is_local ? "loopback_alone" : "nobody_linked");
+  if (is_local) add("loopback_alone");
+  if (!refused.empty()) add("clients_refused", {}, "the last one came from " + refused);
+  if (!is_local && refused.empty()) add("nobody_linked", {}, lost);
 }
 
 // Also while clients are linked that come by another way.

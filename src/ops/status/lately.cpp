@@ -65,7 +65,9 @@ void Lately::add(RunStatus& run, const Status& side, TimePoint now) {
   // The last picture had all links that there were.
   std::erase_if(links_, [&](const auto& entry) { return entry.second.seen < looked_at_; });
   looked_at_ = now;
-  run.lately = {lag_ms_.to(0, at), held_up_.to(held_up_seconds_, at),
+  run.lately = {lag_ms_.to(0, at),
+                held_up_.to(held_up_seconds_, at),
+                refused_.to(run.network.refused, at),
                 wrong_logins_.to(side.strangers.wrong_logins, at),
                 logins_not_judged_.to(side.strangers.logins_not_judged, at),
                 static_cast<std::uint64_t>(memory_.to(static_cast<double>(side.shared_bytes), at))};

@@ -102,7 +102,7 @@ class Lately {
   TimePoint start_;
   TimePoint looked_at_;
   RecentPeak lag_ms_, memory_;
-  RecentGrowth held_up_, wrong_logins_, logins_not_judged_;
+  RecentGrowth held_up_, refused_, wrong_logins_, logins_not_judged_;
   std::uint64_t held_up_seconds_ = 0;
   std::map<std::uint64_t, OfLink> links_;  // by number
 };

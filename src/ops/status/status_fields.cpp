@@ -252,6 +252,8 @@ constexpr StatusField<StatusPicture> kSideFields[] = {
      "the most of the last 5 to 10 minutes"},
     {"lately.held_up", Unit::kSeconds, lately<&SideLately::held_up>,
      "seconds of this time in which the loop was late by 0.5 s or more"},
+    {"lately.refused", Unit::kNone, lately<&SideLately::refused>,
+     "connections that were refused before a login in this time"},
     {"lately.wrong_logins", Unit::kNone, lately<&SideLately::wrong_logins>,
      "wrong logins in this time"},
     {"lately.logins_not_judged", Unit::kNone, lately<&SideLately::logins_not_judged>,

@@ -85,7 +85,7 @@ void StatusFile::write_all() {
     try {
       problem = write_atomically(file, to_json(*picture));
     } catch (const std::bad_alloc&) {
-      problem = "cannot write " + file + ": memory is lacking";
+      problem = "no memory left";
     }
     if (!problem.empty() && problem != last_problem_) tell_(problem);
     lock.lock();

@@ -27,6 +27,7 @@ struct RefusedParameters {
 struct SideLately {
   double loop_lag_ms = 0;
   std::uint64_t held_up = 0;  // seconds in which the loop was held up
+  std::uint64_t refused = 0;  // before a login
   std::uint64_t wrong_logins = 0;
   std::uint64_t logins_not_judged = 0;
   std::uint64_t shared_bytes = 0;

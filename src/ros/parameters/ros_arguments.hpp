@@ -28,9 +28,9 @@ struct SplitArguments {
 [[nodiscard]] std::vector<std::string> values_behind(std::initializer_list<std::string_view> words,
                                                      int argc, const char* const* argv);
 
-// Options between --ros-args and -- that rcl does not know, and those with a long name that it
-// does.
+// Options between --ros-args and -- that rcl does not know.
 [[nodiscard]] std::vector<std::string> unknown_options(int argc, const char* const* argv);
+// Options with a long name that rcl knows.
 [[nodiscard]] std::vector<std::string> long_options();
 
 // An argument without its value, which may be a secret: "KEY" in KEY:=VALUE, and in the typing

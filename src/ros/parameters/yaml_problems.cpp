@@ -186,7 +186,9 @@ LeftOpen left_open(std::string_view text) {
     }
     if (quote.what != 0) {
       if (c == '\n') return quote;
-      if (c == '\\' && quote.what == '"')
+      const char next = i + 1 < text.size() ? text[i + 1] : '\n';
+      const bool is_escape = quote.what == '"' ? c == '\\' : c == '\'' && next == '\'';
+      if (is_escape && next != '\n')
         ++i;
       else if (c == quote.what)
         quote = {};

@@ -64,7 +64,7 @@ void SampleCheck::run() {
     try {
       sample.problem = sample.publisher->check(sample.what.payload.view());
     } catch (const std::bad_alloc&) {  // a sample may ask for much
-      sample.problem = "memory is lacking to check it";
+      sample.problem = "no memory left";
     }
     lock.lock();
     checked_.push_back(std::move(sample));

@@ -96,7 +96,6 @@ TEST(ParameterFile, ThatIsNoYamlIsToldWithLineAndColumn) {
               ElementsAre(ContainsRegex("params.yaml:[0-9]+:[0-9]+: .")));
 }
 
-// As by a list without its brackets.
 // In our words, at the line that is wrong: yaml-cpp finds it later, and names no cure.
 TEST(ParameterFile, UsualMistakesHaveTheirCures) {
   const std::string head = "/**:\n  ros__parameters:\n";
@@ -105,6 +104,7 @@ TEST(ParameterFile, UsualMistakesHaveTheirCures) {
     return problems.empty() ? std::string("none") : problems.front();
   };
   const std::string blank = "a blank is missing behind the colon: `";
+  EXPECT_NE(first("    url: \"abc\\"), "none");  // it ends within an escape
   EXPECT_THAT(first("    auth.method:none\n"), HasSubstr(":3: " + blank + "auth.method: ...`"));
   EXPECT_THAT(first("    auth.method:none\n    rules: [a]\n"),
               HasSubstr(":3: " + blank + "auth.method: ...`"));
@@ -128,6 +128,7 @@ TEST(ParameterFile, UsualMistakesHaveTheirCures) {
               HasSubstr("this line is indented further than the key before it"));
 }
 
+// As by a list without its brackets.
 TEST(ParameterFile, AKeyWithoutAValueIsNamed) {
   const std::string file = file_with(
       "/**:\n"

@@ -339,48 +339,5 @@ TEST(LocalTopic, ASampleOfOneOfSeveralStatesHasNoNumber) {
   }
 }
 
-// The stamp and the frame_id of a header, and something measured.
-Payload measured(const char* frame, std::uint32_t stamp) {
-  return CdrWriter().u32(stamp).u32(0).string(frame).u32(7).take();
-}
-
-// A node that publishes these frames in turn on a topic of this type, by a rule of one message in a
-// second: what leaves, as numbers of its samples.
-std::vector<std::uint64_t> numbers_of_frames(const std::string& type,
-                                             const std::vector<const char*>& frames) {
-  OneLink peer;
-  Rule rule = everything();
-  rule.treatment.max_rate = 1;
-  Exporting s({rule}, type, "/range");
-  Topic ranges = topic("/range").pub(1);
-  ranges.type = type;
-  ranges.has_header = true;
-  s.see(ranges);
-  EXPECT_TRUE(s.offer(peer));
-  Exporting::demand(peer);
-  std::uint64_t number = 7;
-  for (const char* frame : frames)
-    s.subject.on_taken({{}, gid(1), flow_test::at_ms(5), measured(frame, 5), number++}, ms(5));
-  std::vector<std::uint64_t> numbers;
-  while (const auto packet = peer.link.connection()->next_packet(ms(6))) {
-    const Bytes bytes = flow_test::joined(*packet);
-    FrameReader reader(bytes);
-    for (auto frame = reader.next(); !packet->text && frame && frame.value(); frame = reader.next())
-      if (const auto* message = std::get_if<MessageFrame>(&*frame.value()))
-        numbers.push_back(message->number);
-  }
-  return numbers;
-}
-
-TEST(LocalTopic, SensorsOfOneNodeDoNotStarveEachOther) {
-  using Numbers = std::vector<std::uint64_t>;
-  const std::vector<const char*> in_turn{"front", "rear", "front", "rear"};
-  EXPECT_EQ(numbers_of_frames("sensor_msgs/msg/Range", in_turn), (Numbers{7, 0}));
-  EXPECT_EQ(numbers_of_frames("sensor_msgs/msg/Range", {"front", "front"}), Numbers{7})
-      << "most nodes have one frame";
-  EXPECT_EQ(numbers_of_frames("sensor_msgs/msg/PointCloud2", in_turn), Numbers{7});
-  EXPECT_EQ(numbers_of_frames("geometry_msgs/msg/TwistStamped", in_turn), Numbers{7});
-}
-
 }  // namespace
 }  // namespace connect_bridge::topics_test

@@ -376,14 +376,14 @@ TEST(AuditLog, WhatCannotBeWrittenWaits) {
 TEST(AuditLog, IsWrittenLaterWhereMemoryLacks) {
   Disk disk;
   std::atomic<bool> lacks{true};
-  const auto write = [&, write = disk.write()](const std::string& lines) {
+  const auto write = [&, to_disk = disk.write()](const std::string& lines) {
     if (lacks) throw std::bad_alloc();
-    return write(lines);
+    return to_disk(lines);
   };
   AuditLog log(write, disk.tell());
   EXPECT_TRUE(log.add(call_of("/a")));
   disk.wait_until_told(1);
-  EXPECT_EQ(log.counts().problem, "memory is lacking");
+  EXPECT_EQ(log.counts().problem, "no memory left");
   lacks = false;
   disk.wait_until_told(2);
   const std::lock_guard lock(disk.mutex);

@@ -302,10 +302,13 @@ INSTANTIATE_TEST_SUITE_P(
                                            "last_failure_code": "relay_unreachable"}]})"},
         StatusCase{"relay_refuses", R"({"relays": [{"connected": false,
                                        "last_failure_code": "relay_refuses"}]})"},
-        StatusCase{"clients_refused", R"({"listens": ["127.0.0.1:9090"],
+        StatusCase{"clients_refused", R"({"listens": ["127.0.0.1:9090"], "lately": {"refused": 1},
                                          "strangers": {"last_refused": "10.0.0.7: HTTP 426"}})"},
+        StatusCase{"loopback_alone", R"({"listens": ["127.0.0.1:9090"], "lately": {"refused": 1},
+                                        "strangers": {"last_refused": "127.0.0.1: HTTP 426"}})"},
+        StatusCase{"nobody_linked", R"({"listens": ["10.0.0.5:9090"], "lately": {"refused": 0},
+                                       "strangers": {"last_refused": "10.0.0.7: HTTP 426"}})"},
         StatusCase{"nobody_linked", R"({"listens": ["127.0.0.1:9090"],
-                                       "strangers": {"last_refused": "10.0.0.7: HTTP 426"},
                                        "links": [{"breaks":
                                          [{"lost": "2026-01-31T11:00:00Z"}]}]})"},
         StatusCase{"wrong_logins", R"({"strangers": {"wrong_logins": 3}})"},
@@ -912,7 +915,7 @@ TEST(DoctorStatus, AnActionBelowAnotherKeyIsNamed) {
   };
   ASSERT_THAT(ids_of(found("action", "/go")), ElementsAre("no_rule"));
   EXPECT_THAT(found("action", "/go")[0].detail,
-              HasSubstr("rule.a.export_services has it, which is"));
+              HasSubstr("rule.a.export_services names it, but not as an action"));
   EXPECT_THAT(found("topic", "/go"), IsEmpty()) << "it may share its name with the service";
   ASSERT_THAT(ids_of(found("action", "\"/**\"")), ElementsAre("no_rule"));
   EXPECT_THAT(found("action", "\"/**\"], export_actions: [/stop"), IsEmpty())
@@ -1004,6 +1007,9 @@ TEST(DoctorStatus, NobodyListensToCommands) {
   topics[1]["direction"] = "import";
   topics[1]["messages"] = 100;
   EXPECT_THAT(ids_of(diagnose_status(status)), ElementsAre("no_listener"));
+  topics[0]["declined"] = "the peer does not import it";
+  EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
+  topics[0]["declined"] = "";
   topics[0]["type"] = "geometry_msgs/msg/PoseStamped";
   EXPECT_THAT(ids_of(diagnose_status(status)), IsEmpty());
 }
@@ -1078,7 +1084,7 @@ TEST(DoctorProcesses, TheDomainIsSaidOnce) {
     std::vector<Found> found{{"domain_differs", "ROS_DOMAIN_ID", "7 there", false, "one"},
                              {"loop_slow", "", "", false, "one"},
                              {"domain_differs", "ROS_DOMAIN_ID", "7 there", false, "two"}};
-    say_domain_once(programs, found);
+    gather_domains(programs, found);
     return found;
   };
   EXPECT_THAT(said({{"/a", "7", 1}, {"/b", "7", 2}}),

@@ -329,12 +329,12 @@ TEST(StatusJson, TheLastMinutes) {
   link.lately = {std::chrono::milliseconds(1500), 10, 2};
   link.topics = {topic};
   RunStatus run;
-  run.lately = {900, 5, 3, 1, 7};
+  run.lately = {900, 5, 4, 3, 1, 7};
   Status status;
   status.links = {link};
   const auto json = Json::parse(to_json({status, run}));
   EXPECT_EQ(json.at("lately"), Json::parse(R"({"loop_lag_ms": 900.0, "held_up": 5,
-    "wrong_logins": 3, "logins_not_judged": 1, "memory_max_used_bytes": 7})"));
+    "refused": 4, "wrong_logins": 3, "logins_not_judged": 1, "memory_max_used_bytes": 7})"));
   const Json& shown = json.at("links").at(0);
   EXPECT_EQ(shown.at("lately"),
             Json::parse(R"({"path_queue_ms": 1500.0, "segments": 10, "retransmitted": 2})"));

@@ -124,7 +124,6 @@ TEST(StatusScreen, NoLineIsLongerThanTheTerminal) {
                     HasSubstr("no connection to the relay wss://r@relay: no answer")));
 }
 
-// A graph of six parameter services for each node shows little else.
 // A program that was killed again and again leaves a link each time.
 TEST(StatusScreen, LostLinksOfOneProgramAreOneLine) {
   Json now = status(3, 40);
@@ -148,6 +147,7 @@ TEST(StatusScreen, LostLinksOfOneProgramAreOneLine) {
   EXPECT_THAT(status_screen(now, nullptr, {100}), HasSubstr("/ghost")) << "two people";
 }
 
+// A graph of six parameter services for each node shows little else.
 TEST(StatusScreen, ActionsAndParameterServicesAreOneRowEach) {
   Json now = status(1, 0);
   Json& link = now["links"][0];
