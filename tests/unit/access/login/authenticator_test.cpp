@@ -102,7 +102,8 @@ TEST(Authenticator, KnowsTheHashOfAnEntryFromItsToken) {
       to_hex(sha256(ByteView(reinterpret_cast<const std::uint8_t*>(text.data()), text.size())));
   const Judgement judged = check(*setup.authenticator, hash, "1.1.1.1:1");
   EXPECT_FALSE(judged.identity);
-  EXPECT_THAT(judged.reason, HasSubstr("it is the token_sha256 of the entry of anna, not the token"));
+  EXPECT_THAT(judged.reason,
+              HasSubstr("it is the token_sha256 of the entry of anna, not the token"));
   EXPECT_EQ(check(*setup.authenticator, std::string(64, 'a'), "1.1.1.1:1").reason, "unknown token");
 }
 
