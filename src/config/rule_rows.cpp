@@ -194,7 +194,8 @@ void add_rule_qos(Rows& rows) {
   add({.key = "qos.reliability", .help = "Reliability."},
       [](Rule& r) { return &r.treatment.qos.reliability; });
   add({.key = "qos.durability",
-       .help = "Durability. The exporting side accepts only a weaker one than the publisher has."},
+       .help = "Durability. The exporting side accepts only a weaker one than the publisher has. "
+               "Its subscription serves all links: volatile for one is volatile for all."},
       [](Rule& r) { return &r.treatment.qos.durability; });
   add("qos.depth", {1, 100000}, "messages", "Keep-last depth, also of the queue.",
       [](Rule& r) { return &r.treatment.qos.depth; });

@@ -80,6 +80,7 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
     }
     const SideOptions& here = exporter.plan().options;
     expected.history = told.depth == 0 ? here.latched_depth : told.depth;
+    expected.made_volatile = exported->qos.durability == Durability::kVolatile;
     expected.limited = may_drop(*exported) || may_drop(*imported);
     expected.resumes = resumes(*exported, *wire, spec.type) &&
                        resumes(*imported, expected.topic, spec.type) &&

@@ -26,6 +26,7 @@ struct ExpectedMirror {
   Qos qos;                            // with the overrides of both sides
   int ways = 1;                       // pairs of sides that can carry it
   bool certain = true;                // all pairs of sides that can carry it would treat it alike
+  bool made_volatile = false;         // by the exporter's rule
   bool limited = false;               // rules or limits may drop messages even on a quiet link
   bool resumes = false;               // what a lost connection loses comes later
   std::size_t bytes_max = 0;          // largest message that both sides accept

@@ -10,13 +10,20 @@ namespace connect_bridge::sim {
 // ---- late subscribers
 // --------------------------------------------------------------------------------
 
-// Whether the topic ever had volatile publishers as well: then it was subscribed as volatile.
+// Whether the topic ever had volatile publishers as well, or a rule makes it volatile for one of
+// its links: then it was subscribed as volatile for all (topic_qos.hpp).
 bool Expectation::is_mixed(const Writer& origin) const {
-  return middleware_.writers().any([&](const Writer& other) {
+  const auto is_of_topic = [&](const Writer& other) {
     return other.spec.host < 0 && other.spec.graph == origin.spec.graph &&
-           other.spec.topic == origin.spec.topic && other.spec.type == origin.spec.type &&
-           other.spec.qos.durability == Durability::kVolatile;
-  });
+           other.spec.topic == origin.spec.topic && other.spec.type == origin.spec.type;
+  };
+  const auto is_made_volatile = [&](const ExpectedMirror& mirror) {
+    return mirror.made_volatile && is_of_topic(middleware_.writer(mirror.origin));
+  };
+  return std::any_of(mirrors_.begin(), mirrors_.end(), is_made_volatile) ||
+         middleware_.writers().any([&](const Writer& other) {
+           return is_of_topic(other) && other.spec.qos.durability == Durability::kVolatile;
+         });
 }
 
 // What an overloaded queue gave up while the link lasted is not sent again.

@@ -76,8 +76,9 @@ class WireCheck {
     std::uint64_t second_bytes = 0;
     std::uint64_t weighted_bytes = 0;               // data of the classes that share by weight
     std::map<Priority, std::uint64_t> class_bytes;  // of these, by class
-    std::uint64_t turn = 0;                         // what counts at a time, at the last status
-    std::uint64_t first_bytes = 0;                  // control texts, small frames and urgent data
+    std::uint64_t turn = 0;         // what counts at a time: the largest of some seconds
+    TimePoint turn_at{};            // when it was so
+    std::uint64_t first_bytes = 0;  // control texts, small frames and urgent data
   };
   using Key = std::pair<int, ConnectionId>;  // host
   // A small message of a host that may be urgent.
@@ -88,6 +89,7 @@ class WireCheck {
   using TakenKey = std::pair<int, std::pair<Gid, Stamp>>;
 
   void begin_wait(Connection& connection, Channel& channel) const;
+  void note_turn(Connection& connection, std::uint64_t turn) const;
   // A channel that waits must have its turn before others have sent more.
   void check_turn(const Host& host, const Connection& connection, const Channel& channel) const;
   void on_text(const Host& host, ConnectionId id, Connection& connection, std::string_view text);

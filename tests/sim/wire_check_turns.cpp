@@ -31,6 +31,15 @@ void WireCheck::begin_wait(Connection& connection, Channel& channel) const {
   channel.turn_most = connection.turn;
 }
 
+// A message that waits keeps the place that it got by the turn of that time, which is much longer
+// while the side does not know what the link carries.
+void WireCheck::note_turn(Connection& connection, std::uint64_t turn) const {
+  constexpr Duration kPlaceKept = 10s;
+  if (turn < connection.turn && ledger_.now() - connection.turn_at <= kPlaceKept) return;
+  connection.turn = turn;
+  connection.turn_at = ledger_.now();
+}
+
 // A topic with queued messages must get its turn, by the rule of docs/flow.md, section 4. In its
 // class the message goes next that would be complete first: where ours begins, no other channel is
 // more than a turn behind it, and none goes on when it is more than a turn before it; so each sends
@@ -67,8 +76,8 @@ void WireCheck::on_status(const Host& host, const Status& status) {
     // With several links the topic's queue cannot be told apart; then nobody is blamed.
     const bool alone = status.links.size() == 1;
     if (alone)
-      connection.turn =
-          turn_bytes(status.links[0].rate, network_.path(connection.path).plan.rate());
+      note_turn(connection,
+                turn_bytes(status.links[0].rate, network_.path(connection.path).plan.rate()));
     for (auto& [id, channel] : connection.channels) {
       std::uint64_t queued = 0;
       if (alone && channel.demanded) {
