@@ -20,7 +20,7 @@ void add_explain_command(CLI::App& app, int& exit_code);
 void add_status_command(CLI::App& app, int& exit_code);
 // Why it does not work, with cause and cure.
 void add_doctor_command(CLI::App& app, int& exit_code);
-// What it says of this user's programs.
+// The findings for this user's programs, as text.
 [[nodiscard]] std::string doctor_report();
 // One file for whoever is asked for help.
 void add_bugreport_command(CLI::App& app, int& exit_code);

@@ -47,8 +47,8 @@ class MadeCall final : public JobOwner {
   void keep(Codec codec, std::uint32_t raw_bytes, const Payload& body);
   void on_delivered();
   void forget_caller() { request_ = {}; }
-  // Its timer is due: true when the rule's `call_timeout` is over. Else the call has had no answer
-  // for kLong, which is said once.
+  // The timer of the call is due: true when the rule's `call_timeout` is over. Else the call has
+  // had no answer for kLong, which is said once.
   [[nodiscard]] bool times_out(const Now& now);
   static constexpr Duration kLong = std::chrono::seconds(10);
   // Lets a worker decompress the answer; the result goes to PeerService::on_decoded(). False: there

@@ -112,7 +112,7 @@ void Dialing::start_tls() {
   expect_server(transport.tls(), server_name(options_));  // mutant: server_name
   if (!words_.empty()) {
     words_.insert(words_.begin(), kClientProtocol);
-    // What ends TLS before a server may refuse a list without a protocol that it knows (RFC 7301
+    // A proxy that ends TLS may refuse a list without a protocol that it knows (RFC 7301
     // section 3.2). A relay wants the kind of connection first, and answers nothing.
     if (options_.url.robot.empty()) words_.insert(words_.begin(), kHttpProtocol);
     const std::string list = protocol_list(words_);

@@ -45,7 +45,7 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   [[nodiscard]] bool was_silent() const { return was_silent_; }
   // See Way.
   [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return way_->tried(); }
-  // What it has cost, once it has failed or was abandoned. Who gets the socket counts that.
+  // Traffic of a dial that has failed or was abandoned. Who gets the socket counts its traffic.
   [[nodiscard]] const Traffic& traffic() const { return traffic_; }
 
  private:

@@ -11,9 +11,9 @@
 
 namespace connect_bridge {
 
-// Who shows a word has handshakes of its own, at a pace: everybody on the path can read a word that
-// was shown, and show it, too. Bounded in memory: the oldest word goes, first of its own address.
-// Single-threaded.
+// A client that shows a word has handshakes of its own, at a pace: everybody on the path can read a
+// word that was shown, and show it, too. Bounded in memory: the oldest word goes, first of its own
+// address. Single-threaded.
 class LoginWords {
  public:
   static constexpr std::size_t kWordsMax = 1024;

@@ -180,7 +180,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   past += dial->traffic();
   silent_dials = dial->was_silent() ? std::min(silent_dials + 1, kSilentDials) : 0;
   if (!socket) {
-    // What ends TLS on the way may refuse the list of protocols in which the word stands.
+    // A proxy that ends TLS may refuse the list of protocols in which the word stands.
     if (why.cause == Cause::kTlsFails || why.cause == Cause::kConnectionLost)
       login_words.erase(options.url.whom());
     if (dial->tried()) {
