@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include <functional>
+#include <memory>
+#include <utility>
+
 #include "unit/net/tcp/own_network.hpp"
 #include "unit/relay/relay_bed.hpp"
 
@@ -166,20 +170,27 @@ struct TalkingRelay {
   bool leaves = false;  // when it has said them
 };
 
+// A robot's door to this relay.
+std::shared_ptr<RelayDoor> door_to(
+    TalkingRelay& relay, Loop& loop,
+    std::function<void(LogLevel, const std::string&)> log = [](LogLevel, const std::string&) {}) {
+  RelayOptions options;
+  options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
+  options.tls.ca_file = relay_authority().ca;
+  options.token = [] { return std::string{"robot7-token"}; };
+  return std::make_shared<RelayDoor>(
+      loop.io, options, SocketOptions{},
+      RelayDoor::Events{[](TcpSocket, const Source&) {}, std::move(log)});
+}
+
 TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
   for (const std::string line : {"pong", "ping", "visitor"}) {
     Loop loop;
     const std::string ticket = std::string(64, 'a') + " 203.0.113.7 4711";
     TalkingRelay relay(loop, line == "visitor" ? line + ' ' + ticket : line, 2 * kRelayLinesAtOnce);
     std::vector<std::string> logs;
-    RelayOptions options;
-    options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
-    options.tls.ca_file = relay_authority().ca;
-    options.token = [] { return std::string{"robot7-token"}; };
-    const auto door = std::make_shared<RelayDoor>(
-        loop.io, options, SocketOptions{},
-        RelayDoor::Events{[](TcpSocket, const Source&) {},
-                          [&](LogLevel, const std::string& text) { logs.push_back(text); }});
+    const auto door =
+        door_to(relay, loop, [&](LogLevel, const std::string& text) { logs.push_back(text); });
     ASSERT_EQ(door->open(), "");
     EXPECT_TRUE(loop.until([&] {
       return !logs.empty() && logs.back().find("more lines than allowed") != std::string::npos;
@@ -193,13 +204,7 @@ TEST(RelayDoor, LeavesARelayThatNeverStopsTalking) {
 TEST(RelayDoor, ComesBackSoonAfterTooManyLinesButNotForEver) {
   Loop loop;
   TalkingRelay relay(loop, "pong", 2 * kRelayLinesAtOnce);
-  RelayOptions options;
-  options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
-  options.tls.ca_file = relay_authority().ca;
-  options.token = [] { return std::string{"robot7-token"}; };
-  const auto door = std::make_shared<RelayDoor>(
-      loop.io, options, SocketOptions{},
-      RelayDoor::Events{[](TcpSocket, const Source&) {}, [](LogLevel, const std::string&) {}});
+  const auto door = door_to(relay, loop);
   ASSERT_EQ(door->open(), "");
   EXPECT_TRUE(loop.until([&] { return relay.accepted == 3; }, 4s));
   loop.run_for(1500ms);
@@ -213,13 +218,7 @@ TEST(RelayDoor, DialsRarelyWhereItIsWelcomedAndLeftAgainAndAgain) {
   Loop loop;
   TalkingRelay relay(loop, "", 0);
   relay.leaves = true;
-  RelayOptions options;
-  options.url = {true, "127.0.0.1", relay.door.local_endpoint().port(), "/", "robot7"};
-  options.tls.ca_file = relay_authority().ca;
-  options.token = [] { return std::string{"robot7-token"}; };
-  const auto door = std::make_shared<RelayDoor>(
-      loop.io, options, SocketOptions{},
-      RelayDoor::Events{[](TcpSocket, const Source&) {}, [](LogLevel, const std::string&) {}});
+  const auto door = door_to(relay, loop);
   ASSERT_EQ(door->open(), "");
   const int soon = Dialer::kAnswersSoon + 1;
   ASSERT_TRUE(loop.until([&] { return relay.accepted == soon; }, 60s));
